@@ -1,0 +1,137 @@
+"""BSDF of a stack at given directions, and its regular reflectance and transmittance."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.geometry import Directions, scattering_cosines
+from jaxink.numerics.precision import require_float64
+from jaxink.optics import ScatteringLayer
+from jaxink.stack import (
+    SolverConfig,
+    Stack,
+    regular_fields,
+    single_scattering_kernels,
+    solve_stack,
+)
+
+
+def _squared_cosine(kappa):
+    return lambda refractive_index: 1 - (kappa / refractive_index) ** 2
+
+
+def diffuse_bsdf(
+    stack: Stack, directions: Directions, config: SolverConfig | None = None
+) -> Float[Array, " points"]:
+    """Diffuse BSDF of a stack, without the regular peaks.
+
+    Parameters
+    ----------
+    stack
+        Layers between two half spaces.
+    directions
+        Points to predict; polar angles in the surroundings of the side concerned.
+    config
+        Sizes of the discretisation.
+
+    Returns
+    -------
+    Float[Array, " points"]
+        dL_o / dE_i in 1/sr, cosine not included, shape ``(points,)``.
+
+    Raises
+    ------
+    PrecisionError
+        While JAX is in 32 bits.
+
+    References
+    ----------
+    Nakajima, Tanaka 1988 JQSRT 40, 51 (exact single scattering over truncated multiple scattering).
+    """
+    require_float64()
+    config = SolverConfig() if config is None else config
+    transmitted = directions.is_transmission
+    index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
+    kappa_in = stack.index_front * directions.sin_incidence
+    kappa_front = stack.index_front * directions.sin_outgoing
+    kappa_back = stack.index_back * directions.sin_outgoing
+    kappa_point = index_out * directions.sin_outgoing[directions.outgoing]
+    response = solve_stack(stack, config, jnp.concatenate([kappa_in, kappa_point]))
+
+    reflected = _at_points(response.reflection, response.grid, kappa_front, kappa_in, directions)
+    through = _at_points(response.transmission, response.grid, kappa_back, kappa_in, directions)
+    if stack.exposed:
+        sums = [
+            jnp.sqrt(1 - (kappa / response.grid.block_index[0]) ** 2) for kappa in (kappa_front, kappa_in)
+        ]
+        reflected = reflected / (sums[0][directions.outgoing] + sums[1][directions.incidence])
+    rest = jnp.where(transmitted, through, reflected) / (2 * jnp.pi)
+
+    n_in = kappa_in.shape[0]
+    fields_in = jax.tree.map(lambda x: x[:n_in][directions.incidence], response.fields)
+    fields_out = jax.tree.map(lambda x: x[n_in:], response.fields)
+    once = jnp.zeros(())
+    for k, (layer, optics) in enumerate(zip(stack.layers, response.truncated, strict=True)):
+        if isinstance(layer, ScatteringLayer):
+            once = once + _scattered_once(k, layer, optics, fields_in, fields_out, directions)
+    return index_out**2 * (rest + once)
+
+
+def _at_points(kernel, grid, kappa_out, kappa_in, directions):
+    """Interpolate a kernel of the channels to the points and sum its cosine series in azimuth.
+
+    Order m of the kernel varies as sin^m towards the normal, so that odd orders are smooth in the cosine
+    only after one sine has been divided out.
+    """
+    orders = jnp.arange(kernel.shape[0])
+    odd = (orders % 2 == 1)[:, None]
+    at_nodes = jnp.where(odd, 1 / grid.kappa, 1.0)
+    at_out, at_in = jnp.where(odd, kappa_out, 1.0), jnp.where(odd, kappa_in, 1.0)
+    smooth = at_nodes[:, :, None] * kernel * at_nodes[:, None, :]
+    pairs = jnp.einsum("jo,moi,ki->mjk", grid.interpolation(kappa_out), smooth, grid.interpolation(kappa_in))
+    pairs = at_out[:, :, None] * pairs * at_in[:, None, :]
+    series = jnp.where(orders == 0, 1.0, 2.0)[:, None] * jnp.cos(orders[:, None] * directions.azimuth_rad)
+    return jnp.sum(series * pairs[:, directions.outgoing, directions.incidence], axis=0)
+
+
+def _scattered_once(k, layer, optics, fields_in, fields_out, directions):
+    """Basic radiance per irradiance of light scattered once in layer ``k``, exact phase function."""
+    cosine_in = fields_in.cosines[k]
+    cosine_out = fields_out.cosines[k]
+    ahead_cosine, back_cosine = scattering_cosines(cosine_out, cosine_in, directions.azimuth_rad)
+    reflected, transmitted = single_scattering_kernels(cosine_out, cosine_in, optics.optical_thickness)
+    # Albedo over the truncated extinction, but with the whole phase function.
+    albedo = layer.single_scattering_albedo / (1 - layer.single_scattering_albedo * optics.forward_fraction)
+    strength = albedo / (4 * jnp.pi * layer.refractive_index**2)
+    ahead = strength * layer.phase_function.value(ahead_cosine) * transmitted
+    back = strength * layer.phase_function.value(back_cosine) * reflected
+    down = fields_in.down_from_front[k]
+    up = fields_in.up_from_front[k]
+    side = directions.is_transmission
+    out_up = jnp.where(side, fields_out.down_from_back[k], fields_out.down_from_front[k])
+    out_down = jnp.where(side, fields_out.up_from_back[k], fields_out.up_from_front[k])
+    return out_up * (back * down + ahead * up) + out_down * (ahead * down + back * up)
+
+
+def regular_power(
+    stack: Stack, sin_incidence: Float[Array, " incidences"]
+) -> tuple[Float[Array, " incidences"], Float[Array, " incidences"]]:
+    """Regular (specular) reflectance and regular (undeviated) transmittance.
+
+    Parameters
+    ----------
+    stack
+        Layers between two half spaces.
+    sin_incidence
+        Sines of the incidences in front, shape ``(incidences,)``.
+
+    Returns
+    -------
+    reflectance, transmittance
+        Share of the incident power, attenuated by the true optical thickness.
+    """
+    require_float64()
+    kappa = stack.index_front * sin_incidence
+    thickness = [layer.optical_thickness for layer in stack.layers]
+    fields = regular_fields(stack, _squared_cosine(kappa), thickness)
+    return fields.reflection, fields.transmission

@@ -1,0 +1,157 @@
+"""Fit by gradient: optimistix's Gauss-Newton family with a bounded descent, driven step by step."""
+
+import time
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.fitting.bounded import BoundedLevenbergMarquardt
+from jaxink.fitting.objective import Objective
+from jaxink.fitting.outcome import Outcome, Search
+
+# Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
+_MOST_REFUSALS = 12
+_NO_TAGS: frozenset = frozenset()
+
+
+@jax.custom_jvp
+def _residual(unit, objective):
+    return objective.residual(unit)
+
+
+@_residual.defjvp
+def _residual_jvp(primals, tangents):
+    # The Jacobian as one matrix: optimistix linearises once and applies the result several times, which
+    # would otherwise trace and compile the tangent program each time.
+    unit, objective = primals
+    jacobian, value = jax.jacfwd(lambda u: (lambda out: (out, out))(objective.residual(u)), has_aux=True)(
+        unit
+    )
+    return value, jax.tree.map(lambda block: block @ tangents[0], jacobian)
+
+
+@eqx.filter_jit
+def _initial_state(solver, objective, unit):
+    f_struct, aux_struct = jax.eval_shape(_residual, unit, objective)
+    return solver.init(_residual, unit, objective, {}, f_struct, aux_struct, _NO_TAGS)
+
+
+@eqx.filter_jit
+def _advance(solver, objective, unit, state):
+    unit, state, _ = solver.step(_residual, unit, objective, {}, state, _NO_TAGS)
+    done, _ = solver.terminate(_residual, unit, objective, {}, state, _NO_TAGS)
+    loss = jnp.sum(state.f_info.residual**2)
+    return unit, state, done, loss
+
+
+class GradientSearch:
+    """Bounded Levenberg-Marquardt on one objective; compiled once, started as often as wanted.
+
+    Parameters
+    ----------
+    objective
+        What to minimise.
+    max_jacobians
+        Limit of one search.
+    """
+
+    def __init__(self, objective: Objective, max_jacobians: int = 100):
+        # As traced arguments, equal structures share one compiled program.
+        self.objective = jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective)
+        self.max_jacobians = max_jacobians
+        self.compile_seconds = 0.0
+        self._ready = False
+
+    def run(
+        self,
+        start: np.ndarray,
+        held: dict[int, float] | None = None,
+        progress: Callable[[int, float], None] | None = None,
+    ) -> Search:
+        """Search from one start.
+
+        Parameters
+        ----------
+        start
+            Free parameters scaled to 0 ... 1.
+        held
+            Parameters, by position, that are held at a value in 0 ... 1.
+        progress
+            Called after each step with its number and the loss.
+
+        Returns
+        -------
+        Search
+        """
+        lower, upper = np.zeros_like(start), np.ones_like(start)
+        unit = np.clip(start, lower, upper)
+        for position, value in (held or {}).items():
+            lower[position] = upper[position] = unit[position] = value
+        solver = BoundedLevenbergMarquardt(lower, upper)
+        unit = jnp.asarray(unit)
+        if not self._ready:
+            began = time.perf_counter()
+            state = _initial_state(solver, self.objective, unit)
+            jax.block_until_ready(_advance(solver, self.objective, unit, state)[3])
+            self.compile_seconds = time.perf_counter() - began
+            self._ready = True
+        began = time.perf_counter()
+        state = _initial_state(solver, self.objective, unit)
+        path: list[float] = []
+        outcome = Outcome.MAX_STEPS
+        for step in range(1, self.max_jacobians + 1):
+            unit, state, done, loss = _advance(solver, self.objective, unit, state)
+            path.append(float(loss))
+            if progress is not None:
+                progress(step, path[-1])
+            if not np.isfinite(path[-1]):
+                outcome = Outcome.NOT_FINITE
+                break
+            if bool(done):
+                outcome = Outcome.CONVERGED
+                break
+            if int(state.num_steps_since_acceptance) >= _MOST_REFUSALS:
+                outcome = Outcome.STALLED
+                break
+        descent = state.descent_state
+        return Search(
+            method="gradient",
+            outcome=outcome,
+            start=np.asarray(start),
+            unit=np.asarray(unit),
+            loss_start=path[0],
+            loss=path[-1],
+            jacobians=len(path),
+            evaluations=0,
+            run_seconds=time.perf_counter() - began,
+            compile_seconds=self.compile_seconds,
+            decrement=float(descent.decrement),
+            triangle=np.asarray(descent.triangle),
+            predicted=np.asarray(state.aux),
+            path=tuple(path),
+        )
+
+
+def starts(first: np.ndarray, count: int, seed: int) -> list[np.ndarray]:
+    """Start points in the unit box: the given one, then seeded Latin-hypercube ones.
+
+    Parameters
+    ----------
+    first
+        The start values of the sample file.
+    count
+        How many in all.
+    seed
+        Of the random ones.
+
+    Returns
+    -------
+    list[np.ndarray]
+    """
+    from scipy.stats import qmc
+
+    more = qmc.LatinHypercube(len(first), rng=np.random.default_rng(seed)).random(max(count - 1, 0))
+    return [np.asarray(first, float), *more]

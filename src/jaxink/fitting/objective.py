@@ -1,0 +1,292 @@
+"""What a fit minimises: the residual vector of one measurement, and the figures of merit."""
+
+import dataclasses
+from typing import Literal
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from jaxink.errors import InputRefusedError
+from jaxink.fitting.scaling import UnitScale
+from jaxink.forward import ForwardModel
+from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
+from jaxink.sample import Sample
+
+ObjectiveKind = Literal["chi_square", "absolute", "relative", "logarithmic"]
+OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
+
+
+def whiten_scans(
+    residual: Float[Array, " points"],
+    common: Float[Array, " points"],
+    scan: Int[np.ndarray, " points"],
+    n_scans: int,
+) -> Float[Array, " points"]:
+    """Whiten residuals whose covariance is 1 + q q^T within each scan.
+
+    Parameters
+    ----------
+    residual
+        Residuals in units of the independent sigma.
+    common
+        q: what the scan's common factor does to each point, in the same units.
+    scan
+        Number of the scan of each point.
+    n_scans
+        How many there are.
+
+    Returns
+    -------
+    Float[Array, " points"]
+        (1 + q q^T)^(-1/2) r, scan by scan; its sum of squares is r^T (1 + q q^T)^-1 r.
+
+    References
+    ----------
+    Woodbury identity; its symmetric root for a rank-one term is
+    1 - (1 - 1/sqrt(1 + q^T q)) q q^T / q^T q.
+    """
+    square = jnp.zeros(n_scans).at[scan].add(common**2)
+    along = jnp.zeros(n_scans).at[scan].add(common * residual)
+    root = jnp.sqrt(1 + square)
+    # (1 - 1/root) / square without the division by zero where there is no common factor.
+    factor = 1 / (root * (1 + root))
+    return residual - common * (factor * along)[scan]
+
+
+class Objective(eqx.Module):
+    """Residuals of a measurement against a forward model, in variables scaled to 0 ... 1.
+
+    Parameters
+    ----------
+    model
+        Predicts the points that are used.
+    measured, sigma
+        Measured BSDF and its independent standard deviation, 1/sr, shape ``(points,)``.
+    scan, n_scans, scan_relative
+        Scan of each point, their number, and the standard deviation of their common factors.
+    weight
+        Square root of the weight of each point.
+    scale
+        Turns variables in 0 ... 1 into the free parameters.
+    kind
+        One of `OBJECTIVES`.
+    free
+        Names of the free parameters.
+    """
+
+    model: ForwardModel
+    measured: Float[np.ndarray, " points"]
+    sigma: Float[np.ndarray, " points"]
+    scan: Int[np.ndarray, " points"]
+    weight: Float[np.ndarray, " points"]
+    scale: UnitScale
+    prior_mean: Float[np.ndarray, " priors"]
+    prior_deviation: Float[np.ndarray, " priors"]
+    prior_position: Int[np.ndarray, " priors"]
+    scan_relative: float = eqx.field(static=True)
+    n_scans: int = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+    free: tuple[str, ...] = eqx.field(static=True)
+
+    def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+        """Physical values of the free parameters from variables in 0 ... 1."""
+        physical = self.scale.to_physical(unit)
+        return {name: physical[i] for i, name in enumerate(self.free)}
+
+    def residual(
+        self, unit: Float[Array, " parameters"]
+    ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
+        """Residual vector whose sum of squares is minimised, and the prediction.
+
+        Parameters
+        ----------
+        unit
+            Free parameters scaled to 0 ... 1.
+
+        Returns
+        -------
+        residual, predicted
+            The residual has one row for each point, measured minus predicted, and one for each prior.
+        """
+        predicted = self.model.bsdf(self.values(unit))
+        rows = self.weight * self._misfit(predicted)
+        physical = self.scale.to_physical(unit)
+        prior = (self.prior_mean - physical[self.prior_position]) / self.prior_deviation
+        return jnp.concatenate([rows, prior]), predicted
+
+    def _misfit(self, predicted):
+        measured = self.measured
+        n = len(measured)
+        if self.kind == "absolute":
+            return (measured - predicted) * np.sqrt(1 / n)
+        if self.kind == "relative":
+            return (measured - predicted) / (0.5 * (measured + predicted)) * np.sqrt(1 / n)
+        if self.kind == "logarithmic":
+            m, s = jnp.log(measured), jnp.log(jnp.maximum(predicted, 1e-300))
+            return (m - s) / _away_from_zero(0.5 * (m + s)) * np.sqrt(1 / n)
+        residual = (measured - predicted) / self.sigma
+        if self.scan_relative == 0:
+            return residual
+        common = self.scan_relative * predicted / self.sigma
+        return whiten_scans(residual, common, self.scan, self.n_scans)
+
+
+def _away_from_zero(value):
+    """The symmetric mean of logarithms passes zero at 1/sr: keep it from dividing by it."""
+    return jnp.where(value >= 0, 1.0, -1.0) * jnp.maximum(jnp.abs(value), 1e-3)
+
+
+@dataclasses.dataclass(frozen=True)
+class FitNoise:
+    """The noise a fit used, and where it came from.
+
+    Parameters
+    ----------
+    sigma_per_sr
+        Independent standard deviation of each used point.
+    scan_relative
+        Standard deviation of the common factor of each scan.
+    origin
+        Sentence for reports.
+    known
+        False where neither the file nor the sample nor the data's own pairs tell: chi-square and standard
+        errors then mean nothing and are not given.
+    """
+
+    sigma_per_sr: np.ndarray
+    scan_relative: float
+    origin: str
+    known: bool = True
+
+
+def noise_of(data: GonioData, sample: Sample) -> FitNoise:
+    """Noise of the used points: from the file, from the sample file, or estimated from the data's own pairs.
+
+    Parameters
+    ----------
+    data
+        The measurement; only used points count.
+    sample
+        Its declared noise.
+
+    Returns
+    -------
+    FitNoise
+        Never from the misfit of a model.
+    """
+    used = data.used
+    bsdf = data.bsdf_per_sr[used]
+    declared = sample.noise
+    if data.sigma_per_sr is not None and declared.use_file_sigma:
+        return FitNoise(data.sigma_per_sr[used], declared.scan_relative, "sigma_per_sr of the file")
+    if declared.relative is not None:
+        sigma = np.hypot(declared.relative * bsdf, declared.floor_per_sr)
+        if not np.all(sigma > 0):
+            raise InputRefusedError(
+                "noise.relative and noise.floor_per_sr give a sigma of 0 at some points; declare a floor."
+            )
+        return FitNoise(
+            sigma,
+            declared.scan_relative,
+            f"declared: {declared.relative:.3g} of the value, floor {declared.floor_per_sr:.3g} /sr",
+        )
+    estimate: NoiseEstimate = estimate_noise(data)
+    if estimate.adopted is None:
+        return FitNoise(
+            np.full(bsdf.shape, np.median(np.abs(bsdf))), 0.0, "unknown: " + estimate.sentence, False
+        )
+    model = estimate.model
+    return FitNoise(model.sigma(bsdf), max(model.scan_relative, declared.scan_relative), estimate.sentence)
+
+
+def make_objective(
+    data: GonioData,
+    sample: Sample,
+    kind: ObjectiveKind = "chi_square",
+    config=None,
+    noise: FitNoise | None = None,
+) -> Objective:
+    """Objective of a measurement and a sample.
+
+    Parameters
+    ----------
+    data
+        The measurement; masked points are left out.
+    sample
+        The sample; its free parameters become the variables.
+    kind
+        ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
+    config
+        Sizes of the discretisation, or None for the default.
+    noise
+        Noise, or None to take it from `noise_of`.
+
+    Returns
+    -------
+    Objective
+
+    Raises
+    ------
+    InputRefusedError
+        If nothing is left to fit, or nothing is free.
+    """
+    if kind not in OBJECTIVES:
+        raise InputRefusedError(f"objective is '{kind}'; it must be one of: {', '.join(OBJECTIVES)}.")
+    used = data.used
+    if not used.any():
+        raise InputRefusedError(
+            f"{data.source or 'the measurement'}: no point is left after the masks; nothing can be fitted."
+        )
+    free = sample.parameters.free
+    if not free:
+        raise InputRefusedError(
+            "no parameter of the sample is free; write free = true for those to be found, or use predict."
+        )
+    noise = noise_of(data, sample) if noise is None else noise
+    measured = data.bsdf_per_sr[used]
+    if kind in ("relative", "logarithmic") and np.any(measured <= 0):
+        raise InputRefusedError(
+            f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are 0 or "
+            "negative: mask them, or choose chi_square."
+        )
+    _, scan = np.unique(data.scan_index[used], return_inverse=True)
+    priors = [(i, p.prior) for i, p in enumerate(free) if p.prior is not None]
+    model = ForwardModel(
+        sample,
+        data.theta_i_deg[used],
+        data.theta_o_deg[used],
+        data.phi_deg[used],
+        data.wavelength_nm[used],
+        data.is_transmission[used],
+        config,
+    )
+    return Objective(
+        model=model,
+        measured=measured,
+        sigma=np.asarray(noise.sigma_per_sr, float),
+        scan=scan,
+        weight=np.sqrt(_weights(data, sample)),
+        scale=UnitScale.of(free),
+        prior_mean=np.array([prior.mean for _, prior in priors]),
+        prior_deviation=np.array([prior.standard_deviation for _, prior in priors]),
+        prior_position=np.array([i for i, _ in priors], int),
+        scan_relative=float(noise.scan_relative),
+        n_scans=int(scan.max()) + 1,
+        kind=kind,
+        free=tuple(p.name for p in free),
+    )
+
+
+def _weights(data: GonioData, sample: Sample) -> np.ndarray:
+    used = data.used
+    weight = np.ones(int(used.sum()))
+    for angle, side, factor in sample.weights:
+        chosen = np.ones_like(weight, bool)
+        if angle is not None:
+            chosen &= np.abs(data.theta_i_deg[used] - angle) < 1e-6
+        if side is not None:
+            chosen &= data.is_transmission[used] == (side == "T")
+        weight[chosen] *= factor
+    return weight

@@ -1,0 +1,87 @@
+"""Variables between 0 and 1 for parameters between their minimum and maximum."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from jaxink.sample import Parameter
+
+# A range that begins at 0 (or ends at 1) has no equal ratios all the way: below this share of the range
+# the division becomes even, so that the end itself is reached with a finite slope.
+_EVEN_SHARE = 0.01
+# Ranges narrower than this ratio are divided evenly.
+_NARROW = 3.0
+
+
+class UnitScale(eqx.Module):
+    """Monotone maps of the unit interval onto the ranges of parameters, with finite slopes at both ends.
+
+    Parameters
+    ----------
+    minimum, maximum
+        Ranges, shape ``(parameters,)``.
+    even
+        True where the range is divided evenly.
+    origin, first, ratio
+        Elsewhere a parameter is origin + first * ratio^u, with u in 0 ... 1.
+    """
+
+    minimum: Float[np.ndarray, " parameters"]
+    maximum: Float[np.ndarray, " parameters"]
+    even: Bool[np.ndarray, " parameters"]
+    origin: Float[np.ndarray, " parameters"]
+    first: Float[np.ndarray, " parameters"]
+    ratio: Float[np.ndarray, " parameters"]
+
+    @classmethod
+    def of(cls, parameters: tuple[Parameter, ...]) -> "UnitScale":
+        """Scale of some parameters.
+
+        Parameters
+        ----------
+        parameters
+            With minimum, maximum and scale.
+
+        Returns
+        -------
+        UnitScale
+        """
+        rows = []
+        for p in parameters:
+            near, far, pole, sign = {
+                "log": (p.minimum, p.maximum, 0.0, 1.0),
+                "one_minus": (1 - p.maximum, 1 - p.minimum, 1.0, -1.0),
+                "linear": (1.0, 1.0, 0.0, 1.0),
+            }[p.scale]
+            offset = _EVEN_SHARE * far if near < _EVEN_SHARE * far else 0.0
+            if near < 0 or far < _NARROW * near:
+                rows.append((True, 0.0, 1.0, 1.0))
+                continue
+            origin = pole - sign * offset
+            start, end = (p.minimum - origin, p.maximum - origin)
+            rows.append((False, origin, start, end / start))
+        even, origin, first, ratio = zip(*rows, strict=True)
+        return cls(
+            np.array([p.minimum for p in parameters]),
+            np.array([p.maximum for p in parameters]),
+            *(np.array(column) for column in (even, origin, first, ratio)),
+        )
+
+    def to_physical(self, unit: Float[Array, " parameters"]) -> Float[Array, " parameters"]:
+        """Parameters for variables in 0 ... 1; the ends map to minimum and maximum."""
+        curved = self.origin + self.first * self.ratio**unit
+        straight = self.minimum + unit * (self.maximum - self.minimum)
+        return jnp.where(self.even, straight, curved)
+
+    def to_unit(self, physical: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " parameters"]:
+        """Variables in 0 ... 1 for parameters."""
+        share = np.where(self.even, 2.0, (physical - self.origin) / self.first)
+        curved = np.log(share) / np.log(np.where(self.even, 2.0, self.ratio))
+        straight = (physical - self.minimum) / (self.maximum - self.minimum)
+        return np.where(self.even, straight, curved)
+
+    def slope(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " parameters"]:
+        """Derivative of the parameters with respect to the variables."""
+        curved = self.first * self.ratio ** np.asarray(unit) * np.log(self.ratio)
+        return np.where(self.even, self.maximum - self.minimum, curved)

@@ -1,0 +1,278 @@
+"""The forward model: parameters in, predicted BSDF at the measured directions out."""
+
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.bsdf import diffuse_bsdf, regular_power
+from jaxink.errors import InputRefusedError
+from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
+from jaxink.numerics.precision import require_float64
+from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
+from jaxink.particles.mie import mie_coefficients
+from jaxink.particles.phase_function import (
+    HenyeyGreenstein,
+    Rayleigh,
+    TabulatedByAngle,
+    TabulatedByMoments,
+    TwoTermHenyeyGreenstein,
+)
+from jaxink.sample import Layer, Sample
+from jaxink.stack import SolverConfig, Stack, block_media
+
+
+class LayerCoefficients(eqx.Module):
+    """Volume scattering of one layer at one wavelength.
+
+    Parameters
+    ----------
+    scattering_per_mm, absorption_per_mm
+        Coefficients.
+    asymmetry_parameter
+        Mean cosine of the scattering angle.
+    reduced_optical_thickness
+        scattering (1 - g) thickness; infinite where opaque.
+    """
+
+    scattering_per_mm: Float[Array, ""]
+    absorption_per_mm: Float[Array, ""]
+    asymmetry_parameter: Float[Array, ""]
+    reduced_optical_thickness: Float[Array, ""]
+
+
+class ForwardModel(eqx.Module):
+    """Predicts the BSDF of a sample at the points of a measurement.
+
+    Parameters
+    ----------
+    sample
+        What is known of the sample.
+    theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
+        Points, shape ``(points,)``.
+    config
+        Sizes of the discretisation.
+    """
+
+    sample: Sample = eqx.field(static=True)
+    config: SolverConfig = eqx.field(static=True)
+    cones: Cones = eqx.field(static=True)
+    wavelengths_nm: tuple[float, ...] = eqx.field(static=True)
+    wavelength_of_point: np.ndarray
+    pair_of_point: np.ndarray
+    rays: ConeRays
+    block_media: tuple[int, ...] = eqx.field(static=True)
+    exposed: bool = eqx.field(static=True)
+
+    def __init__(
+        self,
+        sample: Sample,
+        theta_i_deg,
+        theta_o_deg,
+        phi_deg,
+        wavelength_nm,
+        is_transmission,
+        config: SolverConfig | None = None,
+    ):
+        self.sample = sample
+        self.config = SolverConfig() if config is None else config
+        self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
+        columns = np.column_stack(
+            [np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, is_transmission)]
+        )
+        # Every wavelength is predicted at the same pairs, so that one batch serves the spectrum.
+        pairs, self.pair_of_point = np.unique(columns, axis=0, return_inverse=True)
+        wavelengths, self.wavelength_of_point = np.unique(
+            np.asarray(wavelength_nm, float), return_inverse=True
+        )
+        self.wavelengths_nm = tuple(wavelengths.tolist())
+        self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
+        self.block_media, self.exposed = self._channel_layout()
+        self._check_wavelengths()
+
+    def _channel_layout(self):
+        table = self.sample.parameters
+        names = ["surroundings.index_front"]
+        names += [f"{layer.name}.refractive_index" for layer in self.sample.layers]
+        names += ["surroundings.index_back"]
+        per_wavelength = [n for n in names if n not in table]
+        if per_wavelength:
+            first = {n: f"{n}@{self.wavelengths_nm[0]:g}" for n in per_wavelength}
+            names = [first.get(n, n) for n in names]
+        start = table.values_with({})
+        indices = [float(start[n]) for n in names]
+        free = [table[n].free or table[n].tie is not None or "@" in n for n in names]
+        scatters = [False, *(layer.scatters for layer in self.sample.layers), False]
+        require_equal_surroundings(indices[0], indices[-1], self.cones)
+        chosen = block_media(indices, scatters, free)
+        lowest = chosen[0]
+        exposed = any(
+            scatters[k] and not free[k] and abs(indices[k] / indices[lowest] - 1) < 1e-5
+            for k in range(len(indices))
+        )
+        return chosen, exposed
+
+    def _check_wavelengths(self):
+        named = {n.split("@")[1] for n in self.sample.parameters if "@" in n}
+        for wavelength in self.wavelengths_nm:
+            if named and f"{wavelength:g}" not in named:
+                raise InputRefusedError(
+                    f"the measurement has rows at {wavelength:g} nm, but the sample file gives its "
+                    f"per-wavelength parameters at {', '.join(sorted(named))} nm only; list "
+                    f"{wavelength:g} in its wavelength_nm."
+                )
+
+    def _at_each_wavelength(self, values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
+        """Values by plain name, one for each wavelength."""
+        result = {}
+        for name, value in values.items():
+            stem = name.split("@")[0]
+            if stem in result:
+                continue
+            result[stem] = jnp.stack(
+                [
+                    jnp.asarray(values[f"{stem}@{w:g}"] if "@" in name else value, float)
+                    for w in self.wavelengths_nm
+                ]
+            )
+        return result
+
+    def stack(self, values: Mapping, wavelength_nm) -> Stack:
+        """The stack at one wavelength.
+
+        Parameters
+        ----------
+        values
+            Value of every parameter, by plain name.
+        wavelength_nm
+            Wavelength in vacuum.
+
+        Returns
+        -------
+        Stack
+        """
+        layers = tuple(_layer(layer, values, wavelength_nm)[0] for layer in self.sample.layers)
+        return Stack(
+            layers,
+            values["surroundings.index_front"],
+            values["surroundings.index_back"],
+            self.block_media,
+            self.exposed,
+        )
+
+    def bsdf(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
+        """Predicted BSDF at the points.
+
+        Parameters
+        ----------
+        free_values
+            Values by name that replace those of the sample's table; differentiable in each.
+
+        Returns
+        -------
+        Float[Array, " points"]
+            1/sr, averaged over the cones of the instrument where these are not zero.
+
+        Raises
+        ------
+        PrecisionError
+            While JAX is in 32 bits.
+        """
+        require_float64()
+        values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
+
+        def at_wavelength(wavelength_nm, values_here):
+            stack = self.stack(values_here, wavelength_nm)
+            diffuse = self.rays.average(diffuse_bsdf(stack, self.rays.directions, self.config))
+            if self.cones.is_ideal:
+                return diffuse
+            directions = self.rays.directions
+            sines, side = directions.sin_incidence, directions.is_transmission
+            reflected, transmitted = regular_power(stack, sines)
+            regular = jnp.where(side, transmitted[directions.incidence], reflected[directions.incidence])
+            return diffuse + self.rays.average(regular) * self.rays.regular_share
+
+        spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values)
+        return spectrum[self.wavelength_of_point, self.pair_of_point]
+
+    def coefficients(self, free_values: Mapping | None = None) -> dict[str, LayerCoefficients]:
+        """Scattering and absorption of each scattering layer, at every wavelength.
+
+        Parameters
+        ----------
+        free_values
+            As in `bsdf`.
+
+        Returns
+        -------
+        dict[str, LayerCoefficients]
+            By layer name; entries of shape ``(wavelengths,)``.
+        """
+        require_float64()
+        values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
+        return {
+            layer.name: jax.vmap(lambda w, v, layer=layer: _layer(layer, v, w)[1])(
+                jnp.asarray(self.wavelengths_nm), values
+            )
+            for layer in self.sample.layers
+            if layer.scatters
+        }
+
+
+def _layer(layer: Layer, values: Mapping, wavelength_nm):
+    """Optics of one layer at one wavelength, and its coefficients."""
+
+    def get(key):
+        return values[f"{layer.name}.{key}"]
+
+    if not layer.scatters:
+        return ClearLayer(get("refractive_index"), get("absorption_per_mm") * get("thickness_mm")), None
+    phase, scattering, absorption = _volume(layer, get, wavelength_nm)
+    extinction = scattering + absorption
+    asymmetry = phase.moments(2)[1]
+    if layer.opaque:
+        thickness, reduced = jnp.asarray(OPAQUE_OPTICAL_THICKNESS), jnp.asarray(jnp.inf)
+    else:
+        thickness_mm = get("thickness_um") / 1000
+        thickness = extinction * thickness_mm
+        reduced = scattering * (1 - asymmetry) * thickness_mm
+    # A layer with no extinction has no albedo; any value serves.
+    albedo = scattering / jnp.where(extinction > 0, extinction, 1.0)
+    optics = ScatteringLayer(get("refractive_index"), thickness, albedo, phase)
+    return optics, LayerCoefficients(scattering, absorption, asymmetry, reduced)
+
+
+def _volume(layer: Layer, get, wavelength_nm):
+    """Phase function, scattering and absorption coefficient per mm."""
+    if layer.phase_function == "mie":
+        return mie_coefficients(
+            radius_nm=get("radius_nm"),
+            particle_index=get("particle_index") + 1j * get("particle_absorption_index"),
+            volume_fraction=get("volume_fraction"),
+            binder_index=get("refractive_index"),
+            wavelength_nm=wavelength_nm,
+        )
+    if layer.opaque:
+        albedo = get("single_scattering_albedo")
+        scattering, absorption = albedo, 1 - albedo
+    else:
+        scattering, absorption = get("scattering_per_mm"), get("absorption_per_mm")
+    return _phase_function(layer, get), scattering, absorption
+
+
+def _phase_function(layer: Layer, get):
+    if layer.phase_function == "henyey_greenstein":
+        return HenyeyGreenstein(get("asymmetry_parameter"))
+    if layer.phase_function == "two_term_henyey_greenstein":
+        return TwoTermHenyeyGreenstein(
+            get("asymmetry_parameter"), get("second_asymmetry_parameter"), get("second_weight")
+        )
+    if layer.phase_function == "rayleigh":
+        return Rayleigh()
+    kind, angles, numbers = layer.phase_table
+    if kind == "moments":
+        return TabulatedByMoments(np.array(numbers))
+    return TabulatedByAngle(np.cos(np.deg2rad(angles)), np.array(numbers))

@@ -1,0 +1,88 @@
+"""Directions of a measurement, and their scattering angles."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+
+class Directions(eqx.Module):
+    """Pairs of incident and outgoing directions, with each polar angle stored once.
+
+    Angles are constants of a measurement: they are kept as numpy arrays and never differentiated.
+
+    Parameters
+    ----------
+    sin_incidence, sin_outgoing
+        Sines of the distinct polar angles in the surroundings, shapes ``(incidences,)``, ``(outgoing,)``.
+    incidence, outgoing
+        For each point: which of them, shape ``(points,)``.
+    cos_azimuth
+        For each point: cosine of the azimuth between the directions of propagation, 1 is straight on.
+    azimuth_rad
+        That azimuth.
+    is_transmission
+        For each point: True where the light leaves at the far side.
+    """
+
+    sin_incidence: Float[np.ndarray, " incidences"]
+    sin_outgoing: Float[np.ndarray, " outgoing"]
+    incidence: Int[np.ndarray, " points"]
+    outgoing: Int[np.ndarray, " points"]
+    azimuth_rad: Float[np.ndarray, " points"]
+    is_transmission: np.ndarray
+
+    @classmethod
+    def from_degrees(cls, theta_i_deg, theta_o_deg, phi_deg, is_transmission) -> "Directions":
+        """Directions from the columns of a measurement.
+
+        Parameters
+        ----------
+        theta_i_deg, theta_o_deg
+            Polar angles in degrees, 0 ... 90, shape ``(points,)``.
+        phi_deg
+            Azimuth in degrees: 180 in the half plane of the specular or undeviated direction, 0 in the
+            source's.
+        is_transmission
+            False for reflection, True for transmission.
+
+        Returns
+        -------
+        Directions
+        """
+        theta_i, theta_o, phi = (np.asarray(angle, float) for angle in (theta_i_deg, theta_o_deg, phi_deg))
+        distinct_i, incidence = np.unique(theta_i, return_inverse=True)
+        distinct_o, outgoing = np.unique(theta_o, return_inverse=True)
+        return cls(
+            np.sin(np.deg2rad(distinct_i)),
+            np.sin(np.deg2rad(distinct_o)),
+            incidence.reshape(-1),
+            outgoing.reshape(-1),
+            np.deg2rad(180.0 - phi),
+            np.asarray(is_transmission, bool),
+        )
+
+
+def scattering_cosines(
+    cosine_out: Float[Array, " points"],
+    cosine_in: Float[Array, " points"],
+    azimuth_rad: Float[Array, " points"],
+) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
+    """Cosine of the scattering angle for light that stays in its hemisphere, and for light that turns back.
+
+    Parameters
+    ----------
+    cosine_out, cosine_in
+        Cosines with the normal inside the medium, both positive.
+    azimuth_rad
+        Azimuth between the directions of propagation.
+
+    Returns
+    -------
+    ahead, back
+        cos(Theta) for scattering into the same and into the opposite hemisphere.
+    """
+    sines = jnp.sqrt(jnp.maximum((1 - cosine_out**2) * (1 - cosine_in**2), 1e-300))
+    in_plane = sines * jnp.cos(azimuth_rad)
+    straight = cosine_out * cosine_in
+    return jnp.clip(straight + in_plane, -1, 1), jnp.clip(in_plane - straight, -1, 1)

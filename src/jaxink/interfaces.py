@@ -1,0 +1,44 @@
+"""Smooth interface between two transparent media."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+
+def propagating_cosine(squared_cosine: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    """Cosine of a channel; 0 where it is evanescent or exactly grazing, with a finite derivative there."""
+    positive = squared_cosine > 0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, squared_cosine, 1.0)), 0.0)
+
+
+def fresnel_reflectance(
+    index_1: Float[Array, ""],
+    index_2: Float[Array, ""],
+    cosine_1: Float[Array, "*shape"],
+    cosine_2: Float[Array, "*shape"],
+) -> Float[Array, "*shape"]:
+    """Power reflectance of a smooth interface for unpolarised light; the same from either side.
+
+    Parameters
+    ----------
+    index_1, index_2
+        Refractive indices of the two media.
+    cosine_1, cosine_2
+        Cosines of one channel in the two media; 0 where the channel is evanescent, which gives total
+        reflection.
+
+    Returns
+    -------
+    Float[Array, "*shape"]
+        Mean of the s and p reflectances, 0 ... 1.
+
+    References
+    ----------
+    Born, Wolf 1999 Principles of Optics, section 1.5.2.
+    """
+    s_1, s_2 = index_1 * cosine_1, index_2 * cosine_2
+    p_1, p_2 = index_2 * cosine_1, index_1 * cosine_2
+    # Both cosines vanish only for a channel that is grazing in equal media: it passes.
+    both = (cosine_1 <= 0) & (cosine_2 <= 0)
+    r_s = (s_1 - s_2) / jnp.where(both, 1.0, s_1 + s_2)
+    r_p = (p_1 - p_2) / jnp.where(both, 1.0, p_1 + p_2)
+    return (r_s**2 + r_p**2) / 2

@@ -1,0 +1,41 @@
+"""Goniometer measurements: reading, checking, masking and noise; numpy only."""
+
+from jaxink.measurement.dataset import GonioData, Scan
+from jaxink.measurement.masks import (
+    MASK_FLAGS,
+    MaskFlag,
+    MaskLimits,
+    apply_masks,
+    mask_counts,
+    mask_sentences,
+)
+from jaxink.measurement.netcdf import read_netcdf
+from jaxink.measurement.noise import (
+    NoiseEstimate,
+    NoiseModel,
+    NoiseSource,
+    ScanScatter,
+    estimate_noise,
+    symmetry_repeatability,
+)
+from jaxink.measurement.reader import read, read_csv
+
+__all__ = [
+    "GonioData",
+    "MASK_FLAGS",
+    "MaskFlag",
+    "MaskLimits",
+    "NoiseEstimate",
+    "NoiseModel",
+    "NoiseSource",
+    "Scan",
+    "ScanScatter",
+    "apply_masks",
+    "estimate_noise",
+    "mask_counts",
+    "mask_sentences",
+    "read",
+    "read_csv",
+    "read_netcdf",
+    "symmetry_repeatability",
+]

@@ -1,0 +1,166 @@
+"""Units and ranges of the columns: each check returns the values, or refuses with row and column."""
+
+import math
+
+import numpy as np
+
+from jaxink.measurement.columns import ANGLES
+from jaxink.measurement.table import TextTable, refusal
+
+_SIDES = {
+    "r": "R",
+    "reflection": "R",
+    "reflectance": "R",
+    "reflected": "R",
+    "brdf": "R",
+    "t": "T",
+    "transmission": "T",
+    "transmittance": "T",
+    "transmitted": "T",
+    "btdf": "T",
+}
+WAVELENGTH_RANGE_NM = (100.0, 20000.0)
+
+
+def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
+    """Values of a numeric column, every cell of which must be a finite number."""
+    values = []
+    for line, cell in zip(table.lines, table.column(index), strict=True):
+        if not cell:
+            raise refusal(table.source, "the cell is blank; a number is needed", line, name)
+        try:
+            # float() takes "1_0" for 10, which in a measurement file is a slip.
+            value = float(cell) if "_" not in cell else None
+        except ValueError:
+            value = None
+        if value is None:
+            comma = "," in cell and cell.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit()
+            hint = f"; write {cell.replace(',', '.')} with a decimal point" if comma else ""
+            raise refusal(table.source, f"'{cell}' is not a number{hint}", line, name)
+        if not math.isfinite(value):
+            raise refusal(table.source, f"'{cell}' is not finite; leave the row out", line, name)
+        values.append(value)
+    return np.array(values)
+
+
+def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:
+    """True for transmission, from R/T or the full words."""
+    cells = table.column(index)
+    for line, cell in zip(table.lines, cells, strict=True):
+        if cell.lower() not in _SIDES:
+            text = f"'{cell}' is no side; write R for reflection or T for transmission"
+            raise refusal(table.source, text, line, "side")
+    other = sorted(set(cells) - {"R", "T"})
+    if other:
+        pairs = ", ".join(f"'{cell}' as {_SIDES[cell.lower()]}" for cell in other)
+        notes.append(f"Column side: {pairs}.")
+    return np.array([_SIDES[cell.lower()] == "T" for cell in cells])
+
+
+def refuse_radians(table: TextTable, angles: dict[str, np.ndarray]):
+    """Refuse angles that are in radians.
+
+    Two signs: all polar angles below 3.2 and azimuths below 6.3 while the polar angles are not
+    multiples of 0.05, or one column in which half of the distinct values are whole multiples of
+    5 degrees once converted. Angles that a user would write in degrees pass both.
+    """
+    limits = dict(zip(ANGLES, (3.2, 3.2, 6.3), strict=True))
+    small = [name for name in ANGLES if np.abs(angles[name]).max() <= limits[name]]
+    polar = np.concatenate([angles["theta_i_deg"], angles["theta_o_deg"]])
+    if len(small) == 3 and not _multiples(polar, 0.05, 1e-6).all():
+        largest = max(float(np.abs(angles[name]).max()) for name in ANGLES)
+        text = f"no angle exceeds {largest:.4g}, so the angles are radians; multiply them by 180/pi"
+        raise refusal(table.source, text, column=" and ".join(ANGLES))
+    for name in small:
+        distinct = np.unique(np.abs(angles[name][angles[name] != 0]))
+        converted = _multiples(np.rad2deg(distinct), 5.0, 0.03) & ~_multiples(distinct, 0.05, 1e-6)
+        if converted.sum() * 2 >= max(distinct.size, 1):
+            line = table.lines[np.argmax(np.abs(angles[name]) == distinct[converted][0])]
+            text = f"{distinct[converted][0]:.5g} looks like radians; multiply the column by 180/pi"
+            raise refusal(table.source, text, line, name)
+
+
+def _multiples(values, step, tolerance):
+    return np.abs(values - step * np.round(values / step)) <= tolerance
+
+
+def polar_angles(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
+    """Polar angles in 0 ... 90 degrees."""
+    bad = np.flatnonzero((values < 0) | (values > 90))
+    if bad.size:
+        value = values[bad[0]]
+        if value < 0:
+            remedy = f"write {-value:g} and turn phi_deg by 180"
+        elif value <= 180:
+            remedy = f"from the normal of the side that the light leaves it is {180 - value:g}"
+        else:
+            remedy = "correct the row"
+        text = f"{value:g} is outside 0 ... 90 degrees; {remedy}"
+        raise refusal(table.source, text, table.lines[bad[0]], name)
+    return values + 0.0  # no negative zero
+
+
+def azimuths(table: TextTable, values: np.ndarray, notes: list[str]) -> np.ndarray:
+    """Azimuths in (-180, 180] degrees, from -180 ... 360."""
+    bad = np.flatnonzero((values < -180) | (values > 360))
+    if bad.size:
+        text = f"{values[bad[0]]:g} is outside (-180, 180] and 0 ... 360 degrees"
+        raise refusal(table.source, text, table.lines[bad[0]], "phi_deg")
+    if (values > 180).any():
+        notes.append("Azimuths above 180 degrees were lowered by 360, into (-180, 180].")
+    if (values == -180).any():
+        notes.append("Azimuths of -180 degrees were written as 180.")
+    values = np.where(values > 180, values - 360, values)
+    return np.where(values == -180, 180.0, values) + 0.0
+
+
+def wavelengths(source: str, values: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """Wavelengths in nm, recognising micrometres and metres."""
+    low, high = WAVELENGTH_RANGE_NM
+    bad = np.flatnonzero((values < low) | (values > high))
+    if bad.size:
+        value = values[bad[0]]
+        if 0.1 <= value <= 20:
+            remedy = "micrometres must be multiplied by 1000"
+        elif 0 < value < 1e-4:
+            remedy = "metres must be multiplied by 1e9"
+        else:
+            remedy = f"it must lie in {low:g} ... {high:g}"
+        text = f"{value:g} is not a wavelength in nm; {remedy}"
+        raise refusal(source, text, lines[bad[0]], "wavelength_nm")
+    return values
+
+
+def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np.ndarray, scan: np.ndarray):
+    """Refuse a BSDF without a positive value, or that sends out more light than came in.
+
+    A scan from within 30 degrees of the normal to theta >= 60 degrees whose smallest value is m
+    sends out about pi m sin(theta)^2 of the light or more. Above 1.5 it is in per cent, or a
+    reflectance factor.
+    """
+    if not (bsdf > 0).any():
+        kind = "negative or zero" if bsdf.any() else "zero"
+        text = f"every value is {kind}, so nothing was measured"
+        raise refusal(table.source, text, column="bsdf_per_sr")
+    for index in np.unique(scan):
+        here = np.flatnonzero(scan == index)
+        if here.size < 5 or theta_o_deg[here].min() > 30 or theta_o_deg[here].max() < 60:
+            continue
+        widest = theta_o_deg[here].max()
+        total = np.pi * bsdf[here].min() * np.sin(np.deg2rad(widest)) ** 2
+        if total > 1.5:
+            lowest = here[np.argmin(bsdf[here])]
+            text = (
+                f"no value of this scan is below {bsdf[lowest]:g}, so it sends out {total:.3g} times "
+                "the incident light; divide per cent by 100, or a reflectance factor by pi"
+            )
+            raise refusal(table.source, text, table.lines[lowest], "bsdf_per_sr")
+
+
+def sigmas(table: TextTable, values: np.ndarray) -> np.ndarray:
+    """Standard deviations, all positive."""
+    bad = np.flatnonzero(values <= 0)
+    if bad.size:
+        text = f"{values[bad[0]]:g} is not positive; a standard deviation in 1/sr is needed"
+        raise refusal(table.source, text, table.lines[bad[0]], "sigma_per_sr")
+    return values

@@ -1,0 +1,305 @@
+"""One goniometer measurement as a frozen, checked set of arrays."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, UInt32
+
+from jaxink.errors import InputRefusedError
+
+# Angles and wavelengths closer than this are one: far below any goniometer, far above rounding.
+_SAME = 1e-6
+_FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
+
+
+@dataclass(frozen=True)
+class Scan:
+    """The points of one incidence, wavelength and side.
+
+    Parameters
+    ----------
+    index
+        Its number in ``GonioData.scan_index``.
+    side
+        ``"R"`` or ``"T"``.
+    wavelength_nm, theta_i_deg
+        What the points share.
+    points, used
+        How many points there are, and how many of them no mask excludes.
+    """
+
+    index: int
+    side: str
+    wavelength_nm: float
+    theta_i_deg: float
+    points: int
+    used: int
+
+
+@dataclass(frozen=True, eq=False)
+class GonioData:
+    """BSDF of one sample at many pairs of directions.
+
+    The arrays are copied and made read-only. phi is 180 in the half-plane of the specular direction
+    (reflection) or of the undeviated beam (transmission), 0 in the half-plane of the source.
+
+    Parameters
+    ----------
+    theta_i_deg, theta_o_deg
+        Polar angles of incidence and of view in 0 ... 90 degrees, each from the outward normal of
+        the side that the light enters from or leaves on, shape ``(points,)``.
+    phi_deg
+        Azimuth of the outgoing direction minus that of the direction towards the source, in
+        (-180, 180] degrees.
+    wavelength_nm
+        Wavelength in vacuum.
+    is_transmission
+        False for reflection, True for transmission.
+    bsdf_per_sr
+        Radiance over irradiance in 1/sr, without the cosine.
+    sigma_per_sr
+        Standard deviation of each value in 1/sr, or None where it is not known.
+    extra
+        Other columns of the file, numbers or text, each of shape ``(points,)``.
+    row
+        Row of the source file on which each point stands; 1 is the first line of the file.
+    mask
+        Why a point does not enter a fit, as bits of ``masks.MASK_FLAGS``; 0 where it does.
+    source
+        Name of the file.
+    notes
+        Sentences on everything that was handled on the way.
+    attrs
+        What else is known of the measurement, such as the name of the sample: text or numbers.
+
+    Raises
+    ------
+    InputRefusedError
+        An array is empty, of another length, not finite or out of its range.
+    """
+
+    theta_i_deg: Float[np.ndarray, " points"]
+    theta_o_deg: Float[np.ndarray, " points"]
+    phi_deg: Float[np.ndarray, " points"]
+    wavelength_nm: Float[np.ndarray, " points"]
+    is_transmission: Bool[np.ndarray, " points"]
+    bsdf_per_sr: Float[np.ndarray, " points"]
+    sigma_per_sr: Float[np.ndarray, " points"] | None = None
+    extra: Mapping[str, np.ndarray] = field(default_factory=dict)
+    row: Int[np.ndarray, " points"] | None = None
+    mask: UInt32[np.ndarray, " points"] | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+    attrs: Mapping[str, str | int | float] = field(default_factory=dict)
+
+    def __post_init__(self):
+        size = np.size(self.bsdf_per_sr)
+        for name in _FLOATS:
+            self._freeze(name, getattr(self, name), np.float64, size)
+        if self.sigma_per_sr is not None:
+            self._freeze("sigma_per_sr", self.sigma_per_sr, np.float64, size)
+        self._freeze("is_transmission", self.is_transmission, np.bool_, size)
+        row = np.arange(2, size + 2) if self.row is None else self.row
+        self._freeze("row", row, np.int64, size)
+        self._freeze("mask", np.zeros(size) if self.mask is None else self.mask, np.uint32, size)
+        extra = {str(name): _extra_column(values) for name, values in self.extra.items()}
+        for name, values in extra.items():
+            if values.shape != (size,):
+                raise self._refusal(f"extra column {name} has shape {values.shape}, not ({size},)")
+        object.__setattr__(self, "extra", MappingProxyType(extra))
+        object.__setattr__(self, "attrs", MappingProxyType(dict(self.attrs)))
+        object.__setattr__(self, "notes", tuple(self.notes))
+        self._check_ranges()
+
+    def __reduce__(self):
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        values |= {"extra": dict(self.extra), "attrs": dict(self.attrs)}
+        return type(self), tuple(values.values())
+
+    def __len__(self) -> int:
+        return self.bsdf_per_sr.size
+
+    def _refusal(self, text) -> InputRefusedError:
+        return InputRefusedError(f"{self.source or 'GonioData'}: {text}.")
+
+    def _freeze(self, name, values, dtype, size):
+        values = np.array(values, dtype)
+        if values.shape != (size,) or size == 0:
+            wanted = f"({size},)" if size else "(points,) with at least one point"
+            raise self._refusal(f"{name} has shape {values.shape}; it must be {wanted}")
+        if dtype is np.float64 and not np.isfinite(values).all():
+            point = int(np.argmin(np.isfinite(values)))
+            raise self._refusal(f"{name}[{point}] is {values[point]}; every value must be finite")
+        values.setflags(write=False)
+        object.__setattr__(self, name, values)
+
+    def _check_ranges(self):
+        ranges = [
+            ("theta_i_deg", "in 0 ... 90", lambda x: (x >= 0) & (x <= 90)),
+            ("theta_o_deg", "in 0 ... 90", lambda x: (x >= 0) & (x <= 90)),
+            ("phi_deg", "in (-180, 180]", lambda x: (x > -180) & (x <= 180)),
+            ("wavelength_nm", "positive", lambda x: x > 0),
+            ("sigma_per_sr", "positive", lambda x: x > 0),
+        ]
+        for name, wanted, is_right in ranges:
+            values = getattr(self, name)
+            if values is None or is_right(values).all():
+                continue
+            point = int(np.argmin(is_right(values)))
+            raise self._refusal(f"{name}[{point}] is {values[point]:g}; it must be {wanted}")
+
+    @cached_property
+    def side(self) -> np.ndarray:
+        """``"R"`` or ``"T"`` for each point."""
+        return np.where(self.is_transmission, "T", "R")
+
+    @property
+    def used(self) -> Bool[np.ndarray, " points"]:
+        """True where no mask excludes the point."""
+        return self.mask == 0
+
+    @cached_property
+    def scan_index(self) -> Int[np.ndarray, " points"]:
+        """Number of the scan of each point: by side, wavelength, incidence, whatever the row order."""
+        return self._scans[0]
+
+    @cached_property
+    def scans(self) -> tuple[Scan, ...]:
+        """The scans: reflection first, then by wavelength, then by incidence."""
+        _, first, points, used = self._scans
+        return tuple(
+            Scan(
+                index,
+                str(self.side[point]),
+                float(self.wavelength_nm[point]),
+                float(self.theta_i_deg[point]),
+                int(points[index]),
+                int(used[index]),
+            )
+            for index, point in enumerate(first)
+        )
+
+    @cached_property
+    def _scans(self):
+        columns = (self.is_transmission, self.wavelength_nm / _SAME, self.theta_i_deg / _SAME)
+        keys = np.stack([np.rint(column).astype(np.int64) for column in columns], axis=1)
+        _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        index = index.reshape(-1)
+        used = np.bincount(index, weights=self.used, minlength=first.size)
+        return index, first, np.bincount(index), used
+
+    def select(
+        self,
+        *,
+        wavelength_nm: float | tuple[float, ...] | None = None,
+        side: str | None = None,
+        theta_i_deg: float | tuple[float, ...] | None = None,
+        used_only: bool = False,
+    ) -> "GonioData":
+        """The points of some wavelengths, sides or incidences.
+
+        Parameters
+        ----------
+        wavelength_nm, theta_i_deg
+            One value or several, each of which the data must hold; None keeps all.
+        side
+            ``"R"`` or ``"T"``; None keeps both.
+        used_only
+            Drop the masked points.
+
+        Returns
+        -------
+        GonioData
+
+        Raises
+        ------
+        InputRefusedError
+            The data hold no such value, or nothing is left.
+        """
+        if side not in (None, "R", "T"):
+            raise self._refusal(f"side is {side!r}; it must be 'R' or 'T'")
+        keep = self.used.copy() if used_only else np.ones(len(self), bool)
+        for name, wanted in (("wavelength_nm", wavelength_nm), ("theta_i_deg", theta_i_deg)):
+            if wanted is None:
+                continue
+            values, chosen = getattr(self, name), np.zeros(len(self), bool)
+            for value in np.atleast_1d(wanted):
+                here = np.abs(values - value) <= _SAME
+                if not here.any():
+                    held = ", ".join(f"{v:g}" for v in np.unique(values))
+                    raise self._refusal(f"no point has {name} {value:g}; there are {held}")
+                chosen |= here
+            keep &= chosen
+        if side is not None:
+            keep &= self.is_transmission == (side == "T")
+        if not keep.any():
+            raise self._refusal("no point is left by this selection of side, wavelength and incidence")
+        return self._at(keep)
+
+    def _at(self, keep) -> "GonioData":
+        names = (*_FLOATS, "is_transmission", "row", "mask")
+        changes = {name: getattr(self, name)[keep] for name in names}
+        if self.sigma_per_sr is not None:
+            changes["sigma_per_sr"] = self.sigma_per_sr[keep]
+        changes["extra"] = {name: values[keep] for name, values in self.extra.items()}
+        return self.replace(**changes)
+
+    def replace(self, **changes) -> "GonioData":
+        """The same measurement with some fields changed, and checked again."""
+        return dataclasses.replace(self, **changes)
+
+    def with_masks(self, limits=None, user=None) -> "GonioData":
+        """``masks.apply_masks`` of these data."""
+        from jaxink.measurement.masks import MaskLimits, apply_masks
+
+        return apply_masks(self, MaskLimits() if limits is None else limits, user)
+
+    def equals(self, other: "GonioData") -> bool:
+        """True where every array, note and attribute of the two is exactly the same."""
+        return all(
+            _same(getattr(self, entry.name), getattr(other, entry.name)) for entry in dataclasses.fields(self)
+        )
+
+    def to_dataset(self):
+        """``netcdf.to_dataset`` of these data: an xarray Dataset along ``point``."""
+        from jaxink.measurement.netcdf import to_dataset
+
+        return to_dataset(self)
+
+    @classmethod
+    def from_dataset(cls, dataset) -> "GonioData":
+        """The data of an xarray Dataset that ``to_dataset`` made."""
+        from jaxink.measurement.netcdf import from_dataset
+
+        return from_dataset(dataset)
+
+    def to_netcdf(self, path):
+        """``netcdf.write_netcdf`` of these data: the file is written whole or not at all."""
+        from jaxink.measurement.netcdf import write_netcdf
+
+        write_netcdf(self, path)
+
+
+def _extra_column(values) -> np.ndarray:
+    """A read-only copy: floats, or text no wider than its longest entry."""
+    values = np.asarray(values)
+    if values.dtype.kind in "biuf":
+        values = values.astype(np.float64)
+    else:
+        values = np.array([str(value) for value in values.tolist()])
+    values = values.copy()
+    values.setflags(write=False)
+    return values
+
+
+def _same(mine, theirs) -> bool:
+    if isinstance(mine, np.ndarray) and isinstance(theirs, np.ndarray):
+        is_float = mine.dtype.kind == "f" and theirs.dtype.kind == "f"
+        return mine.dtype == theirs.dtype and np.array_equal(mine, theirs, equal_nan=is_float)
+    if isinstance(mine, Mapping) and isinstance(theirs, Mapping):
+        return list(mine) == list(theirs) and all(_same(mine[key], theirs[key]) for key in mine)
+    return type(mine) is type(theirs) and mine == theirs

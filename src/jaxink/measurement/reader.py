@@ -1,0 +1,239 @@
+"""Reading a measurement file: each slip is handled and said, or refused with row and column."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from jaxink.measurement import checks
+from jaxink.measurement.columns import ANGLES, match_columns
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.masks import NEGATIVE
+from jaxink.measurement.netcdf import read_netcdf
+from jaxink.measurement.pairs import direction_groups
+from jaxink.measurement.table import TextTable, existing_file, read_table, refusal
+
+_CSV_SUFFIXES = (".csv", ".txt", ".tsv")
+
+
+def read(path, **overrides) -> GonioData:
+    """Read a measurement by the suffix of its file.
+
+    Parameters
+    ----------
+    path
+        A ``.csv``, ``.txt`` or ``.tsv`` table, or a ``.nc`` file of ``GonioData.to_netcdf``.
+    **overrides
+        As of ``read_csv``; a netCDF file takes none.
+
+    Returns
+    -------
+    GonioData
+
+    Raises
+    ------
+    InputRefusedError
+        The file cannot be read as a BSDF measurement.
+    """
+    path = existing_file(path)
+    suffix = path.suffix.lower()
+    if suffix in _CSV_SUFFIXES:
+        return read_csv(path, **overrides)
+    if suffix == ".nc":
+        if overrides:
+            text = f"a netCDF file is complete and takes no {', '.join(overrides)}"
+            raise refusal(path, text)
+        return read_netcdf(path)
+    raise refusal(path, f"the suffix '{suffix}' is not one of {', '.join(_CSV_SUFFIXES)}, .nc")
+
+
+def read_csv(
+    path,
+    *,
+    wavelength_nm: float | None = None,
+    side: str | None = None,
+    sample: str | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> GonioData:
+    """Read a tidy CSV table: one row is one BSDF value of one pair of directions.
+
+    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are
+    needed, sigma_per_sr is optional, others are kept. The order of rows is kept and free.
+
+    Parameters
+    ----------
+    path
+        The file.
+    wavelength_nm
+        The wavelength of all rows, where the file does not state it.
+    side
+        ``"R"`` or ``"T"`` for all rows, where the file does not state it.
+    sample
+        Which sample to take, where column ``sample`` holds several.
+    columns
+        The file's name of a known column, for instance ``{"theta_o_deg": "detector angle"}``.
+
+    Returns
+    -------
+    GonioData
+        With ``notes`` on everything that was handled, and negative values masked.
+
+    Raises
+    ------
+    InputRefusedError
+        With file, row and column, what is wrong and what would be right.
+    """
+    table = read_table(path)
+    notes = list(table.notes)
+    given = {"wavelength_nm": wavelength_nm, "side": side}
+    supplied = tuple(name for name, value in given.items() if value is not None)
+    known, extra, column_notes = match_columns(table, dict(columns or {}), supplied)
+    notes += column_notes
+    table, attrs = _one_sample(table, extra, sample)
+    angles = _angles(table, known, notes)
+    bsdf = checks.numbers(table, known["bsdf_per_sr"], "bsdf_per_sr")
+    data = GonioData(
+        **angles,
+        wavelength_nm=_wavelength(table, known, wavelength_nm, notes),
+        is_transmission=_side(table, known, side, notes),
+        bsdf_per_sr=bsdf,
+        sigma_per_sr=_sigma(table, known, notes),
+        extra={name: _extra(table.column(index)) for name, index in extra.items()},
+        row=table.lines,
+        mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
+        source=Path(path).name,
+        attrs=attrs,
+    )
+    checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
+    notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
+    return data.replace(notes=notes)
+
+
+def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:
+    if "sample" not in extra:
+        if sample is not None:
+            raise refusal(table.source, f"has no column sample to take '{sample}' from")
+        return table, {}
+    cells = table.column(extra["sample"])
+    held = list(dict.fromkeys(cells))
+    if sample is None and len(held) > 1:
+        text = f"holds {len(held)} samples; choose one by sample=..., of {', '.join(held)}"
+        raise refusal(table.source, text, column="sample")
+    if sample is not None and sample not in held:
+        text = f"holds no sample '{sample}'; there are {', '.join(held)}"
+        raise refusal(table.source, text, column="sample")
+    chosen = held[0] if sample is None else sample
+    keep = np.array([cell == chosen for cell in cells])
+    rows = tuple(row for row, kept in zip(table.rows, keep, strict=True) if kept)
+    kept = TextTable(table.source, table.names, rows, table.lines[keep], table.header_line, table.notes)
+    return kept, {"sample": chosen}
+
+
+def _angles(table: TextTable, known, notes) -> dict[str, np.ndarray]:
+    angles = {name: checks.numbers(table, known[name], name) for name in ANGLES}
+    checks.refuse_radians(table, angles)
+    for name in ("theta_i_deg", "theta_o_deg"):
+        angles[name] = checks.polar_angles(table, angles[name], name)
+    angles["phi_deg"] = checks.azimuths(table, angles["phi_deg"], notes)
+    return angles
+
+
+def _wavelength(table: TextTable, known, given, notes) -> np.ndarray:
+    name = "wavelength_nm"
+    if given is not None:
+        given = float(given)
+        checks.wavelengths("read_csv", np.array([given]), [None])
+    stated = name in known and any(table.column(known[name]))
+    if not stated:
+        if given is None:
+            text = "the column is empty; give wavelength_nm=... to state the wavelength of all rows"
+            raise refusal(table.source, text, column=name)
+        notes.append(f"The file states no wavelength; {given:g} nm was given by the caller.")
+        return np.full(len(table.rows), given)
+    values = checks.numbers(table, known[name], name)
+    values = checks.wavelengths(table.source, values, table.lines)
+    if given is not None and (values != given).any():
+        line = table.lines[np.argmax(values != given)]
+        text = f"the file states {values[values != given][0]:g}, the caller {given:g}; give one"
+        raise refusal(table.source, text, line, name)
+    return values
+
+
+def _side(table: TextTable, known, given, notes) -> np.ndarray:
+    if given not in (None, "R", "T"):
+        raise refusal("read_csv", f"side is {given!r}; it must be 'R' or 'T'")
+    stated = "side" in known and any(table.column(known["side"]))
+    if not stated:
+        if given is None:
+            text = "the column is empty; give side='R' or side='T' for all rows"
+            raise refusal(table.source, text, column="side")
+        notes.append(f"The file states no side; '{given}' was given by the caller.")
+        return np.full(len(table.rows), given == "T")
+    values = checks.sides(table, known["side"], notes)
+    other = values != (given == "T")
+    if given is not None and other.any():
+        text = f"the file states {'RT'[int(values[other][0])]}, the caller {given}; give one"
+        raise refusal(table.source, text, table.lines[np.argmax(other)], "side")
+    return values
+
+
+def _sigma(table: TextTable, known, notes) -> np.ndarray | None:
+    name = "sigma_per_sr"
+    if name not in known:
+        return None
+    if not any(table.column(known[name])):
+        notes.append("Column sigma_per_sr is empty, so the noise is not known.")
+        return None
+    return checks.sigmas(table, checks.numbers(table, known[name], name))
+
+
+def _extra(cells: list[str]) -> np.ndarray:
+    """Numbers where all filled cells are; labels such as 007 stay text."""
+    filled = [cell for cell in cells if cell]
+    number = re.compile(r"[+-]?(0|[1-9]\d*|(0|[1-9]\d*)?\.\d+|(0|[1-9]\d*)\.)([eE][+-]?\d+)?")
+    if not filled or not all(number.fullmatch(cell) for cell in filled):
+        return np.array(cells)
+    return np.array([float(cell) if cell else np.nan for cell in cells])
+
+
+def _negative_notes(data: GonioData) -> list[str]:
+    negative = data.bsdf_per_sr < 0
+    if not negative.any():
+        return []
+    count, first = int(negative.sum()), data.row[np.argmax(negative)]
+    verb = "is" if count == 1 else "are"
+    return [f"{count} of {len(data)} values {verb} negative (first in row {first}) and masked."]
+
+
+def _order_notes(data: GonioData) -> list[str]:
+    changes = int((np.diff(data.scan_index) != 0).sum())
+    if changes + 1 == len(data.scans):
+        return []
+    return ["The rows of a scan do not stand together; the order of the file was kept."]
+
+
+def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
+    notes = []
+    group = direction_groups(data)
+    _, counts = np.unique(group, return_counts=True)
+    if (counts > 1).any():
+        several = int((counts > 1).sum())
+        which = "1 direction was" if several == 1 else f"{several} directions were"
+        rows = data.row[group == np.unique(group)[np.argmax(counts > 1)]]
+        notes.append(
+            f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all were kept, as repeats."
+        )
+    seen, copies = {}, []
+    for line, row in zip(table.lines, table.rows, strict=True):
+        first = seen.setdefault(row, line)
+        if first != line:
+            copies.append((first, line))
+    if copies:
+        first, line = copies[0]
+        which = "1 row is" if len(copies) == 1 else f"{len(copies)} rows are"
+        notes.append(
+            f"{which} a copy of another in every cell (rows {first} and {line}); "
+            "all were kept, but copies tell nothing of the noise."
+        )
+    return notes

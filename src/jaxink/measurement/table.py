@@ -1,0 +1,204 @@
+"""The text of a measurement file as a table of cells, with the line number of each row."""
+
+import csv
+import difflib
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jaxink.errors import InputRefusedError
+
+_SIGNATURES = {
+    b"PK": "is a spreadsheet or zip archive; export it as CSV",
+    b"\x89HDF": "is a netCDF or HDF5 file; give it the suffix .nc",
+    b"CDF": "is a classic netCDF file; convert it to netCDF 4 and give it the suffix .nc",
+    b"\xff\xfe": "is UTF-16 text; save it as UTF-8",
+    b"\xfe\xff": "is UTF-16 text; save it as UTF-8",
+}
+_DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Cells of a delimited text file.
+
+    Parameters
+    ----------
+    source
+        The file as the user named it.
+    names
+        Column names of the header, blanks at their ends removed.
+    rows
+        Cells of each row, as text.
+    lines
+        Line of the file on which each row stands, the first line being 1, shape ``(rows,)``.
+    header_line
+        Line of the file on which the header stands.
+    notes
+        Sentences on what was handled.
+    """
+
+    source: str
+    names: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    lines: np.ndarray
+    header_line: int
+    notes: tuple[str, ...]
+
+    def column(self, index: int) -> list[str]:
+        """Cells of one column, blanks at their ends removed."""
+        return [row[index].strip() for row in self.rows]
+
+
+def refusal(source, text, row=None, column=None) -> InputRefusedError:
+    """The error that names file, row and column, then says what is wrong and what would be right."""
+    place = [str(source)]
+    if row is not None:
+        place.append(f"row {row}")
+    if column is not None:
+        place.append(f"column {column}")
+    return InputRefusedError(f"{', '.join(place)}: {text}.")
+
+
+def existing_file(path) -> Path:
+    """The path, refused if it is missing or a directory."""
+    path = Path(path)
+    if path.is_dir():
+        raise refusal(path, "is a directory; give one measurement file")
+    if not path.exists():
+        names = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = difflib.get_close_matches(path.name, names, n=1)
+        hint = f"; did you mean {near[0]}" if near else ""
+        raise refusal(path, f"there is no such file{hint}")
+    return path
+
+
+def read_table(path) -> TextTable:
+    """Read a delimited text file without interpreting its cells.
+
+    Parameters
+    ----------
+    path
+        The file: UTF-8, a header row, cells separated by commas, semicolons or tabs.
+
+    Returns
+    -------
+    TextTable
+
+    Raises
+    ------
+    InputRefusedError
+        The file is missing, empty, not text, or its rows differ in length.
+    """
+    path = existing_file(path)
+    notes: list[str] = []
+    lines, comments = _without_comments(_decoded_lines(path, notes), notes)
+    filled = [number for number, line in enumerate(lines) if line.strip()]
+    if not filled:
+        kind = "holds only comments" if comments else "is empty"
+        raise refusal(path, f"{kind}; a header row and data rows are needed")
+    if any(not lines[number].strip() for number in range(filled[0], filled[-1])):
+        notes.append("Blank or comment lines between the rows were left out; row numbers count them.")
+    delimiter = _delimiter(path, lines[filled[0]], filled[0] + 1, notes)
+    numbers, rows = _parsed(path, lines, delimiter)
+    if not rows:
+        raise refusal(path, "holds separators only; a header row and data rows are needed")
+    header, *rows = rows
+    _check_lengths(path, header, rows, numbers[1:], delimiter)
+    names = tuple(name.strip() for name in header)
+    _check_header(path, names, numbers[0], comments)
+    if not rows:
+        raise refusal(path, "has a header but no data rows")
+    return TextTable(
+        str(path),
+        names,
+        tuple(tuple(row) for row in rows),
+        np.array(numbers[1:]),
+        numbers[0],
+        tuple(notes),
+    )
+
+
+def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise refusal(path, f"cannot be read ({error.strerror})") from error
+    for signature, sentence in _SIGNATURES.items():
+        if content.startswith(signature):
+            raise refusal(path, sentence)
+    if content.startswith(b"\xef\xbb\xbf"):
+        notes.append("A byte order mark at the start of the file was left out.")
+    if b"\0" in content:
+        row = content[: content.index(b"\0")].count(b"\n") + 1
+        raise refusal(path, "holds a zero byte, so it is a binary file and not CSV text", row)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        row = content[: error.start].count(b"\n") + 1
+        byte = content[error.start]
+        raise refusal(path, f"byte 0x{byte:02x} is not UTF-8 text; save as UTF-8", row) from error
+    return io.StringIO(text, newline=None).read().split("\n")
+
+
+def _without_comments(lines, notes):
+    """Comment lines are emptied rather than removed, so that line numbers stay those of the file."""
+    comments = [line for line in lines if line.lstrip().startswith("#")]
+    if comments:
+        count = len(comments)
+        verb = "lines start" if count > 1 else "line starts"
+        notes.append(f"{count} comment {verb} with '#' and did not enter.")
+    return ["" if line.lstrip().startswith("#") else line for line in lines], comments
+
+
+def _delimiter(path, header: str, row: int, notes: list[str]) -> str:
+    counts = {delimiter: header.count(delimiter) for delimiter in _DELIMITERS}
+    delimiter = max(counts, key=counts.get)
+    if counts[delimiter] == 0:
+        text = "the header holds no comma; separate the columns by commas"
+        raise refusal(path, text, row)
+    if delimiter != ",":
+        notes.append(f"The columns are separated by {_DELIMITERS[delimiter]} instead of commas.")
+    return delimiter
+
+
+def _parsed(path, lines, delimiter) -> tuple[list[int], list[list[str]]]:
+    numbers, rows = [], []
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                numbers.append(reader.line_num)
+                rows.append(row)
+    except csv.Error as error:
+        raise refusal(path, f"is not CSV text ({error})", reader.line_num) from error
+    return numbers, rows
+
+
+def _check_lengths(path, header, rows, numbers, delimiter):
+    for number, row in zip(numbers, rows, strict=True):
+        if len(row) == len(header):
+            continue
+        hint = ""
+        if delimiter == "," and len(row) > len(header):
+            hint = " (a decimal comma? write 0.5 and not 0,5)"
+        text = f"has {len(row)} cells where the header has {len(header)}{hint}"
+        raise refusal(path, text, number)
+
+
+def _check_header(path, names, line, comments):
+    if all(_is_number(name) for name in names if name):
+        text = "holds numbers where the column names should stand; add a header row"
+        if any(comment.lower().count("theta_") >= 2 for comment in comments):
+            text += ", or remove the '#' before the one that is there"
+        raise refusal(path, text, line)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

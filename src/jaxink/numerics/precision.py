@@ -1,0 +1,49 @@
+"""Guards that a solve is made in 64 bits and by a jaxlib that cannot deadlock."""
+
+import jax
+import jaxlib
+
+from jaxink.errors import PrecisionError, UnsafeVersionError
+
+# jaxlib 0.10.0 ... 0.11.0 splits batched LAPACK calls over XLA's own thread pool and blocks there:
+# as many such calls at once as the pool has threads wait for each other for ever.
+_FIRST_UNSAFE = (0, 10, 0)
+_FIRST_SAFE_AGAIN = (0, 11, 1)
+
+
+def is_deadlock_prone(jaxlib_version: str) -> bool:
+    """Say whether this jaxlib version has the deadlock of batched LAPACK calls."""
+    numbers = tuple(int(part) for part in jaxlib_version.split(".")[:3] if part.isdigit())
+    return _FIRST_UNSAFE <= numbers < _FIRST_SAFE_AGAIN
+
+
+def require_safe_jaxlib() -> None:
+    """Refuse to compute with a jaxlib that can hang.
+
+    Raises
+    ------
+    UnsafeVersionError
+        With the command that installs a safe version.
+    """
+    if is_deadlock_prone(jaxlib.__version__):
+        raise UnsafeVersionError(
+            f"jaxlib {jaxlib.__version__} can deadlock in batched linear algebra, so jaxink does not "
+            'compute with it; install a safe one: pip install "jax>=0.9.2,!=0.10.*,!=0.11.0".'
+        )
+
+
+def require_float64() -> None:
+    """Refuse to compute while JAX is in 32 bits.
+
+    Raises
+    ------
+    PrecisionError
+        With the two ways to switch 64 bits on.
+    """
+    require_safe_jaxlib()
+    if not jax.config.jax_enable_x64:
+        raise PrecisionError(
+            "jaxink needs 64-bit floats and JAX is in 32 bits: call "
+            'jax.config.update("jax_enable_x64", True) before, or work inside '
+            "`with jax.enable_x64(True):`; jaxink.fit and jaxink.predict do this themselves."
+        )

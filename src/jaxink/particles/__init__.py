@@ -1,0 +1,1 @@
+"""Single scattering: phase functions, and the Mie series of a sphere."""

@@ -1,0 +1,40 @@
+"""Refusal of parameter values that have no physical meaning."""
+
+from collections.abc import Callable
+
+import jax
+import numpy as np
+
+from jaxink.errors import InputRefusedError
+
+
+def is_known(value) -> bool:
+    """Say whether a value can be looked at, that is whether JAX is not tracing it."""
+    return not isinstance(value, jax.core.Tracer)
+
+
+def require(name: str, value, is_right: Callable[[np.ndarray], np.ndarray], requirement: str) -> None:
+    """Refuse a value that is known and wrong; a traced value passes.
+
+    Parameters
+    ----------
+    name
+        Name of the parameter.
+    value
+        Number or array.
+    is_right
+        Tells for each element whether it is right; false for NaN.
+    requirement
+        What would be right, to complete "must ...".
+
+    Raises
+    ------
+    InputRefusedError
+        With the name, the first wrong value and the requirement.
+    """
+    if not is_known(value):
+        return
+    values = np.atleast_1d(np.asarray(value))
+    right = np.broadcast_to(is_right(values), values.shape)
+    if not np.all(right):
+        raise InputRefusedError(f"{name} is {values[~right][0]:.6g}, but it must {requirement}.")

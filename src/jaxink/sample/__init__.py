@@ -1,0 +1,15 @@
+"""What the experimenter knows of a sample; no JAX is needed to read it."""
+
+from jaxink.sample.description import Layer, Noise, Sample, load_sample, parse_sample
+from jaxink.sample.parameters import Parameter, ParameterTable, Prior
+
+__all__ = [
+    "Layer",
+    "Noise",
+    "Parameter",
+    "ParameterTable",
+    "Prior",
+    "Sample",
+    "load_sample",
+    "parse_sample",
+]

@@ -1,0 +1,89 @@
+"""What a sample file may say: every table, key, unit and range in one place."""
+
+import dataclasses
+import math
+
+SCHEMA_VERSION = 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """One number that a layer, or the surroundings, may have.
+
+    Parameters
+    ----------
+    unit
+        Unit, empty for a pure number.
+    lowest, highest
+        What physics allows, inclusive.
+    default
+        Value if the file is silent; None: the file must say it.
+    scale
+        How a fit divides the range, see `Parameter`.
+    """
+
+    unit: str
+    lowest: float
+    highest: float
+    default: float | None = None
+    scale: str = "linear"
+
+
+_INDEX = Quantity("", 1.0, 4.0)
+_LARGEST_ASYMMETRY = 0.9999
+
+SURROUNDINGS = {
+    "index_front": dataclasses.replace(_INDEX, default=1.0),
+    "index_back": dataclasses.replace(_INDEX, default=1.0),
+}
+CLEAR_LAYER = {
+    "refractive_index": _INDEX,
+    "thickness_mm": Quantity("mm", 0.0, 1e4),
+    "absorption_per_mm": Quantity("1/mm", 0.0, 1e4, 0.0, "log"),
+}
+SCATTERING_LAYER = {
+    "refractive_index": _INDEX,
+    "thickness_um": Quantity("um", 0.0, 1e7, scale="log"),
+}
+# How much a layer scatters: by coefficients, or, where only their ratio matters, by the albedo.
+COEFFICIENTS = {
+    "scattering_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log"),
+    "absorption_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log"),
+}
+ALBEDO = {"single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus")}
+MIE = {
+    "radius_nm": Quantity("nm", 1.0, 1e5, scale="log"),
+    "volume_fraction": Quantity("", 0.0, 0.74, scale="log"),
+    "particle_index": Quantity("", 0.5, 5.0),
+    "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log"),
+}
+_ASYMMETRY = Quantity("", -_LARGEST_ASYMMETRY, _LARGEST_ASYMMETRY, scale="one_minus")
+PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
+    "henyey_greenstein": {"asymmetry_parameter": _ASYMMETRY},
+    "two_term_henyey_greenstein": {
+        "asymmetry_parameter": _ASYMMETRY,
+        "second_asymmetry_parameter": _ASYMMETRY,
+        "second_weight": Quantity("", 0.0, 1.0),
+    },
+    "rayleigh": {},
+    "tabulated": {},
+    "mie": MIE,
+}
+OPAQUE = "opaque"
+
+# Plain settings: key -> (lowest, highest, default, unit).
+INSTRUMENT = {
+    "source_half_angle_deg": (0.0, 30.0, 0.0, "deg"),
+    "detector_half_angle_deg": (0.0, 30.0, 0.0, "deg"),
+}
+NOISE = {
+    "relative": (0.0, 1.0, None, ""),
+    "floor_per_sr": (0.0, math.inf, 0.0, "1/sr"),
+    "scan_relative": (0.0, 1.0, 0.0, ""),
+}
+MASKS = {
+    "specular_half_angle_deg": (0.0, 90.0, 0.0, "deg"),
+    "undeviated_half_angle_deg": (0.0, 90.0, 0.0, "deg"),
+    "retro_half_angle_deg": (0.0, 90.0, 0.0, "deg"),
+    "grazing_above_deg": (0.0, 90.0, 90.0, "deg"),
+}

@@ -1,0 +1,402 @@
+"""A stack of smooth-faced layers: regular light, single scattering and multiple scattering.
+
+Three parts are kept apart to the very end. Regular light (undeviated or specular) is a number for each
+channel. Light scattered once, with any number of regular reflections before and after, is known exactly at
+any pair of directions. The rest is smooth: it is solved on the channels and interpolated.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.channels import ChannelGrid
+from jaxink.interfaces import fresnel_reflectance, propagating_cosine
+from jaxink.numerics.legendre import associated_legendre
+from jaxink.numerics.linear_algebra import inverse
+from jaxink.optics import ClearLayer, ScatteringLayer, TruncatedOptics, delta_m
+from jaxink.slab import layer_response
+
+
+class SolverConfig(eqx.Module):
+    """Sizes of the discretisation.
+
+    Parameters
+    ----------
+    nodes_escaping
+        Channels that leave into the surroundings (block 0).
+    nodes_trapped
+        Channels of each further block, totally reflected somewhere.
+    n_moments
+        Legendre moments kept by delta-M.
+    n_orders
+        Azimuthal orders.
+    """
+
+    nodes_escaping: int = eqx.field(static=True, default=16)
+    nodes_trapped: int = eqx.field(static=True, default=12)
+    n_moments: int = eqx.field(static=True, default=32)
+    n_orders: int = eqx.field(static=True, default=16)
+
+
+class Stack(eqx.Module):
+    """Layers in the order in which light meets them, between two half spaces.
+
+    Parameters
+    ----------
+    layers
+        From the lit side to the far side.
+    index_front, index_back
+        Refractive indices of the surroundings on the lit and on the far side.
+    block_media
+        Which refractive indices end the blocks of channels: positions in (front, layers..., back).
+    exposed
+        True where a scattering layer has the index of the surroundings, see `ChannelGrid.grazing_power`.
+    """
+
+    layers: tuple[ClearLayer | ScatteringLayer, ...]
+    index_front: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    index_back: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    block_media: tuple[int, ...] = eqx.field(static=True)
+    exposed: bool = eqx.field(static=True, default=False)
+
+    @property
+    def indices(self) -> list:
+        """Refractive indices of front, layers and back."""
+        return [
+            self.index_front,
+            *(layer.refractive_index for layer in self.layers),
+            self.index_back,
+        ]
+
+    def grid(self, config: SolverConfig) -> ChannelGrid:
+        """Channels for this stack."""
+        ends = jnp.sort(jnp.stack([self.indices[medium] for medium in self.block_media]))
+        # A free index may come to equal another one: keep every block a little wide.
+        separated = [ends[0]]
+        for end in ends[1:]:
+            separated.append(jnp.maximum(end, separated[-1] * (1 + 1e-5)))
+        n_trapped_blocks = len(self.block_media) - 1
+        return ChannelGrid(
+            jnp.stack(separated),
+            (config.nodes_escaping,) + (config.nodes_trapped,) * n_trapped_blocks,
+            2 if self.exposed else 1,
+        )
+
+
+def block_media(indices: list[float], scattering: list[bool], free: list[bool]) -> tuple[int, ...]:
+    """Choose which media end the blocks of channels.
+
+    Parameters
+    ----------
+    indices
+        Refractive indices of front, layers and back.
+    scattering, free
+        For each: whether it scatters, and whether its index is a free parameter.
+
+    Returns
+    -------
+    tuple[int, ...]
+        Positions, by ascending index; equal fixed indices appear once, and nothing above the largest
+        index of a scattering medium, where no light is ever scattered to.
+    """
+    largest = max(n for n, scatters in zip(indices, scattering, strict=True) if scatters)
+    chosen: list[int] = []
+    for medium in sorted(range(len(indices)), key=lambda i: (indices[i], not scattering[i])):
+        if indices[medium] > largest * (1 + 1e-9) and not free[medium]:
+            continue
+        same = any(
+            abs(indices[medium] / indices[other] - 1) < 1e-5 and not free[medium] and not free[other]
+            for other in chosen
+        )
+        if not same:
+            chosen.append(medium)
+    return tuple(chosen)
+
+
+class RegularFields(eqx.Module):
+    """Regular light of unit flux in each channel, from the front and from the back.
+
+    Parameters
+    ----------
+    reflection, transmission
+        Regular reflectance at the front and transmittance, shape ``(channels,)``.
+    down_from_front, up_from_front
+        For each layer: flux going down at its top and going up at its bottom, just inside.
+    down_from_back, up_from_back
+        The same for light that enters at the back.
+    cosines
+        Cosine of the channel in each layer.
+    interfaces
+        Fresnel reflectance of each interface.
+    """
+
+    reflection: Float[Array, " channels"]
+    transmission: Float[Array, " channels"]
+    down_from_front: tuple
+    up_from_front: tuple
+    down_from_back: tuple
+    up_from_back: tuple
+    cosines: tuple
+    interfaces: tuple
+
+
+def _attenuation(optical_thickness, cosine):
+    """exp(-tau/mu), and 0 in an evanescent or grazing channel."""
+    inside = cosine > 0
+    return jnp.where(inside, jnp.exp(-optical_thickness / jnp.where(inside, cosine, 1.0)), 0.0)
+
+
+def regular_fields(stack: Stack, squared_cosine, optical_thickness) -> RegularFields:
+    """Regular light in every layer, with all multiple reflections, incoherently.
+
+    Parameters
+    ----------
+    stack
+        The stack.
+    squared_cosine
+        Function from a refractive index to mu^2 of the wanted channels.
+    optical_thickness
+        Optical thickness of each layer: the true one for what a detector sees in the regular direction, the
+        truncated one for the light that is scattered further.
+
+    Returns
+    -------
+    RegularFields
+        For the wanted channels.
+    """
+    indices = stack.indices
+    cosines = [propagating_cosine(squared_cosine(n)) for n in indices]
+    elements = []
+    for k in range(len(indices) - 1):
+        r = fresnel_reflectance(indices[k], indices[k + 1], cosines[k], cosines[k + 1])
+        elements.append((r, 1 - r))
+        if k < len(stack.layers):
+            elements.append((0.0, _attenuation(optical_thickness[k], cosines[k + 1])))
+
+    below = [jnp.zeros_like(cosines[0])]
+    through_below = [jnp.ones_like(cosines[0])]
+    for r, t in reversed(elements):
+        gain = 1 / _at_least_tiny(1 - r * below[0])
+        through_below.insert(0, t * gain * through_below[0])
+        below.insert(0, r + t**2 * gain * below[0])
+    above = [jnp.zeros_like(cosines[0])]
+    through_above = [jnp.ones_like(cosines[0])]
+    for r, t in elements:
+        gain = 1 / _at_least_tiny(1 - r * above[-1])
+        through_above.append(t * gain * through_above[-1])
+        above.append(r + t**2 * gain * above[-1])
+
+    down_front, up_front, down_back, up_back = [], [], [], []
+    for k in range(len(stack.layers)):
+        top, bottom = 2 * k + 1, 2 * k + 2
+        gain_top = 1 / _at_least_tiny(1 - above[top] * below[top])
+        gain_bottom = 1 / _at_least_tiny(1 - above[bottom] * below[bottom])
+        down_front.append(through_above[top] * gain_top)
+        up_front.append(through_above[bottom] * gain_bottom * below[bottom])
+        down_back.append(through_below[top] * gain_top * above[top])
+        up_back.append(through_below[bottom] * gain_bottom)
+    return RegularFields(
+        below[0],
+        through_below[0],
+        *(tuple(fields) for fields in (down_front, up_front, down_back, up_back)),
+        tuple(cosines[1:-1]),
+        tuple(elements[2 * k][0] for k in range(len(indices) - 1)),
+    )
+
+
+def _at_least_tiny(value):
+    """Keep light that is trapped without loss, which nothing excites, from dividing by zero."""
+    return jnp.maximum(value, 1e-12)
+
+
+def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
+    """Depth integrals of light scattered once in a layer.
+
+    Parameters
+    ----------
+    cosine_out, cosine_in
+        Cosines inside the layer, broadcast together; 0 gives 0.
+    optical_thickness
+        Of the layer.
+
+    Returns
+    -------
+    reflected, transmitted
+        Per unit albedo and unit phase function, times 4 pi: the layer's BRDF and BTDF.
+    """
+    inside = (cosine_out > 0) & (cosine_in > 0)
+    out, into = jnp.where(inside, cosine_out, 1.0), jnp.where(inside, cosine_in, 1.0)
+    a, b = 1 / out, 1 / into
+    reflected = -jnp.expm1(-optical_thickness * (a + b)) / (out + into)
+    difference = jnp.abs(a - b) * optical_thickness
+    near = difference < 1e-6
+    ratio = jnp.where(near, 1 - difference / 2, -jnp.expm1(-difference) / jnp.where(near, 1.0, difference))
+    slow = optical_thickness * jnp.minimum(a, b)
+    transmitted = a * b * optical_thickness * jnp.exp(-slow) * ratio
+    return jnp.where(inside, reflected, 0.0), jnp.where(inside, transmitted, 0.0)
+
+
+def _layer_matrices(truncated: TruncatedOptics, cosine, weight, table):
+    """A and B of `layer_response` for all azimuthal orders, and the phase matrices of both parities.
+
+    ``weight`` is the layer's own quadrature weight w of each channel; ``table`` holds the associated
+    Legendre functions, shape ``(orders, moments, channels)``.
+    """
+    n_orders, n_moments, _ = table.shape
+    inside = cosine > 0
+    safe_cosine = jnp.where(inside, cosine, 1.0)
+    scale = jnp.where(inside, jnp.sqrt(weight / safe_cosine), 0.0)
+    factors = (2 * jnp.arange(n_moments) + 1) * truncated.phase_moments
+    parity = (jnp.arange(n_orders)[:, None] + jnp.arange(n_moments)[None, :]) % 2
+    even_table = jnp.where(parity[..., None] == 0, table, 0.0)
+    odd_table = jnp.where(parity[..., None] == 1, table, 0.0)
+    even = jnp.einsum("mli,l,mlj->mij", even_table, factors, even_table)
+    odd = jnp.einsum("mli,l,mlj->mij", odd_table, factors, odd_table)
+    scaled_even = scale[:, None] * even * scale[None, :]
+    scaled_odd = scale[:, None] * odd * scale[None, :]
+    # The quadrature does not integrate the phase function exactly: what is missing goes undeviated, so
+    # that a layer without absorption conserves energy to rounding. Grant, Hunt 1969 JQSRT 9, 1817.
+    field = jnp.where(inside, jnp.sqrt(weight * safe_cosine), 0.0)
+    safe_field = jnp.where(inside, field, 1.0)
+    missing = jnp.where(inside, 1 / safe_cosine - (scaled_even[0] @ field) / safe_field, 0.0)
+    albedo = truncated.single_scattering_albedo
+    diagonal = jnp.diag(1 / safe_cosine - albedo * missing)
+    return diagonal - albedo * scaled_odd, diagonal - albedo * scaled_even, even, odd
+
+
+class StackResponse(eqx.Module):
+    """Multiple scattering of a stack between its channels, without regular and once-scattered light.
+
+    Parameters
+    ----------
+    grid
+        The channels.
+    reflection, transmission
+        Basic radiance per irradiance for each azimuthal order (factor 1/(2 pi) and the cosine series left
+        out), shape ``(orders, channels, channels)``, incident channel last; channels of block 0.. that
+        reach the surroundings only.
+    truncated
+        Truncated optics of each layer, None for clear ones.
+    fields
+        Regular light at the further directions that were asked for.
+    """
+
+    grid: ChannelGrid
+    reflection: Float[Array, "orders channels channels"]
+    transmission: Float[Array, "orders channels channels"]
+    truncated: tuple
+    fields: RegularFields
+
+
+def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " directions"]) -> StackResponse:
+    """Solve the multiple scattering of a stack for every pair of channels.
+
+    Parameters
+    ----------
+    stack
+        The stack.
+    config
+        Sizes of the discretisation.
+    kappa
+        Further directions, n sin(theta), at which the regular light is wanted.
+
+    Returns
+    -------
+    StackResponse
+        Serves any number of incidences and directions.
+    """
+    grid = stack.grid(config)
+    truncated = tuple(
+        delta_m(layer, config.n_moments) if isinstance(layer, ScatteringLayer) else None
+        for layer in stack.layers
+    )
+    thickness = [
+        layer.optical_thickness if optics is None else optics.optical_thickness
+        for layer, optics in zip(stack.layers, truncated, strict=True)
+    ]
+    etendue = grid.etendue_weight
+    n_channels = etendue.shape[0]
+
+    def squared_cosine(n):
+        return jnp.concatenate([grid.squared_cosine(n), 1 - (kappa / n) ** 2])
+
+    # Channels and further directions in one pass: fewer operations to trace and to compile.
+    everywhere = regular_fields(stack, squared_cosine, thickness)
+    fields = jax.tree.map(lambda x: x[:n_channels], everywhere)
+
+    reflection = fields.interfaces[-1]
+    transmission = 1 - reflection
+    once_reflected, once_transmitted = 0.0, 0.0
+    for k in reversed(range(len(stack.layers))):
+        layer, cosine = stack.layers[k], fields.cosines[k]
+        if truncated[k] is None:
+            t = _attenuation(layer.optical_thickness, cosine)
+            reflection, transmission = _add_diagonal(0.0, t, reflection, transmission)
+        else:
+            n2 = layer.refractive_index**2
+            safe_cosine = jnp.where(cosine > 0, cosine, 1.0)
+            table = associated_legendre(config.n_moments, config.n_orders, cosine)
+            a_matrix, b_matrix, even, odd = _layer_matrices(
+                truncated[k], cosine, etendue / (n2 * safe_cosine), table
+            )
+            response = layer_response(a_matrix, b_matrix, thickness[k] / 2)
+            reflection, transmission = _add_layer(*response, reflection, transmission)
+            once = _once_on_channels(truncated[k], n2, fields, k, (even + odd, even - odd))
+            once_reflected = once_reflected + once[0]
+            once_transmitted = once_transmitted + once[1]
+        r = fields.interfaces[k]
+        reflection, transmission = _add_diagonal(r, 1 - r, reflection, transmission)
+
+    scale = jnp.sqrt(etendue)
+    norm = scale[:, None] * scale[None, :]
+    reflection = (reflection - jnp.diag(fields.reflection)) / norm - once_reflected
+    transmission = (transmission - jnp.diag(fields.transmission)) / norm - once_transmitted
+    if stack.exposed:
+        # Near grazing the light scattered twice still varies as 1/(mu_o + mu_i): interpolate without it.
+        cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))
+        reflection = reflection * (cosine[:, None] + cosine[None, :])
+    beyond = jax.tree.map(lambda x: x[n_channels:], everywhere)
+    return StackResponse(grid, reflection, transmission, truncated, beyond)
+
+
+def _once_on_channels(optics, n2, fields: RegularFields, k, phase):
+    """Light scattered once, for each azimuthal order, between the channels."""
+    forward, backward = phase
+    cosine = fields.cosines[k]
+    reflected, transmitted = single_scattering_kernels(
+        cosine[:, None], cosine[None, :], optics.optical_thickness
+    )
+    back = backward * reflected * optics.single_scattering_albedo / (2 * n2)
+    ahead = forward * transmitted * optics.single_scattering_albedo / (2 * n2)
+    down, up = fields.down_from_front[k], fields.up_from_front[k]
+
+    def seen(out_up, out_down):
+        return out_up[:, None] * (back * down + ahead * up) + out_down[:, None] * (ahead * down + back * up)
+
+    return seen(down, up), seen(fields.down_from_back[k], fields.up_from_back[k])
+
+
+def _add_diagonal(r, t, reflection, transmission):
+    """Put an element that is diagonal in the channels in front of what lies below."""
+    if reflection.ndim == 1:
+        gain = 1 / _at_least_tiny(1 - r * reflection)
+        return r + t**2 * gain * reflection, transmission * gain * t
+    if isinstance(r, float):
+        return t[:, None] * reflection * t, transmission * t
+    identity = jnp.eye(t.shape[0])
+    between = inverse(identity - r[:, None] * reflection) * t
+    return jnp.diag(r) + t[:, None] * (reflection @ between), transmission @ between
+
+
+def _add_layer(layer_reflection, layer_transmission, reflection, transmission):
+    """Put a scattering layer in front of what lies below."""
+    identity = jnp.eye(layer_reflection.shape[-1])
+    if reflection.ndim == 1:
+        between = inverse(identity - layer_reflection * reflection) @ layer_transmission
+        onward = transmission[:, None] * between
+        back = reflection[:, None] * between
+    else:
+        between = inverse(identity - layer_reflection @ reflection) @ layer_transmission
+        onward, back = transmission @ between, reflection @ between
+    return layer_reflection + layer_transmission @ back, onward

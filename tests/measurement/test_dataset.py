@@ -1,0 +1,192 @@
+import pickle
+import re
+
+import numpy as np
+import pytest
+
+from jaxink.errors import InputRefusedError
+from jaxink.measurement import GonioData, MaskLimits, Scan, read, read_netcdf
+
+
+def fields(**changes):
+    values = {
+        "theta_i_deg": [30.0, 0.0, 30.0, 30.0],
+        "theta_o_deg": [10.0, 20.0, 1 / 3, 90.0],
+        "phi_deg": [180.0, 0.0, -90.0, 1e-17],
+        "wavelength_nm": [550.0, 550.0, 632.8, 550.0],
+        "is_transmission": [False, False, False, True],
+        "bsdf_per_sr": [0.1, 0.2, -1e-300, np.pi],
+    }
+    return values | changes
+
+
+def full_data() -> GonioData:
+    return GonioData(
+        **fields(),
+        sigma_per_sr=[0.1, np.nextafter(0.1, 1), 5e-324, 2.0],
+        extra={
+            "time [s]": [1.5, np.nan, np.inf, -0.0],
+            "operator": ["Ann", "", "Åsa, 'a' \"b\"", "Bo\n"],
+            "time/s": [1, 2, 3, 4],
+        },
+        row=[5, 4, 9, 2],
+        mask=[0, 1, 33, 0],
+        source="a b.csv",
+        notes=("One thing was handled.", "Ünd another."),
+        attrs={"sample": "z307", "aperture_deg": 0.1, "readings": 3},
+    )
+
+
+def test_arrays_are_frozen_copies():
+    angles = np.array([30.0, 0.0, 30.0, 30.0])
+    data = GonioData(**fields(theta_i_deg=angles))
+    angles[0] = 5
+    assert data.theta_i_deg[0] == 30
+    for values in (data.bsdf_per_sr, data.mask, full_data().extra["operator"]):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = values[1]
+    with pytest.raises(AttributeError):
+        data.source = "other"
+    with pytest.raises(TypeError):
+        data.extra["x"] = 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"phi_deg": [0.0]}, "phi_deg has shape (1,); it must be (4,)"),
+        ({name: [] for name in fields()}, "it must be (points,) with at least one point"),
+        ({"bsdf_per_sr": [1, 2, np.nan, 4]}, "bsdf_per_sr[2] is nan; every value must be finite"),
+        ({"theta_o_deg": [1, 2, 3, 90.5]}, "theta_o_deg[3] is 90.5; it must be in 0 ... 90"),
+        ({"phi_deg": [0, -180, 0, 0]}, "phi_deg[1] is -180; it must be in (-180, 180]"),
+        ({"wavelength_nm": [0, 1, 1, 1]}, "wavelength_nm[0] is 0; it must be positive"),
+        ({"sigma_per_sr": [1, 1, 1, 0]}, "sigma_per_sr[3] is 0; it must be positive"),
+        ({"extra": {"t": [1, 2]}}, "extra column t has shape (2,), not (4,)"),
+    ],
+)
+def test_invariants(changes, sentence):
+    with pytest.raises(InputRefusedError, match="^GonioData: .*" + re.escape(sentence)):
+        GonioData(**fields(**changes))
+
+
+def test_scans():
+    data = full_data()
+    assert data.scans == (
+        Scan(0, "R", 550.0, 0.0, 1, 0),
+        Scan(1, "R", 550.0, 30.0, 1, 1),
+        Scan(2, "R", 632.8, 30.0, 1, 0),
+        Scan(3, "T", 550.0, 30.0, 1, 1),
+    )
+    np.testing.assert_array_equal(data.scan_index, [1, 0, 2, 3])
+    np.testing.assert_array_equal(data.side, ["R", "R", "R", "T"])
+    np.testing.assert_array_equal(data.used, [True, False, False, True])
+
+
+def test_select():
+    data = full_data()
+    np.testing.assert_array_equal(data.select(wavelength_nm=550).row, [5, 4, 2])
+    np.testing.assert_array_equal(data.select(wavelength_nm=(550, 632.8), side="R").row, [5, 4, 9])
+    part = data.select(theta_i_deg=30, side="R")
+    np.testing.assert_array_equal(part.sigma_per_sr, data.sigma_per_sr[[0, 2]])
+    assert part.extra["operator"].tolist() == ["Ann", "Åsa, 'a' \"b\""]
+    np.testing.assert_array_equal(data.select(used_only=True).row, [5, 2])
+
+
+@pytest.mark.parametrize(
+    ("choice", "sentence"),
+    [
+        ({"wavelength_nm": 532}, "a b.csv: no point has wavelength_nm 532; there are 550, 632.8."),
+        ({"theta_i_deg": (0, 31)}, "a b.csv: no point has theta_i_deg 31; there are 0, 30."),
+        ({"side": "r"}, "a b.csv: side is 'r'; it must be 'R' or 'T'."),
+        (
+            {"wavelength_nm": 632.8, "side": "T"},
+            "a b.csv: no point is left by this selection of side, wavelength and incidence.",
+        ),
+    ],
+)
+def test_select_refuses(choice, sentence):
+    with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+        full_data().select(**choice)
+
+
+@pytest.mark.parametrize("data", [full_data(), GonioData(**fields())], ids=["full", "bare"])
+def test_round_trips_are_exact(data, tmp_path):
+    path = tmp_path / "data.nc"
+    data.to_netcdf(path)
+    assert read_netcdf(path).equals(data)
+    assert read(path).equals(data)
+    assert GonioData.from_dataset(data.to_dataset()).equals(data)
+    assert pickle.loads(pickle.dumps(data)).equals(data)
+
+
+def test_equals_sees_every_difference():
+    data = full_data()
+    changes = [
+        {"bsdf_per_sr": data.bsdf_per_sr * (1 + 1e-15)},
+        {"sigma_per_sr": None},
+        {"notes": ()},
+        {"attrs": {}},
+        {"mask": data.mask ^ 2},
+        {"extra": dict(data.extra) | {"operator": ["Ann"] * 4}},
+        {"extra": {}},
+    ]
+    for change in changes:
+        assert not data.replace(**change).equals(data)
+
+
+def test_dataset_describes_itself():
+    dataset = full_data().with_masks(MaskLimits()).to_dataset()
+    assert dataset.sizes == {"point": 4}
+    for name in ("theta_i_deg", "theta_o_deg", "phi_deg"):
+        assert dataset.coords[name].attrs["units"] == "degree"
+    assert dataset.coords["wavelength_nm"].attrs["units"] == "nm"
+    assert dataset["bsdf_per_sr"].attrs["units"] == "sr-1"
+    assert dataset.attrs["schema_version"] == 1
+    assert "180 is the half-plane of the specular direction" in dataset.attrs["conventions"]
+    meanings = dataset["mask"].attrs["flag_meanings"].split()
+    assert len(meanings) == len(dataset["mask"].attrs["flag_masks"])
+
+
+def _without_notes(dataset):
+    dataset = dataset.copy()
+    del dataset.attrs["notes"]
+    return dataset
+
+
+def test_dataset_refuses():
+    dataset = full_data().to_dataset()
+    for changed, sentence in [
+        (dataset.assign_attrs(schema="x"), "is not a jaxink measurement: attribute schema must be"),
+        (dataset.assign_attrs(schema_version=2), "has schema_version 2; this jaxink reads version 1."),
+        (dataset.drop_vars("mask"), "the Dataset: variable mask is missing."),
+        (_without_notes(dataset), "the Dataset: attribute notes is missing."),
+    ]:
+        with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+            GonioData.from_dataset(changed)
+
+
+def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "data.nc"
+    full_data().to_netcdf(path)
+    before = path.read_bytes()
+
+    def full_disk(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full_disk)
+    with pytest.raises(InputRefusedError, match="cannot be written .No space left on device."):
+        GonioData(**fields()).to_netcdf(path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["data.nc"]
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("data.csv", "a netCDF file needs the suffix .nc."),
+        ("absent/data.nc", "the folder does not exist; create it first."),
+    ],
+)
+def test_write_refuses(name, sentence, tmp_path):
+    with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+        full_data().to_netcdf(tmp_path / name)
