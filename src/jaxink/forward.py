@@ -78,7 +78,6 @@ class ForwardModel(eqx.Module):
         config: SolverConfig | None = None,
     ):
         self.sample = sample
-        self.config = SolverConfig() if config is None else config
         self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
         columns = np.column_stack(
             [np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, is_transmission)]
@@ -91,6 +90,7 @@ class ForwardModel(eqx.Module):
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
         self.block_media, self.exposed = self._channel_layout()
+        self.config = SolverConfig.suggested(self.exposed) if config is None else config
         self._check_wavelengths()
 
     def _channel_layout(self):

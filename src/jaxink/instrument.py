@@ -161,6 +161,6 @@ def require_equal_surroundings(index_front: float, index_back: float, cones: Con
     """
     if not cones.is_ideal and index_front != index_back:
         raise InputRefusedError(
-            f"source or detector cones are declared, but the surroundings differ (index_front = {index_front:g}, "
-            f"index_back = {index_back:g}); cones need the same medium on both sides."
+            f"source or detector cones are declared, but index_front = {index_front:g} and index_back = "
+            f"{index_back:g} differ; cones need the same medium on both sides."
         )

@@ -36,7 +36,23 @@ class SolverConfig(eqx.Module):
     nodes_escaping: int = eqx.field(static=True, default=16)
     nodes_trapped: int = eqx.field(static=True, default=12)
     n_moments: int = eqx.field(static=True, default=32)
-    n_orders: int = eqx.field(static=True, default=16)
+    n_orders: int = eqx.field(static=True, default=12)
+
+    @classmethod
+    def suggested(cls, exposed: bool) -> "SolverConfig":
+        """Sizes that keep the BSDF within about 1e-4 for asymmetry parameters up to 0.9.
+
+        Parameters
+        ----------
+        exposed
+            Whether a scattering layer has the index of the surroundings: without refraction, radiance
+            varies faster towards grazing and more azimuthal orders leave the layer.
+
+        Returns
+        -------
+        SolverConfig
+        """
+        return cls(24, 12, 48, 32) if exposed else cls()
 
 
 class Stack(eqx.Module):

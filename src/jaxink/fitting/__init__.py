@@ -1,0 +1,20 @@
+"""Fitting a sample to a measurement, by gradient or by simplex."""
+
+from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective, noise_of
+from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.result import FitResult, load_result
+from jaxink.fitting.run import FitOptions, fit, predict, prepare_data
+
+__all__ = [
+    "OBJECTIVES",
+    "FitOptions",
+    "FitResult",
+    "Objective",
+    "Outcome",
+    "fit",
+    "load_result",
+    "make_objective",
+    "noise_of",
+    "predict",
+    "prepare_data",
+]

@@ -130,6 +130,7 @@ class GradientSearch:
             compile_seconds=self.compile_seconds,
             decrement=float(descent.decrement),
             triangle=np.asarray(descent.triangle),
+            gradient=np.asarray(descent.triangle).T @ np.asarray(descent.projected),
             predicted=np.asarray(state.aux),
             path=tuple(path),
         )

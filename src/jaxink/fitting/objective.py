@@ -248,8 +248,8 @@ def make_objective(
     measured = data.bsdf_per_sr[used]
     if kind in ("relative", "logarithmic") and np.any(measured <= 0):
         raise InputRefusedError(
-            f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are 0 or "
-            "negative: mask them, or choose chi_square."
+            f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
+            "not: mask them, or choose chi_square."
         )
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
     priors = [(i, p.prior) for i, p in enumerate(free) if p.prior is not None]

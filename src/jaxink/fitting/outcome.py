@@ -43,8 +43,8 @@ class Search:
         Wall time of the search and of what was compiled for it before.
     decrement
         How much lower the undamped step promises to bring the loss; the first-order test.
-    triangle
-        R of the QR factorisation of the final Jacobian, or None for the simplex.
+    triangle, gradient
+        R of the QR factorisation of the final Jacobian J, and J^T r; None for the simplex.
     predicted
         Predicted BSDF at the end.
     path
@@ -63,5 +63,6 @@ class Search:
     compile_seconds: float
     decrement: float
     triangle: np.ndarray | None
+    gradient: np.ndarray | None
     predicted: np.ndarray
     path: tuple[float, ...]

@@ -103,6 +103,7 @@ class SimplexSearch:
             compile_seconds=self.compile_seconds,
             decrement=float("nan"),
             triangle=None,
+            gradient=None,
             predicted=np.asarray(predicted),
             path=tuple(path),
         )

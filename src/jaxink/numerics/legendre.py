@@ -5,11 +5,12 @@ from functools import lru_cache
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 from jaxtyping import Array, Float
 
 
 def legendre_series(
-    moments: Float[Array, " moments"], cosines: Float[Array, "*points"]
+    moments: Float[Array, " moments"], cosines: Float[ArrayLike, "*points"]
 ) -> Float[Array, "*points"]:
     """Sum of (2l + 1) chi_l P_l(cosine).
 
@@ -42,9 +43,9 @@ def legendre_series(
 
 
 def moments_of_function(
-    values: Float[Array, "*batch nodes"],
-    nodes: Float[Array, " nodes"],
-    weights: Float[Array, " nodes"],
+    values: Float[ArrayLike, "*batch nodes"],
+    nodes: Float[ArrayLike, " nodes"],
+    weights: Float[ArrayLike, " nodes"],
     n_moments: int,
 ) -> Float[Array, "*batch moments"]:
     """Moments chi_l = 1/2 integral f(x) P_l(x) dx by a quadrature on (-1, 1).
@@ -90,7 +91,7 @@ def _sectoral_factors(n_orders: int) -> np.ndarray:
 
 
 def associated_legendre(
-    n_moments: int, n_orders: int, cosines: Float[Array, "*points"]
+    n_moments: int, n_orders: int, cosines: Float[ArrayLike, "*points"]
 ) -> Float[Array, "orders moments *points"]:
     """Normalised associated Legendre functions sqrt((l-m)!/(l+m)!) P_l^m(mu), without sign (-1)^m.
 

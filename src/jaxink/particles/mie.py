@@ -12,6 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 from jaxtyping import Array, Complex, Float
 
 from jaxink.numerics.legendre import moments_of_function
@@ -91,7 +92,7 @@ class MieSphere(PhaseFunction):
         total += jnp.sum((2 * n + 1) / (n * (n + 1)) * _inner(a, b))
         return 2 * total / _nonzero(self._scattering_sum)
 
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """Phase function at the cosines, 1 where nothing is scattered; see `PhaseFunction.value`."""
         functions = _angular_functions(self.electric_coefficients.shape[0], jnp.asarray(scattering_cosine))
         return self._from_angular_functions(*functions)

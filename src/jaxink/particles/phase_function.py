@@ -5,6 +5,7 @@ import abc
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 from jaxtyping import Array, Float
 from scipy.interpolate import CubicSpline
 
@@ -21,7 +22,7 @@ class PhaseFunction(eqx.Module):
     """Angular distribution of one scattering; its mean over the sphere is 1 (integral 4 pi)."""
 
     @abc.abstractmethod
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """Phase function at given cosines of the scattering angle.
 
         Parameters
@@ -85,7 +86,7 @@ class HenyeyGreenstein(PhaseFunction):
     def __check_init__(self):
         _require_asymmetry("asymmetry_parameter", self.asymmetry_parameter)
 
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """See `PhaseFunction.value`."""
         return _henyey_greenstein(self.asymmetry_parameter, scattering_cosine)
 
@@ -119,7 +120,7 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
         _require_asymmetry("second_asymmetry_parameter", self.second_asymmetry_parameter)
         require("second_weight", self.second_weight, lambda w: (w >= 0) & (w <= 1), "lie in 0 ... 1")
 
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """See `PhaseFunction.value`."""
         first = _henyey_greenstein(self.asymmetry_parameter, scattering_cosine)
         second = _henyey_greenstein(self.second_asymmetry_parameter, scattering_cosine)
@@ -136,7 +137,7 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
 class Rayleigh(PhaseFunction):
     """Unpolarised scattering by particles much smaller than the wavelength, 3/4 (1 + cos^2)."""
 
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """See `PhaseFunction.value`."""
         return 0.75 * (1 + jnp.square(scattering_cosine))
 
@@ -204,7 +205,7 @@ class TabulatedByAngle(PhaseFunction):
         self.widest_step_rad = float(np.max(np.abs(np.diff(np.arccos(cosine)))))
         _require_not_negative(self, np.cos(np.linspace(0, np.pi, 20 * cosine.size)), "angles")
 
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """Spline at the cosines; see `PhaseFunction.value`."""
         x = jnp.asarray(scattering_cosine)
         table = self.scattering_cosine
@@ -254,7 +255,7 @@ class TabulatedByMoments(PhaseFunction):
         n_points = 10 * self.phase_moments.shape[0] + 11
         _require_not_negative(self, np.cos(np.linspace(0, np.pi, n_points)), "moments")
 
-    def value(self, scattering_cosine: Float[Array, "*points"]) -> Float[Array, "*points"]:
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """See `PhaseFunction.value`."""
         return legendre_series(self.phase_moments, scattering_cosine)
 

@@ -1,5 +1,6 @@
 """What the experimenter knows of a sample; no JAX is needed to read it."""
 
+from jaxink.sample.archive import sample_from_dict, sample_to_dict
 from jaxink.sample.description import Layer, Noise, Sample, load_sample, parse_sample
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 
@@ -12,4 +13,6 @@ __all__ = [
     "Sample",
     "load_sample",
     "parse_sample",
+    "sample_from_dict",
+    "sample_to_dict",
 ]

@@ -81,9 +81,10 @@ NOISE = {
     "floor_per_sr": (0.0, math.inf, 0.0, "1/sr"),
     "scan_relative": (0.0, 1.0, 0.0, ""),
 }
+# 0 (90 for the grazing limit) switches a mask off.
 MASKS = {
-    "specular_half_angle_deg": (0.0, 90.0, 0.0, "deg"),
-    "undeviated_half_angle_deg": (0.0, 90.0, 0.0, "deg"),
-    "retro_half_angle_deg": (0.0, 90.0, 0.0, "deg"),
-    "grazing_above_deg": (0.0, 90.0, 90.0, "deg"),
+    "specular_half_angle_deg": (0.0, 90.0, 2.5, "deg"),
+    "undeviated_half_angle_deg": (0.0, 90.0, 2.5, "deg"),
+    "retro_half_angle_deg": (0.0, 90.0, 2.5, "deg"),
+    "grazing_theta_o_deg": (0.0, 90.0, 90.0, "deg"),
 }

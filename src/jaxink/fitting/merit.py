@@ -1,0 +1,166 @@
+"""Figures of merit of a prediction against a measurement."""
+
+import dataclasses
+
+import numpy as np
+from scipy.stats import chi2
+
+from jaxink.measurement import GonioData
+
+
+@dataclasses.dataclass(frozen=True)
+class Merit:
+    """How well a prediction meets a measurement.
+
+    Parameters
+    ----------
+    points
+        Number of points compared.
+    chi_square, degrees_of_freedom, reduced_chi_square, probability
+        Under the stated noise, scan factors as covariance; None where the noise is not known.
+    rmsd_absolute_pi
+        Root mean square of pi (m - s), m measured and s predicted BSDF.
+    rmsd_absolute_intensity
+        The same of f cos(theta_o), 1/sr.
+    rmsd_absolute_pi_percent, rmsd_absolute_intensity_percent
+        Those as percent of the largest measured value of the same quantity.
+    rmsd_relative
+        Root mean square of (m - s) / (0.5 (m + s)).
+    rmsd_logarithmic
+        The same of the natural logarithms of m and s.
+    relative_rms
+        Root mean square of s / m - 1.
+    """
+
+    points: int
+    chi_square: float | None
+    degrees_of_freedom: int | None
+    reduced_chi_square: float | None
+    probability: float | None
+    rmsd_absolute_pi: float
+    rmsd_absolute_pi_percent: float
+    rmsd_absolute_intensity: float
+    rmsd_absolute_intensity_percent: float
+    rmsd_relative: float | None
+    rmsd_logarithmic: float | None
+    relative_rms: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class ScanMerit:
+    """Share of one scan in the misfit.
+
+    Parameters
+    ----------
+    theta_i_deg, wavelength_nm, side
+        Which scan.
+    points
+        Its used points.
+    chi_square
+        Its share of chi-square, None where the noise is not known.
+    relative_rms
+        Root mean square of predicted / measured - 1.
+    mean_relative
+        Mean of predicted / measured - 1.
+    """
+
+    theta_i_deg: float
+    wavelength_nm: float
+    side: str
+    points: int
+    chi_square: float | None
+    relative_rms: float | None
+    mean_relative: float | None
+
+
+def _rms(values) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n_parameters: int) -> Merit:
+    """Figures of merit over the used points.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    predicted
+        Predicted BSDF at its used points.
+    whitened
+        Residuals whitened by the noise, or None.
+    n_parameters
+        Number of parameters that were fitted.
+
+    Returns
+    -------
+    Merit
+    """
+    used = data.used
+    measured = data.bsdf_per_sr[used]
+    cosine = np.cos(np.deg2rad(data.theta_o_deg[used]))
+    positive = bool(np.all(measured > 0) and np.all(predicted > 0))
+    square = freedom = None
+    if whitened is not None:
+        square, freedom = float(np.sum(whitened**2)), len(measured) - n_parameters
+    log_m, log_s = (np.log(v) if positive else None for v in (measured, predicted))
+    relative = (measured - predicted) / (0.5 * (measured + predicted)) if positive else None
+    return Merit(
+        points=len(measured),
+        chi_square=square,
+        degrees_of_freedom=freedom,
+        reduced_chi_square=square / freedom if freedom and freedom > 0 else None,
+        probability=float(chi2.sf(square, freedom)) if freedom and freedom > 0 else None,
+        rmsd_absolute_pi=np.pi * _rms(measured - predicted),
+        rmsd_absolute_pi_percent=100 * _rms(measured - predicted) / float(np.max(measured)),
+        rmsd_absolute_intensity=_rms(cosine * (measured - predicted)),
+        rmsd_absolute_intensity_percent=100
+        * _rms(cosine * (measured - predicted))
+        / float(np.max(cosine * measured)),
+        rmsd_relative=_rms(relative) if positive else None,
+        rmsd_logarithmic=_rms(_symmetric(log_m, log_s)) if positive else None,
+        relative_rms=_rms(predicted / measured - 1) if positive else None,
+    )
+
+
+def _symmetric(m, s):
+    """(m - s) over the mean of m and s, kept finite where the mean of two logarithms passes 0."""
+    mean = 0.5 * (m + s)
+    return (m - s) / np.where(mean >= 0, 1.0, -1.0) / np.maximum(np.abs(mean), 1e-3)
+
+
+def merit_by_scan(
+    data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None
+) -> tuple[ScanMerit, ...]:
+    """Misfit scan by scan.
+
+    Parameters
+    ----------
+    data, predicted, whitened
+        As for `merit`.
+
+    Returns
+    -------
+    tuple[ScanMerit, ...]
+        In the order of the data's scans.
+    """
+    used = data.used
+    measured, scan_index = data.bsdf_per_sr[used], data.scan_index[used]
+    rows = []
+    for scan in data.scans:
+        here = scan_index == scan.index
+        if not here.any():
+            continue
+        positive = bool(np.all(measured[here] > 0))
+        ratio = predicted[here] / measured[here] - 1 if positive else None
+        rows.append(
+            ScanMerit(
+                scan.theta_i_deg,
+                scan.wavelength_nm,
+                scan.side,
+                int(here.sum()),
+                None if whitened is None else float(np.sum(whitened[here] ** 2)),
+                _rms(ratio) if positive else None,
+                float(np.mean(ratio)) if positive else None,
+            )
+        )
+    return tuple(rows)

@@ -1,0 +1,453 @@
+"""Fit a sample to a measurement."""
+
+import dataclasses
+import logging
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.errors import InputRefusedError
+from jaxink.fitting.gradient import GradientSearch, starts
+from jaxink.fitting.merit import merit, merit_by_scan
+from jaxink.fitting.objective import FitNoise, Objective, make_objective, noise_of, whiten_scans
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.result import (
+    DerivedQuantity,
+    FitResult,
+    FittedParameter,
+    ProfileCurve,
+    SearchSummary,
+)
+from jaxink.fitting.simplex import SimplexSearch
+from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
+from jaxink.measurement import GonioData, MaskLimits, read
+from jaxink.numerics.precision import require_safe_jaxlib
+from jaxink.sample import Sample, load_sample
+from jaxink.stack import SolverConfig
+
+_LOG = logging.getLogger("jaxink")
+_PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
+# A standard error beyond this share of the range, or a correlation beyond this, asks for a profile.
+_WIDE = 0.1
+_CORRELATED = 0.98
+
+
+@dataclasses.dataclass(frozen=True)
+class FitOptions:
+    """Choices of a fit.
+
+    Parameters
+    ----------
+    method
+        ``gradient``, or ``simplex`` as the baseline.
+    objective
+        ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
+    n_starts
+        Number of starts of the gradient fit: the sample's own, and random ones.
+    seed
+        Of the random starts.
+    profile
+        ``auto``: for parameters that the covariance shows to be weak; ``all``; or ``none``.
+    config
+        Sizes of the discretisation; None: `SolverConfig.suggested`.
+    """
+
+    method: str = "gradient"
+    objective: str = "chi_square"
+    n_starts: int = 1
+    seed: int = 0
+    profile: str = "auto"
+    config: SolverConfig | None = None
+
+    def __post_init__(self):
+        for name, allowed in (
+            ("method", ("gradient", "simplex")),
+            ("profile", ("auto", "all", "none")),
+        ):
+            if getattr(self, name) not in allowed:
+                raise InputRefusedError(
+                    f"{name} is '{getattr(self, name)}'; it must be one of: {', '.join(allowed)}."
+                )
+        if self.n_starts < 1:
+            raise InputRefusedError(f"n_starts is {self.n_starts}; it must be at least 1.")
+
+
+Progress = Callable[[str, int, float], None]
+
+
+def fit(
+    data: GonioData | str | Path,
+    sample: Sample | str | Path,
+    options: FitOptions | None = None,
+    progress: Progress | None = None,
+) -> FitResult:
+    """Find the free parameters of a sample from a measurement.
+
+    Works in 64 bits whatever the session's setting, and leaves that setting as it was.
+
+    Parameters
+    ----------
+    data
+        Measurement, or the file to read it from.
+    sample
+        Sample, or its file.
+    options
+        Choices; None for the defaults.
+    progress
+        Called with what is done, the step and the loss.
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    InputRefusedError
+        If data or sample cannot be used.
+    """
+    require_safe_jaxlib()
+    options = FitOptions() if options is None else options
+    sample = sample if isinstance(sample, Sample) else load_sample(sample)
+    data = prepare_data(read(data) if isinstance(data, str | Path) else data, sample)
+    with jax.enable_x64(True):
+        return _fit(data, sample, options, progress or _quiet)
+
+
+def _quiet(what: str, step: int, loss: float) -> None:
+    _LOG.debug("%s: step %d, loss %.6g", what, step, loss)
+
+
+def prepare_data(data: GonioData, sample: Sample) -> GonioData:
+    """The rows and masks that a sample asks for.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    sample
+        Names wavelengths and masks.
+
+    Returns
+    -------
+    GonioData
+
+    Raises
+    ------
+    InputRefusedError
+        If a wavelength of the sample is not in the data.
+    """
+    if sample.wavelengths_nm:
+        known = np.unique(data.wavelength_nm)
+        for wavelength in sample.wavelengths_nm:
+            if not np.any(np.abs(known - wavelength) < 1e-6):
+                raise InputRefusedError(
+                    f"the sample names {wavelength:g} nm, but {data.source or 'the measurement'} holds "
+                    f"{', '.join(f'{w:g}' for w in known)} nm only."
+                )
+        data = data.select(wavelength_nm=sample.wavelengths_nm)
+    limits = dict(sample.masks)
+    return data.with_masks(
+        MaskLimits(
+            **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},
+            grazing_theta_o_deg=limits.get("grazing_theta_o_deg"),
+        )
+    )
+
+
+def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progress) -> FitResult:
+    noise = noise_of(data, sample)
+    if options.objective == "chi_square" and not noise.known:
+        raise InputRefusedError(
+            f"{data.source or 'the measurement'}: its noise is not known ({noise.origin}) Declare it in "
+            "[noise] of the sample file, or choose another objective."
+        )
+    objective = make_objective(data, sample, options.objective, options.config, noise)
+    free = sample.parameters.free
+    first = objective.scale.to_unit(np.array([p.value for p in free]))
+    if options.method == "simplex":
+        searches = [SimplexSearch(objective).run(first, _named(progress, "simplex"))]
+        engine = None
+    else:
+        engine = GradientSearch(objective)
+        searches = [
+            engine.run(start, progress=_named(progress, f"start {i + 1}"))
+            for i, start in enumerate(starts(first, options.n_starts, options.seed))
+        ]
+    best = min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
+    if not np.isfinite(best.loss):
+        raise InputRefusedError(
+            "the model is not finite at the start values: "
+            + ", ".join(f"{p.name} = {p.value:g}" for p in free)
+            + "; start elsewhere."
+        )
+    profiles: list[Profile] = []
+    spread = _covariance(best) if options.objective == "chi_square" else None
+    if engine is not None and spread is not None and options.profile != "none":
+        best, spread, profiles = _profiles(engine, best, spread, options.profile, searches, progress)
+    return _assemble(data, sample, options, noise, objective, best, spread, searches, profiles)
+
+
+def _named(progress: Progress, what: str) -> Callable[[int, float], None]:
+    return lambda step, loss: progress(what, step, loss)
+
+
+def _covariance(best: Search) -> Covariance | None:
+    if best.triangle is None:
+        return None
+    return covariance(best.triangle, best.unit, best.gradient)
+
+
+def _profiles(engine, best, spread, which, searches, progress):
+    """Profiles of the weak parameters; starts again where one of them finds a lower minimum."""
+    for _ in range(3):
+        lower: list[Search] = []
+        profiles = []
+        for position in range(len(best.unit)):
+            if which == "all" or _is_weak(spread, position):
+                progress("profile", position + 1, best.loss)
+                profiles.append(profile(engine, best, position, spread.deviation[position], lower.append))
+        if not lower:
+            break
+        start = min(lower, key=lambda s: s.loss)
+        improved = engine.run(start.unit)
+        searches.append(improved)
+        if improved.loss >= best.loss:
+            break
+        best, spread = improved, _covariance(improved)
+    return best, spread, profiles
+
+
+def _is_weak(spread: Covariance, position: int) -> bool:
+    deviation = spread.deviation[position]
+    if spread.held[position] or not np.isfinite(deviation) or deviation > _WIDE:
+        return True
+    others = np.delete(spread.correlation[position], position)
+    return bool(np.any(np.abs(others[np.isfinite(others)]) > _CORRELATED))
+
+
+def _assemble(data, sample, options, noise, objective, best, spread, searches, profiles):
+    free = sample.parameters.free
+    values = {n: float(v) for n, v in objective.values(jnp.asarray(best.unit)).items()}
+    fitted_sample = dataclasses.replace(sample, parameters=_with_values(sample.parameters, values))
+    whitened = _whitened(objective, noise, best.predicted)
+    parameters = _parameters(sample, objective, best, spread, profiles)
+    known = spread is not None
+    names = tuple(p.name for p in free) if known else ()
+    return FitResult(
+        sample=fitted_sample,
+        data=data,
+        predicted_per_sr=best.predicted,
+        sigma_per_sr=np.asarray(noise.sigma_per_sr),
+        whitened=whitened,
+        method=options.method,
+        objective=options.objective,
+        outcome=best.outcome,
+        parameters=parameters,
+        correlation_names=names,
+        correlations=spread.correlation if known else np.zeros((0, 0)),
+        derived=_derived(objective, best, spread),
+        merit=merit(data, best.predicted, whitened, len(free)),
+        scans=merit_by_scan(data, best.predicted, whitened),
+        noise={
+            "origin": noise.origin,
+            "scan_relative": noise.scan_relative,
+            "known": noise.known,
+        },
+        searches=tuple(_summary(s, objective) for s in searches),
+        profiles=tuple(
+            ProfileCurve(
+                free[p.position].name,
+                tuple(_physical(objective, p.position, u, best) for u in p.unit),
+                tuple(float(r) for r in p.rise),
+            )
+            for p in profiles
+        ),
+        solver=dataclasses.asdict(objective.model.config),
+        versions={name: version(name) for name in _PACKAGES},
+        seed=options.seed,
+        notes=tuple(data.notes) + _notes(options, spread, best),
+    )
+
+
+def _with_values(table, values):
+    for name, value in values.items():
+        table = table.replace(name, value=value)
+    return table
+
+
+def _whitened(objective: Objective, noise: FitNoise, predicted) -> np.ndarray | None:
+    if not noise.known:
+        return None
+    residual = (objective.measured - predicted) / noise.sigma_per_sr
+    common = noise.scan_relative * predicted / noise.sigma_per_sr
+    return np.asarray(whiten_scans(residual, common, objective.scan, objective.n_scans))
+
+
+def _physical(objective: Objective, position: int, unit: float, best: Search) -> float:
+    variables = np.array(best.unit)
+    variables[position] = unit
+    return float(objective.scale.to_physical(jnp.asarray(variables))[position])
+
+
+def _parameters(sample, objective, best, spread, profiles):
+    values = sample.parameters.values_with(
+        {n: float(v) for n, v in objective.values(jnp.asarray(best.unit)).items()}
+    )
+    slope = objective.scale.slope(best.unit)
+    by_position = {p.position: p for p in profiles}
+    rows = []
+    for name, parameter in sample.parameters.items():
+        start = sample.parameters.values_with({})[name]
+        row = FittedParameter(
+            name,
+            parameter.unit,
+            float(values[name]),
+            None,
+            float(start),
+            parameter.minimum,
+            parameter.maximum,
+            parameter.free,
+            parameter.tie,
+        )
+        if parameter.free:
+            position = objective.free.index(name)
+            row = _judged(row, position, objective, best, spread, slope, by_position.get(position))
+        rows.append(row)
+    return tuple(rows)
+
+
+def _judged(row, position, objective, best, spread, slope, curve):
+    """Standard error, bound and profile of one free parameter."""
+    unit = best.unit[position]
+    flag = "at lower bound" if unit <= 0 else "at upper bound" if unit >= 1 else ""
+    # The unit variable of a one-minus scale grows with the parameter too: bounds keep their names.
+    error = None
+    if spread is not None and not spread.held[position]:
+        deviation = spread.deviation[position] * abs(slope[position])
+        error = float(deviation) if np.isfinite(deviation) else None
+    interval = None
+    if curve is not None:
+        ends = [_physical(objective, position, u, best) for u in (curve.lower, curve.upper)]
+        interval = (min(ends), max(ends))
+        if not flag:
+            flag = {
+                (True, True): "not determined",
+                (True, False): "open below",
+                (False, True): "open above",
+                (False, False): "",
+            }[curve.open_below, curve.open_above]
+    elif error is None and not flag and spread is not None:
+        flag = "not determined"
+    return dataclasses.replace(row, standard_error=error, flag=flag, interval=interval)
+
+
+@eqx.filter_jit
+def _coefficients(objective: Objective, unit):
+    def of(u):
+        return objective.model.coefficients(objective.values(u))
+
+    return of(unit), jax.jacfwd(of)(unit)
+
+
+_QUANTITIES = (
+    "scattering_per_mm",
+    "absorption_per_mm",
+    "asymmetry_parameter",
+    "reduced_optical_thickness",
+)
+
+
+def _derived(objective: Objective, best: Search, spread: Covariance | None):
+    values, slopes = _coefficients(objective, jnp.asarray(best.unit))
+    rows = []
+    for layer, coefficients in values.items():
+        for i, wavelength in enumerate(objective.model.wavelengths_nm):
+            for quantity in _QUANTITIES:
+                value = float(getattr(coefficients, quantity)[i])
+                if not np.isfinite(value):
+                    continue
+                slope = np.asarray(getattr(slopes[layer], quantity)[i])
+                rows.append(DerivedQuantity(layer, wavelength, quantity, value, _propagated(slope, spread)))
+    return tuple(rows)
+
+
+def _propagated(slope: np.ndarray, spread: Covariance | None) -> float | None:
+    """Standard error of a function of the parameters."""
+    if spread is None:
+        return None
+    matters = np.abs(slope) > 1e-12 * (np.max(np.abs(slope)) + 1e-300)
+    block = spread.matrix[np.ix_(matters, matters)]
+    if not np.all(np.isfinite(block)):
+        return None
+    return float(np.sqrt(max(slope[matters] @ block @ slope[matters], 0.0)))
+
+
+def _summary(search: Search, objective: Objective) -> SearchSummary:
+    def physical(unit):
+        return {n: float(v) for n, v in objective.values(jnp.asarray(unit)).items()}
+
+    return SearchSummary(
+        search.method,
+        search.outcome.name.lower(),
+        physical(search.start),
+        physical(search.unit),
+        search.loss_start,
+        search.loss,
+        search.jacobians,
+        search.evaluations,
+        search.run_seconds,
+        search.compile_seconds,
+    )
+
+
+def _notes(options: FitOptions, spread, best: Search) -> tuple[str, ...]:
+    notes = []
+    if spread is None and options.method == "simplex":
+        notes.append("The simplex has no Jacobian: no standard errors.")
+    elif spread is None:
+        notes.append(f"The objective '{options.objective}' is not chi-square: no standard errors are given.")
+    if best.path and np.allclose(best.unit, best.start):
+        notes.append("No parameter moved from its start value.")
+    return tuple(notes)
+
+
+def predict(
+    sample: Sample | str | Path, data: GonioData | str | Path, config: SolverConfig | None = None
+) -> np.ndarray:
+    """Predict the BSDF of a sample, without a fit, at the points of a measurement.
+
+    Parameters
+    ----------
+    sample
+        Sample, or its file.
+    data
+        Measurement, or its file; only its directions, sides and wavelengths are used.
+    config
+        Sizes of the discretisation.
+
+    Returns
+    -------
+    np.ndarray
+        1/sr, shape ``(points,)``, masked points included.
+    """
+    from jaxink.forward import ForwardModel
+
+    require_safe_jaxlib()
+    sample = sample if isinstance(sample, Sample) else load_sample(sample)
+    data = read(data) if isinstance(data, str | Path) else data
+    with jax.enable_x64(True):
+        model = ForwardModel(
+            sample,
+            data.theta_i_deg,
+            data.theta_o_deg,
+            data.phi_deg,
+            data.wavelength_nm,
+            data.is_transmission,
+            config,
+        )
+        return np.asarray(eqx.filter_jit(lambda m: m.bsdf())(model))

@@ -1,0 +1,187 @@
+"""Standard errors, correlations, and what the data leave open."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.outcome import Search
+
+# Directions of the scaled Jacobian weaker than this against the strongest are unknown, not merely large.
+_UNKNOWN = 1e-9
+# A profile follows chi-square up to this rise: two standard errors.
+_RISE = 4.0
+_STEPS_EACH_WAY = 7
+
+
+@dataclasses.dataclass(frozen=True)
+class Covariance:
+    """Covariance of the free parameters in the unit variables.
+
+    Parameters
+    ----------
+    matrix
+        Shape ``(parameters, parameters)``; infinite on the diagonal where the data say nothing, 0 where a
+        parameter is held by its bound.
+    held
+        True where a parameter sits on a bound with the misfit pushing outward.
+    """
+
+    matrix: np.ndarray
+    held: np.ndarray
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard errors in the unit variables."""
+        return np.sqrt(np.diag(self.matrix))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlations; nan where a parameter has no finite, positive standard error."""
+        deviation = self.deviation
+        good = np.isfinite(deviation) & (deviation > 0)
+        scale = np.where(good, deviation, np.nan)
+        return self.matrix / (scale[:, None] * scale[None, :])
+
+
+def covariance(triangle: np.ndarray, unit: np.ndarray, gradient: np.ndarray) -> Covariance:
+    """Covariance (J^T J)^-1 of the parameters that are not held by a bound.
+
+    Parameters
+    ----------
+    triangle
+        R of the QR factorisation of the Jacobian of residuals in sigma.
+    unit
+        The minimum.
+    gradient
+        J^T r there.
+
+    Returns
+    -------
+    Covariance
+    """
+    n = len(unit)
+    held = ((unit <= 0) & (gradient > 0)) | ((unit >= 1) & (gradient < 0))
+    free = ~held
+    matrix = np.zeros((n, n))
+    if free.any():
+        reduced = triangle[:, free]
+        norms = np.linalg.norm(reduced, axis=0)
+        norms = np.where(norms > 0, norms, 1.0)
+        _, singular, right = np.linalg.svd(reduced / norms)
+        known = singular > _UNKNOWN * singular[0]
+        inverse = np.where(known, 1 / np.where(known, singular, 1.0), 0.0)
+        root = right.T * inverse / norms[:, None]
+        block = root @ root.T
+        # A direction without information makes every parameter that takes part in it unknown.
+        open_share = np.sum(right[~known] ** 2, axis=0)
+        unknown = open_share > 1e-6
+        block[unknown, :] = block[:, unknown] = 0.0
+        block[unknown, unknown] = np.inf
+        matrix[np.ix_(free, free)] = block
+    return Covariance(matrix, held)
+
+
+@dataclasses.dataclass(frozen=True)
+class Profile:
+    """Chi-square along one parameter, all others fitted anew at each value.
+
+    Parameters
+    ----------
+    position
+        Which parameter.
+    unit
+        Its values in the unit variable, ascending.
+    rise
+        Chi-square above the minimum at each.
+    lower, upper
+        Ends of the interval in which it rises by less than 1, in the unit variable.
+    open_below, open_above
+        True where the end of the range was reached before.
+    """
+
+    position: int
+    unit: np.ndarray
+    rise: np.ndarray
+    lower: float
+    upper: float
+    open_below: bool
+    open_above: bool
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data close the interval on both sides."""
+        return not (self.open_below or self.open_above)
+
+
+def profile(
+    search: GradientSearch,
+    best: Search,
+    position: int,
+    deviation: float,
+    found_lower: Callable[[Search], None],
+) -> Profile:
+    """Follow chi-square along one parameter in both directions.
+
+    Parameters
+    ----------
+    search
+        The compiled search; no new compilation is needed.
+    best
+        The minimum.
+    position
+        Which parameter.
+    deviation
+        Its standard error in the unit variable; sets the first step.
+    found_lower
+        Called with a search that ended below ``best``.
+
+    Returns
+    -------
+    Profile
+
+    References
+    ----------
+    Venzon, Moolgavkar 1988 Appl. Stat. 37, 87.
+    """
+    centre = float(best.unit[position])
+    samples = {centre: 0.0}
+    for direction in (-1.0, 1.0):
+        room = centre if direction < 0 else 1 - centre
+        step = deviation if np.isfinite(deviation) and deviation > 0 else 0.02
+        step = min(max(step, 1e-4), room)
+        start, at = best.unit, centre
+        for _ in range(_STEPS_EACH_WAY):
+            if room <= 0:
+                break
+            at = float(np.clip(centre + direction * min(step, room), 0.0, 1.0))
+            found = search.run(start, held={position: at})
+            if not np.isfinite(found.loss):
+                break
+            if found.loss < best.loss - 1e-3:
+                found_lower(found)
+            samples[at] = found.loss - best.loss
+            if samples[at] > _RISE or step >= room:
+                break
+            start = found.unit
+            # Chi-square rises about as the square: aim at the next whole standard error.
+            step *= 2.0 if samples[at] < 1.0 else 1.5
+    unit = np.array(sorted(samples))
+    rise = np.array([samples[u] for u in unit])
+    lower, open_below = _crossing(unit, rise, centre, -1)
+    upper, open_above = _crossing(unit, rise, centre, 1)
+    return Profile(position, unit, rise, lower, upper, open_below, open_above)
+
+
+def _crossing(unit, rise, centre, direction):
+    """Where the root of the rise passes 1 on one side; the end of the range where it does not."""
+    side = unit >= centre if direction > 0 else unit <= centre
+    u, root = unit[side], np.sqrt(np.maximum(rise[side], 0.0))
+    if direction < 0:
+        u, root = u[::-1], root[::-1]
+    for i in range(1, len(u)):
+        if root[i] >= 1:
+            share = (1 - root[i - 1]) / (root[i] - root[i - 1])
+            return float(u[i - 1] + share * (u[i] - u[i - 1])), False
+    return (1.0 if direction > 0 else 0.0), True

@@ -1,0 +1,70 @@
+"""A sample as plain data, for result files, and back."""
+
+import dataclasses
+import math
+from typing import Any
+
+from jaxink.sample.description import Layer, Noise, Sample
+from jaxink.sample.parameters import Parameter, ParameterTable, Prior
+
+
+def sample_to_dict(sample: Sample) -> dict[str, Any]:
+    """Plain data of a sample.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+
+    Returns
+    -------
+    dict
+        Of strings, numbers, lists and None only; infinite ranges are None.
+    """
+    plain = {f.name: getattr(sample, f.name) for f in dataclasses.fields(sample)}
+    plain["layers"] = [dataclasses.asdict(layer) for layer in sample.layers]
+    plain["noise"] = dataclasses.asdict(sample.noise)
+    plain["parameters"] = [
+        {k: _finite_or_none(v) for k, v in dataclasses.asdict(p).items()} for p in sample.parameters.values()
+    ]
+    return plain
+
+
+def sample_from_dict(plain: dict[str, Any]) -> Sample:
+    """Sample from the data of `sample_to_dict`.
+
+    Parameters
+    ----------
+    plain
+        The data.
+
+    Returns
+    -------
+    Sample
+    """
+    layers = []
+    for layer in plain["layers"]:
+        table = layer["phase_table"]
+        table = table and (table[0], tuple(table[1]), tuple(table[2]))
+        layers.append(Layer(**{**layer, "phase_table": table}))
+    parameters = []
+    for p in plain["parameters"]:
+        limits = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}
+        filled = {k: limits.get(k) if v is None and k in limits else v for k, v in p.items()}
+        prior = filled["prior"]
+        parameters.append(Parameter(**{**filled, "prior": prior and Prior(**prior)}))
+    return Sample(
+        **{
+            **plain,
+            "layers": tuple(layers),
+            "parameters": ParameterTable(parameters),
+            "noise": Noise(**plain["noise"]),
+            "wavelengths_nm": tuple(plain["wavelengths_nm"]),
+            "masks": tuple((k, v) for k, v in plain["masks"]),
+            "weights": tuple(tuple(w) for w in plain["weights"]),
+        }
+    )
+
+
+def _finite_or_none(value):
+    return None if isinstance(value, float) and not math.isfinite(value) else value
