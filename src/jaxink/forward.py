@@ -33,7 +33,9 @@ class LayerCoefficients(eqx.Module):
     scattering_per_mm, absorption_per_mm
         Coefficients.
     asymmetry_parameter
-        Mean cosine of the scattering angle.
+        Mean cosine g of the scattering angle.
+    reduced_scattering_per_mm
+        scattering (1 - g).
     reduced_optical_thickness
         scattering (1 - g) thickness; infinite where opaque.
     """
@@ -41,6 +43,7 @@ class LayerCoefficients(eqx.Module):
     scattering_per_mm: Float[Array, ""]
     absorption_per_mm: Float[Array, ""]
     asymmetry_parameter: Float[Array, ""]
+    reduced_scattering_per_mm: Float[Array, ""]
     reduced_optical_thickness: Float[Array, ""]
 
 
@@ -78,6 +81,7 @@ class ForwardModel(eqx.Module):
         config: SolverConfig | None = None,
     ):
         self.sample = sample
+        _require_smooth(sample)
         self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
         columns = np.column_stack(
             [np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, is_transmission)]
@@ -222,6 +226,17 @@ class ForwardModel(eqx.Module):
         }
 
 
+def _require_smooth(sample: Sample) -> None:
+    """Refuse what is declared but cannot be computed, instead of leaving it out silently."""
+    for layer in sample.layers:
+        for face in layer.roughness:
+            if face.sigma_deg > 0:
+                raise InputRefusedError(
+                    f"layer '{layer.name}' declares {face.face} ({face.density}, {face.sigma_deg:g} deg), "
+                    "but this version computes smooth faces only; remove the key to use a smooth model."
+                )
+
+
 def _layer(layer: Layer, values: Mapping, wavelength_nm):
     """Optics of one layer at one wavelength, and its coefficients."""
 
@@ -242,7 +257,10 @@ def _layer(layer: Layer, values: Mapping, wavelength_nm):
     # A layer with no extinction has no albedo; any value serves.
     albedo = scattering / jnp.where(extinction > 0, extinction, 1.0)
     optics = ScatteringLayer(get("refractive_index"), thickness, albedo, phase)
-    return optics, LayerCoefficients(scattering, absorption, asymmetry, reduced)
+    if layer.opaque and layer.phase_function != "mie":
+        # Only the albedo of such a layer is known: no length gives its coefficients a scale.
+        scattering = absorption = jnp.asarray(jnp.nan)
+    return optics, LayerCoefficients(scattering, absorption, asymmetry, scattering * (1 - asymmetry), reduced)
 
 
 def _volume(layer: Layer, get, wavelength_nm):

@@ -92,7 +92,7 @@ def test_rayleigh_moments():
     assert float(Rayleigh().value(1.0)) == 1.5
 
 
-@pytest.mark.parametrize(("g", "tolerance"), [(0.5, 1e-7), (-0.5, 1e-7), (0.9, 3e-5)])
+@pytest.mark.parametrize(("g", "tolerance"), [(0.5, 1e-7), (-0.5, 1e-7), (0.9, 1e-4)])
 def test_table_of_henyey_greenstein_reproduces_it(g, tolerance):
     table = TabulatedByAngle(COSINES, henyey_greenstein_table(g))
     between = np.cos(np.deg2rad(np.linspace(0, 180, 977)))

@@ -14,6 +14,10 @@ from jaxink.fitting.outcome import Outcome, Search
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
 _MOST_REFUSALS = 12
+# Minima along the radius of a sphere are some 5 % apart; a range of 1 : 6 then needs about 40 values.
+_SCAN_VALUES = 48
+_SCAN_JACOBIANS = 10
+_SCAN_KEPT = 3
 _NO_TAGS: frozenset = frozenset()
 
 
@@ -70,6 +74,7 @@ class GradientSearch:
         start: np.ndarray,
         held: dict[int, float] | None = None,
         progress: Callable[[int, float], None] | None = None,
+        max_jacobians: int | None = None,
     ) -> Search:
         """Search from one start.
 
@@ -81,6 +86,8 @@ class GradientSearch:
             Parameters, by position, that are held at a value in 0 ... 1.
         progress
             Called after each step with its number and the loss.
+        max_jacobians
+            Limit of this search, None for that of the engine.
 
         Returns
         -------
@@ -102,7 +109,7 @@ class GradientSearch:
         state = _initial_state(solver, self.objective, unit)
         path: list[float] = []
         outcome = Outcome.MAX_STEPS
-        for step in range(1, self.max_jacobians + 1):
+        for step in range(1, (max_jacobians or self.max_jacobians) + 1):
             unit, state, done, loss = _advance(solver, self.objective, unit, state)
             path.append(float(loss))
             if progress is not None:
@@ -134,6 +141,49 @@ class GradientSearch:
             predicted=np.asarray(state.aux),
             path=tuple(path),
         )
+
+
+def scan(
+    engine: GradientSearch,
+    first: np.ndarray,
+    position: int,
+    progress: Callable[[int, float], None] | None = None,
+) -> tuple[list[np.ndarray], int]:
+    """Starts near the lowest minima along a parameter whose misfit has many.
+
+    Parameters
+    ----------
+    engine
+        The search; all other parameters are fitted at each value of the scanned one, each time from the
+        solution at the value before, up the range and down again.
+    first
+        Start values, scaled to 0 ... 1.
+    position
+        The parameter to scan.
+    progress
+        Called with the number of the value and the loss there.
+
+    Returns
+    -------
+    starts, jacobians
+        Up to `_SCAN_KEPT` starts, lowest first, and how many Jacobians the scan took.
+    """
+    grid = np.linspace(0.0, 1.0, _SCAN_VALUES)
+    found: dict[int, Search] = {}
+    jacobians, at = 0, first
+    for number, i in enumerate([*range(_SCAN_VALUES), *reversed(range(_SCAN_VALUES))]):
+        search = engine.run(at, {position: float(grid[i])}, max_jacobians=_SCAN_JACOBIANS)
+        jacobians += search.jacobians
+        at = search.unit if np.isfinite(search.loss) else first
+        if i not in found or search.loss < found[i].loss:
+            found[i] = search
+        if progress is not None:
+            progress(number + 1, search.loss)
+    loss = np.array([found[i].loss for i in range(_SCAN_VALUES)])
+    padded = np.concatenate([[np.inf], loss, [np.inf]])
+    minima = [i for i in range(_SCAN_VALUES) if loss[i] <= min(padded[i], padded[i + 2])]
+    best = sorted(minima, key=lambda i: loss[i])[:_SCAN_KEPT]
+    return [found[i].unit for i in best], jacobians
 
 
 def starts(first: np.ndarray, count: int, seed: int) -> list[np.ndarray]:

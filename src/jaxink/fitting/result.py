@@ -69,8 +69,9 @@ class DerivedQuantity:
     layer, wavelength_nm
         Where.
     quantity
-        ``scattering_per_mm``, ``absorption_per_mm``, ``asymmetry_parameter`` or
-        ``reduced_optical_thickness`` (scattering (1 - g) thickness).
+        ``scattering_per_mm``, ``absorption_per_mm``, ``asymmetry_parameter`` g,
+        ``reduced_scattering_per_mm`` (scattering (1 - g)) or ``reduced_optical_thickness`` (that times
+        the thickness). An opaque layer has no coefficients unless it is made of Mie particles.
     value, standard_error
         Value and one standard error by the fit's covariance, None where not known.
     """

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.errors import InputRefusedError
-from jaxink.fitting.gradient import GradientSearch, starts
+from jaxink.fitting.gradient import GradientSearch, scan, starts
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.objective import FitNoise, Objective, make_objective, noise_of, whiten_scans
 from jaxink.fitting.outcome import Search
@@ -35,6 +35,8 @@ _PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy
 # A standard error beyond this share of the range, or a correlation beyond this, asks for a profile.
 _WIDE = 0.1
 _CORRELATED = 0.98
+# A minimum this much higher in chi-square is three standard errors away.
+_RIVAL_RISE = 9.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +51,9 @@ class FitOptions:
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
     n_starts
         Number of starts of the gradient fit: the sample's own, and random ones.
+    scan
+        Whether to scan a free parameter along which the misfit has many minima (the particle radius), and to
+        start from the lowest ones instead of the sample's own start.
     seed
         Of the random starts.
     profile
@@ -60,6 +65,7 @@ class FitOptions:
     method: str = "gradient"
     objective: str = "chi_square"
     n_starts: int = 1
+    scan: bool = True
     seed: int = 0
     profile: str = "auto"
     config: SolverConfig | None = None
@@ -171,12 +177,16 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     if options.method == "simplex":
         searches = [SimplexSearch(objective).run(first, _named(progress, "simplex"))]
-        engine = None
+        engine, scan_jacobians = None, 0
     else:
-        engine = GradientSearch(objective)
+        engine, scan_jacobians = GradientSearch(objective), 0
+        points = starts(first, options.n_starts, options.seed)
+        rugged = [i for i, p in enumerate(free) if p.multimodal]
+        if rugged and options.scan:
+            more, scan_jacobians = scan(engine, first, rugged[0], _named(progress, "scan"))
+            points = more + points[1:]
         searches = [
-            engine.run(start, progress=_named(progress, f"start {i + 1}"))
-            for i, start in enumerate(starts(first, options.n_starts, options.seed))
+            engine.run(start, progress=_named(progress, f"start {i + 1}")) for i, start in enumerate(points)
         ]
     best = min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
     if not np.isfinite(best.loss):
@@ -189,7 +199,9 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     spread = _covariance(best) if options.objective == "chi_square" else None
     if engine is not None and spread is not None and options.profile != "none":
         best, spread, profiles = _profiles(engine, best, spread, options.profile, searches, progress)
-    return _assemble(data, sample, options, noise, objective, best, spread, searches, profiles)
+    return _assemble(
+        data, sample, options, noise, objective, best, spread, searches, profiles, scan_jacobians
+    )
 
 
 def _named(progress: Progress, what: str) -> Callable[[int, float], None]:
@@ -230,7 +242,7 @@ def _is_weak(spread: Covariance, position: int) -> bool:
     return bool(np.any(np.abs(others[np.isfinite(others)]) > _CORRELATED))
 
 
-def _assemble(data, sample, options, noise, objective, best, spread, searches, profiles):
+def _assemble(data, sample, options, noise, objective, best, spread, searches, profiles, scan_jacobians):
     free = sample.parameters.free
     values = {n: float(v) for n, v in objective.values(jnp.asarray(best.unit)).items()}
     fitted_sample = dataclasses.replace(sample, parameters=_with_values(sample.parameters, values))
@@ -270,7 +282,9 @@ def _assemble(data, sample, options, noise, objective, best, spread, searches, p
         solver=dataclasses.asdict(objective.model.config),
         versions={name: version(name) for name in _PACKAGES},
         seed=options.seed,
-        notes=tuple(data.notes) + _notes(options, spread, best),
+        notes=tuple(data.notes)
+        + _notes(options, spread, best, scan_jacobians)
+        + _rivals(objective, best, searches, spread),
     )
 
 
@@ -358,6 +372,7 @@ _QUANTITIES = (
     "scattering_per_mm",
     "absorption_per_mm",
     "asymmetry_parameter",
+    "reduced_scattering_per_mm",
     "reduced_optical_thickness",
 )
 
@@ -405,14 +420,37 @@ def _summary(search: Search, objective: Objective) -> SearchSummary:
     )
 
 
-def _notes(options: FitOptions, spread, best: Search) -> tuple[str, ...]:
+def _notes(options: FitOptions, spread, best: Search, scan_jacobians: int) -> tuple[str, ...]:
     notes = []
+    if scan_jacobians:
+        notes.append(f"The scan for the lowest minima took {scan_jacobians} further Jacobians.")
     if spread is None and options.method == "simplex":
         notes.append("The simplex has no Jacobian: no standard errors.")
     elif spread is None:
         notes.append(f"The objective '{options.objective}' is not chi-square: no standard errors are given.")
     if best.path and np.allclose(best.unit, best.start):
         notes.append("No parameter moved from its start value.")
+    return tuple(notes)
+
+
+def _rivals(objective: Objective, best: Search, searches, spread) -> tuple[str, ...]:
+    """Other minima that the data can hardly tell from the best one."""
+    if spread is None:
+        return ()
+    notes, told = [], [best.unit]
+    reach = 3 * np.where(np.isfinite(spread.deviation), spread.deviation, 1.0) + 1e-3
+    for search in sorted(searches, key=lambda s: s.loss):
+        if not search.loss < best.loss + _RIVAL_RISE:
+            break
+        if all(np.any(np.abs(search.unit - unit) > reach) for unit in told):
+            told.append(search.unit)
+            at = ", ".join(
+                f"{n} = {float(v):.5g}" for n, v in objective.values(jnp.asarray(search.unit)).items()
+            )
+            notes.append(
+                f"Another minimum lies only {search.loss - best.loss:.2g} higher in chi-square, at {at}; "
+                "these data hardly decide between the two."
+            )
     return tuple(notes)
 
 

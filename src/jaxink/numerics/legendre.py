@@ -1,6 +1,6 @@
 """Legendre polynomials: series, moments, and the normalised associated functions."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -9,6 +9,7 @@ from jax.typing import ArrayLike
 from jaxtyping import Array, Float
 
 
+@jax.jit
 def legendre_series(
     moments: Float[Array, " moments"], cosines: Float[ArrayLike, "*points"]
 ) -> Float[Array, "*points"]:
@@ -90,6 +91,7 @@ def _sectoral_factors(n_orders: int) -> np.ndarray:
     return np.sqrt(np.cumprod(np.concatenate([[1.0], (2 * order - 1) / (2 * order)])))
 
 
+@partial(jax.jit, static_argnums=(0, 1))
 def associated_legendre(
     n_moments: int, n_orders: int, cosines: Float[ArrayLike, "*points"]
 ) -> Float[Array, "orders moments *points"]:

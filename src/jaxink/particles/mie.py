@@ -5,10 +5,11 @@ that of the medium, n + ik; psi_n, chi_n = Riccati-Bessel functions with psi_n -
 D_n(z) = psi_n'(z) / psi_n(z). Equation numbers: Bohren, Huffman 1983 ("BH").
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import ceil
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -92,11 +93,13 @@ class MieSphere(PhaseFunction):
         total += jnp.sum((2 * n + 1) / (n * (n + 1)) * _inner(a, b))
         return 2 * total / _nonzero(self._scattering_sum)
 
+    @eqx.filter_jit
     def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """Phase function at the cosines, 1 where nothing is scattered; see `PhaseFunction.value`."""
         functions = _angular_functions(self.electric_coefficients.shape[0], jnp.asarray(scattering_cosine))
         return self._from_angular_functions(*functions)
 
+    @eqx.filter_jit
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
         """Legendre moments, exact: the phase function is a polynomial in the cosine."""
         n_orders = self.electric_coefficients.shape[0]
@@ -238,9 +241,10 @@ def _at_most(limit: float) -> str:
     return f"be at most {limit:g}: ask for a larger max_size_parameter"
 
 
+@partial(jax.jit, static_argnums=(3, 4))
 def _mie_series(x, n, k, n_orders: int, largest_inner: float) -> MieSphere:
     inner_re, inner_im, outer = _logarithmic_derivatives(x, n, k, n_orders, largest_inner)
-    chi_before, chi, carried = _riccati_bessel_chi(x, n_orders)
+    chi_before, chi, vanishes = _riccati_bessel_chi(x, n_orders)
     order = np.arange(1, n_orders + 1)
     chi_slope = chi_before - order * chi / x
     # 1/psi_n from the Wronskian psi chi' - psi' chi = -1.
@@ -259,8 +263,8 @@ def _mie_series(x, n, k, n_orders: int, largest_inner: float) -> MieSphere:
         (number_re * divisor_re + number_im * divisor_im) / squared,
         (number_im * divisor_re - number_re * divisor_im) / squared,
     )
-    absorbed = jnp.where(carried, -interior_im * inverse_psi**2 / squared, 0.0)
-    electric, magnetic = jnp.where(carried, coefficient, 0.0)
+    absorbed = jnp.where(vanishes, 0.0, -interior_im * inverse_psi**2 / squared)
+    electric, magnetic = jnp.where(vanishes, 0.0, coefficient)
     absorption = 2 / x**2 * jnp.sum((2 * order + 1) * absorbed)
     return MieSphere(x, electric, magnetic, absorption)
 
@@ -285,14 +289,14 @@ def _logarithmic_derivatives(x, n, k, n_orders: int, largest_inner: float):
 
 
 def _riccati_bessel_chi(x, n_orders: int):
-    """chi_{n-1}, chi_n, and whether it is still carried, orders 1 ... n_orders, by upward recurrence."""
+    """chi_{n-1}, chi_n, and whether the order vanishes, for orders 1 ... n_orders, by upward recurrence."""
 
     def one_order_up(carry, order):
         before, here = carry
-        carried = jnp.abs(here) < _LARGEST_CHI
-        after = jnp.where(carried, (2 * order - 1) / x * here - before, here)
-        before = jnp.where(carried, here, before)
-        return (before, after), (before, after, carried)
+        vanishes = jnp.abs(here) >= _LARGEST_CHI
+        after = jnp.where(vanishes, here, (2 * order - 1) / x * here - before)
+        before = jnp.where(vanishes, before, here)
+        return (before, after), (before, after, vanishes)
 
     start = (-jnp.sin(x), jnp.cos(x))
     return jax.lax.scan(one_order_up, start, np.arange(1.0, n_orders + 1))[1]

@@ -205,6 +205,7 @@ class TabulatedByAngle(PhaseFunction):
         self.widest_step_rad = float(np.max(np.abs(np.diff(np.arccos(cosine)))))
         _require_not_negative(self, np.cos(np.linspace(0, np.pi, 20 * cosine.size)), "angles")
 
+    @eqx.filter_jit
     def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """Spline at the cosines; see `PhaseFunction.value`."""
         x = jnp.asarray(scattering_cosine)
@@ -217,6 +218,7 @@ class TabulatedByAngle(PhaseFunction):
         rise = after - before
         return before + t * (start + t * (3 * rise - 2 * start - end + t * (start + end - 2 * rise)))
 
+    @eqx.filter_jit
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
         """Moments of the spline by Gauss-Legendre quadrature between every two angles."""
         # A step spans n_moments * step radians of the fastest polynomial; this many nodes integrate it.

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from typing import Any
 
-from jaxink.sample.description import Layer, Noise, Sample
+from jaxink.sample.description import Layer, Noise, Roughness, Sample
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 
 
@@ -46,7 +46,8 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
     for layer in plain["layers"]:
         table = layer["phase_table"]
         table = table and (table[0], tuple(table[1]), tuple(table[2]))
-        layers.append(Layer(**{**layer, "phase_table": table}))
+        faces = tuple(Roughness(**face) for face in layer["roughness"])
+        layers.append(Layer(**{**layer, "phase_table": table, "roughness": faces}))
     parameters = []
     for p in plain["parameters"]:
         limits = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}

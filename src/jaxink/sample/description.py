@@ -12,6 +12,25 @@ from jaxink.sample.parameters import Parameter, ParameterTable, Prior, unknown_n
 
 
 @dataclasses.dataclass(frozen=True)
+class Roughness:
+    """Declared roughness of one face of a layer.
+
+    Parameters
+    ----------
+    face
+        ``front_roughness`` (towards the light) or ``back_roughness``.
+    density
+        One of `schema.ROUGHNESS_DENSITIES`.
+    sigma_deg
+        Its angle.
+    """
+
+    face: str
+    density: str
+    sigma_deg: float
+
+
+@dataclasses.dataclass(frozen=True)
 class Layer:
     """One layer of the sample; its numbers live in the parameter table.
 
@@ -27,6 +46,8 @@ class Layer:
         Whether nothing comes out behind it.
     phase_table
         For ``tabulated``: ("angle_deg" or "moments", abscissae or None, values).
+    roughness
+        Faces that are declared rough.
     """
 
     name: str
@@ -34,6 +55,7 @@ class Layer:
     phase_function: str | None = None
     opaque: bool = False
     phase_table: tuple[str, tuple[float, ...], tuple[float, ...]] | None = None
+    roughness: tuple[Roughness, ...] = ()
 
     @property
     def scatters(self) -> bool:
@@ -247,11 +269,12 @@ class _Reader:
             )
         where = f"layer '{name}'"
         kind = _choice(table, "kind", ("clear", "scattering"), where)
+        roughness = _roughness(table, where)
         if kind == "clear":
-            _only(table, ("name", "kind", *schema.CLEAR_LAYER), where)
+            _only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), where)
             for key, quantity in schema.CLEAR_LAYER.items():
                 self._quantity(name, key, quantity, table)
-            return Layer(name, kind)
+            return Layer(name, kind, roughness=roughness)
         phase = _choice(table, "phase_function", tuple(schema.PHASE_FUNCTIONS), where)
         opaque = table.get("thickness_um") == schema.OPAQUE
         quantities = dict(schema.SCATTERING_LAYER)
@@ -268,12 +291,12 @@ class _Reader:
                         "which is scattering / (scattering + absorption)."
                     )
         extra = ("angle_deg", "moments", "phase_value") if phase == "tabulated" else ()
-        keys = ("name", "kind", "phase_function", "thickness_um", *quantities, *extra)
+        keys = ("name", "kind", "phase_function", "thickness_um", *schema.FACES, *quantities, *extra)
         _only(table, keys, where)
         for key, quantity in quantities.items():
             self._quantity(name, key, quantity, table)
         phase_table = self._phase_table(table, where) if phase == "tabulated" else None
-        return Layer(name, kind, phase, opaque, phase_table)
+        return Layer(name, kind, phase, opaque, phase_table, roughness)
 
     def _phase_table(self, table, where):
         by_angle, by_moments = "phase_value" in table, "moments" in table
@@ -366,6 +389,21 @@ class _Reader:
         return tuple(result)
 
 
+def _roughness(table: dict[str, Any], where: str) -> tuple[Roughness, ...]:
+    """Faces of a layer that are declared rough."""
+    faces = []
+    for face in schema.FACES:
+        given = table.get(face)
+        if given is None:
+            continue
+        if not isinstance(given, dict) or set(given) != {"density", "sigma_deg"}:
+            raise InputRefusedError(f'{where}: {face} must be {{ density = "...", sigma_deg = ... }}.')
+        density = _choice(given, "density", schema.ROUGHNESS_DENSITIES, f"{where}: {face}")
+        sigma = _bounded(given["sigma_deg"], *schema.ROUGHNESS_SIGMA_DEG, f"{where}: {face}.sigma_deg", "deg")
+        faces.append(Roughness(face, density, sigma))
+    return tuple(faces)
+
+
 def _parameter(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> Parameter:
     """One checked parameter."""
     unit = quantity.unit
@@ -396,7 +434,17 @@ def _parameter(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> P
             f"{name}: the start value {value:g} lies outside its range {lowest:g} ... {highest:g}."
         )
     prior = _prior(name, entry)
-    return Parameter(name, value, free, float(lowest), float(highest), unit, None, prior, quantity.scale)
+    return Parameter(
+        name,
+        value,
+        free,
+        float(lowest),
+        float(highest),
+        unit,
+        prior=prior,
+        scale=quantity.scale,
+        multimodal=quantity.multimodal,
+    )
 
 
 def _prior(name: str, entry: dict[str, Any]) -> Prior | None:

@@ -49,6 +49,9 @@ class Parameter:
         How a fit divides the range between minimum and maximum: ``linear``, ``log`` (equal ratios), or
         ``one_minus`` (equal ratios of the distance to 1). Scattering and 1 - g act as a product: on these
         scales the valley between them is straight, and a fit takes it in a few steps.
+    multimodal
+        Whether the misfit has many minima along it, as along the radius of a sphere with its resonances: a
+        fit then scans the range first.
     """
 
     name: str
@@ -60,6 +63,7 @@ class Parameter:
     tie: str | None = None
     prior: Prior | None = None
     scale: str = "linear"
+    multimodal: bool = False
 
 
 _OPERATORS: dict[type, Callable] = {

@@ -18,8 +18,8 @@ class Quantity:
         What physics allows, inclusive.
     default
         Value if the file is silent; None: the file must say it.
-    scale
-        How a fit divides the range, see `Parameter`.
+    scale, multimodal
+        For fits, see `Parameter`.
     """
 
     unit: str
@@ -27,6 +27,7 @@ class Quantity:
     highest: float
     default: float | None = None
     scale: str = "linear"
+    multimodal: bool = False
 
 
 _INDEX = Quantity("", 1.0, 4.0)
@@ -52,7 +53,7 @@ COEFFICIENTS = {
 }
 ALBEDO = {"single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus")}
 MIE = {
-    "radius_nm": Quantity("nm", 1.0, 1e5, scale="log"),
+    "radius_nm": Quantity("nm", 1.0, 1e5, scale="log", multimodal=True),
     "volume_fraction": Quantity("", 0.0, 0.74, scale="log"),
     "particle_index": Quantity("", 0.5, 5.0),
     "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log"),
@@ -70,6 +71,10 @@ PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
     "mie": MIE,
 }
 OPAQUE = "opaque"
+# Facet slope densities that a face may declare, each with its angle sigma_deg.
+ROUGHNESS_DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
+ROUGHNESS_SIGMA_DEG = (0.0, 45.0)
+FACES = ("front_roughness", "back_roughness")
 
 # Plain settings: key -> (lowest, highest, default, unit).
 INSTRUMENT = {

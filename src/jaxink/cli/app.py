@@ -1,0 +1,149 @@
+"""Arguments and options of the commands."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jaxink.cli.session import installed_version, one_sentence
+
+app = typer.Typer(
+    name="jaxink",
+    help="Optical properties of printed and painted inks from goniometer BSDF measurements.",
+    epilog="Exit codes: 0 fitted, 4 did not converge, 5 input refused, 2 unknown option, 1 anything else.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def main() -> None:
+    """Run the command ``jaxink``."""
+    app()
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"jaxink {installed_version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but refusals.")]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")]
+WavelengthNm = Annotated[
+    float | None,
+    typer.Option(metavar="NM", help="Wavelength of all rows of a CSV file that does not state it."),
+]
+Side = Annotated[
+    str | None, typer.Option(metavar="R|T", help="Side of all rows of a CSV file that does not state it.")
+]
+Which = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME", help="Which sample to take from a CSV file whose column `sample` names several."
+    ),
+]
+
+
+@app.command()
+def fit(
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF of jaxink.")],
+    sample: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="What is known of the sample.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for result.json, result.nc and figures.")],
+    method: Annotated[
+        str, typer.Option(metavar="gradient|simplex", help="Gradient, or the simplex as a baseline.")
+    ] = "gradient",
+    objective: Annotated[
+        str,
+        typer.Option(metavar="chi_square|absolute|relative|logarithmic", help="What is minimised."),
+    ] = "chi_square",
+    starts: Annotated[
+        int,
+        typer.Option(metavar="N", help="Gradient searches: from the sample file's values, then random ones."),
+    ] = 1,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random starts.")] = 0,
+    profile: Annotated[
+        str,
+        typer.Option(metavar="auto|all|none", help="Profile likelihood of weak, all or no parameters."),
+    ] = "auto",
+    wavelength_nm: WavelengthNm = None,
+    side: Side = None,
+    which: Which = None,
+    no_figures: NoFigures = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write the figures also as PDF.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Find the free parameters of a sample from a measurement."""
+    with one_sentence(debug):
+        from jaxink.cli import commands
+
+        options = {
+            "method": method,
+            "objective": objective,
+            "n_starts": starts,
+            "seed": seed,
+            "profile": profile,
+        }
+        columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
+        formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
+        output = "json" if json else "quiet" if quiet else "tables"
+        raise typer.Exit(commands.run_fit(data, sample, out, options, columns, formats, output))
+
+
+@app.command()
+def predict(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RESULT_OR_SAMPLE", help="Folder or result.json of a fit, or a sample file (.toml)."
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the prediction: .csv or .nc.")],
+    data: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[DATA]",
+            help="Measurement whose directions are predicted; may be left out for a result, then its own.",
+        ),
+    ] = None,
+    wavelength_nm: WavelengthNm = None,
+    side: Side = None,
+    which: Which = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Predict the BSDF of a fitted or described sample at the directions of a measurement."""
+    with one_sentence(debug):
+        from jaxink.cli import commands
+
+        columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
+        raise typer.Exit(commands.run_predict(source, data, out, columns, quiet))
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for everything that is written.")] = Path(
+        "jaxink-demo"
+    ),
+    no_figures: NoFigures = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Fit the embedded simulated measurement, by gradient and by simplex."""
+    with one_sentence(debug):
+        from jaxink.cli import commands
+
+        raise typer.Exit(commands.run_demo(out, () if no_figures else ("png",), quiet))

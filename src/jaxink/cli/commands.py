@@ -1,0 +1,210 @@
+"""What the commands do; JAX, xarray and matplotlib are imported when it is their turn."""
+
+import json
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jaxink
+from jaxink.cli.folder import require_folder, require_writable_file, whole_folder
+from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
+from jaxink.errors import InputRefusedError
+
+if TYPE_CHECKING:
+    from jaxink import FitResult, GonioData
+
+FIGURES = "figures"
+SIMPLEX = "simplex"
+
+
+def run_fit(
+    data_file: Path,
+    sample_file: Path,
+    out: Path,
+    options: dict[str, Any],
+    columns: dict[str, Any],
+    formats: Sequence[str],
+    output: str,
+) -> int:
+    """Fit a measurement and write the result.
+
+    Parameters
+    ----------
+    data_file, sample_file
+        Inputs.
+    out
+        Folder for the result.
+    options
+        Fields of `FitOptions`.
+    columns
+        What the CSV file does not state, as `read_csv` takes it.
+    formats
+        File formats of the figures.
+    output
+        ``tables``, ``json`` or ``quiet``.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    require_folder(out)
+    data, sample = _read(data_file, columns), jaxink.load_sample(sample_file)
+    prepare_jax()
+    chosen = jaxink.FitOptions(**options)
+    with progress(quiet=output != "tables") as follow:
+        result = jaxink.fit(data, sample, chosen, follow)
+    files = _write(result, out, formats)
+    if output == "json":
+        written = {**result.to_dict(), "files": [str(file) for file in files]}
+        _echo(json.dumps(written, indent=1, allow_nan=False))
+    elif output == "tables":
+        from jaxink.cli.tables import console, show_result
+
+        show_result(console(), result, files)
+    return EXIT_FITTED if result.converged else EXIT_NOT_CONVERGED
+
+
+def run_predict(source: Path, data_file: Path | None, out: Path, columns: dict[str, Any], quiet: bool) -> int:
+    """Predict at the directions of a measurement and write the prediction.
+
+    Parameters
+    ----------
+    source
+        Result folder, ``result.json`` or sample file.
+    data_file
+        The measurement; None: that of the result.
+    out
+        File to write, ``.csv`` or ``.nc``.
+    columns
+        What the CSV file does not state.
+    quiet
+        Print nothing.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    require_writable_file(out, (".csv", ".nc"))
+    is_sample = source.suffix == ".toml" and not source.is_dir()
+    if is_sample and data_file is None:
+        raise InputRefusedError(
+            f"{source}: a sample file has no directions of its own; name a measurement after it, whose "
+            "directions are then predicted."
+        )
+    sample = jaxink.load_sample(source) if is_sample else None
+    data = _read(data_file, columns) if data_file is not None else None
+    prepare_jax()
+    config = None
+    if sample is None:
+        result = jaxink.load_result(source)
+        sample, data = result.sample, result.data if data is None else data
+        config = jaxink.SolverConfig(**result.solver)
+    from jaxink.fitting import prepare_data
+
+    data = prepare_data(data, sample)
+    predicted = jaxink.predict(sample, data, config)
+    _write_prediction(data, predicted, out)
+    if not quiet:
+        start = (
+            " with the start values of its free parameters" if is_sample and sample.parameters.free else ""
+        )
+        _echo(f"{len(data)} directions of {data.source or 'the measurement'} predicted from {source}{start}.")
+        _echo(f"Written: {out}")
+    return EXIT_FITTED
+
+
+def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> int:
+    """Fit the embedded simulated measurement by gradient and by simplex.
+
+    Parameters
+    ----------
+    out
+        Folder for inputs and results.
+    formats
+        File formats of the figures.
+    quiet
+        Print nothing.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from jaxink.data import simulated_example
+
+    require_folder(out)
+    inputs = simulated_example()
+    data, sample = jaxink.read(inputs[0]), jaxink.load_sample(inputs[1])
+    prepare_jax()
+    with progress(quiet) as follow:
+        gradient, simplex = (
+            jaxink.fit(data, sample, jaxink.FitOptions(method=method), follow)
+            for method in ("gradient", "simplex")
+        )
+    files = _write(gradient, out, formats, inputs, simplex)
+    if not quiet:
+        from jaxink.cli.comparison import show_demo
+
+        show_demo(gradient, simplex, files)
+    return EXIT_FITTED if gradient.converged and simplex.converged else EXIT_NOT_CONVERGED
+
+
+def _read(path: Path, columns: dict[str, Any]) -> "GonioData":
+    return jaxink.read(path, **{name: value for name, value in columns.items() if value is not None})
+
+
+def _write(
+    result: "FitResult",
+    out: Path,
+    formats: Sequence[str],
+    inputs: Sequence[Path] = (),
+    simplex: "FitResult | None" = None,
+) -> list[Path]:
+    """Write a result, its figures and what goes with it; all or nothing."""
+    with whole_folder(out, owned=(FIGURES, SIMPLEX)) as folder:
+        result.save(folder)
+        if simplex is not None:
+            simplex.save(folder / SIMPLEX)
+        for file in inputs:
+            shutil.copyfile(file, folder / file.name)
+        if formats:
+            from jaxink.plots import save_figures
+
+            save_figures(result, folder / FIGURES, formats)
+        return [out / file.relative_to(folder) for file in sorted(folder.rglob("*")) if file.is_file()]
+
+
+def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
+    """The measurement with the prediction in the place of its values, which become a column of their own."""
+    extra = {**data.extra, "measured_per_sr": data.bsdf_per_sr}
+    attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
+    prediction = data.replace(bsdf_per_sr=predicted, sigma_per_sr=None, extra=extra, attrs=attrs)
+    if out.suffix == ".nc":
+        prediction.to_netcdf(out)
+        return
+    import csv
+
+    names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
+    columns = [getattr(prediction, name).tolist() for name in names]
+    columns += [values.tolist() for values in extra.values()]
+    part = out.with_name(f".{out.name}.{os.getpid()}")
+    try:
+        with part.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow([*names, *extra])
+            writer.writerows(zip(*columns, strict=True))
+        os.replace(part, out)
+    except OSError as problem:
+        raise InputRefusedError(f"{out}: cannot be written ({problem.strerror or problem}).") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _echo(text: str) -> None:
+    import typer
+
+    typer.echo(text)

@@ -1,0 +1,71 @@
+"""The demo's two fits side by side."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from jaxink.cli.digits import with_uncertainty
+from jaxink.cli.tables import console, merit_lines, parameter_notes, show_files
+from jaxink.data import SIMULATED_TRUTH
+
+if TYPE_CHECKING:
+    from jaxink import FitResult
+
+
+def show_demo(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]) -> None:
+    """Print both fits of the embedded measurement beside the values it was simulated with.
+
+    Parameters
+    ----------
+    gradient, simplex
+        The fits.
+    files
+        What was written.
+    """
+    to = console()
+    to.print(
+        f"SIMULATED measurement ({gradient.data.source}): a Monte Carlo program with known ink, plus noise;",
+        f"{gradient.merit.points} points. The same start and the same objective for both fits.",
+        soft_wrap=True,
+    )
+    to.print(comparison_table(gradient, simplex))
+    for line in (*parameter_notes(gradient), *(f"gradient: {line}" for line in merit_lines(gradient)[:3])):
+        to.print(line, soft_wrap=True)
+    to.print()
+    files = list(files)
+    show_files(to, files)
+    _show_next(to, files)
+
+
+def comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
+    """Values and effort of two fits, one column each."""
+    from rich.box import SIMPLE_HEAD
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for head in ("", "simulated with", "start", "gradient", "simplex"):
+        table.add_column(head, justify="right" if head else "left", no_wrap=True)
+    for name, truth in SIMULATED_TRUTH.items():
+        fitted = (with_uncertainty(r[name].value, r[name].standard_error) for r in (gradient, simplex))
+        table.add_row(name, f"{truth:g}", f"{gradient[name].start:.4g}", *fitted)
+    table.add_section()
+    efforts = [r.searches[0] for r in (gradient, simplex)]
+    for label, text in (
+        ("chi-square", lambda s: f"{s.loss:.2f}"),
+        ("Jacobians", lambda s: str(s.jacobians)),
+        ("evaluations", lambda s: str(s.evaluations)),
+        ("seconds to compile", lambda s: f"{s.compile_seconds:.2f}"),
+        ("seconds to run", lambda s: f"{s.run_seconds:.2f}"),
+        ("outcome", lambda s: s.outcome),
+    ):
+        table.add_row(label, "", "", *(text(s) for s in efforts))
+    return table
+
+
+def _show_next(to: Console, files: list[Path]) -> None:
+    """Print the command that repeats the gradient fit on the files that were written."""
+    data, sample = (next(f for f in files if f.suffix == suffix) for suffix in (".csv", ".toml"))
+    to.print("The same by hand:")
+    to.print(f"  jaxink fit {data} --sample {sample} --out my-fit", soft_wrap=True)

@@ -1,0 +1,47 @@
+"""Numbers with as many digits as their uncertainty allows."""
+
+import math
+
+
+def with_uncertainty(value: float, error: float | None) -> str:
+    """A value and its standard error in the last digits, ``1.234(5)``.
+
+    Parameters
+    ----------
+    value
+        The value.
+    error
+        Its standard error; None where it is not known.
+
+    Returns
+    -------
+    str
+        One digit of the error, two where they are 10 ... 19; six digits of the value without an error.
+    """
+    if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
+        return plain(value)
+    last = math.floor(math.log10(error))
+    if round(error / 10.0 ** (last - 1)) <= 19:
+        last -= 1
+    count = round(error / 10.0**last)
+    size = math.floor(math.log10(max(abs(value), error)))
+    if not -4 <= size < 6:
+        # Rounding may carry into another digit: take the exponent from the rounded value.
+        rounded = max(abs(round(value / 10.0**last)), count) * 10.0**last
+        size = math.floor(math.log10(rounded) + 1e-9)
+        return f"{value / 10.0**size:.{size - last}f}({count})e{size:+03d}"
+    if last > 0:
+        return f"{round(value, -last):.0f}({count * 10**last})"
+    return f"{value:.{-last}f}({count})"
+
+
+def plain(value: float) -> str:
+    """Six significant digits."""
+    return f"{value:.6g}"
+
+
+def share(value: float, error: float | None) -> str:
+    """An error relative to its value in per cent, empty where there is none."""
+    if error is None or value == 0 or not math.isfinite(error):
+        return ""
+    return f"{100 * abs(error / value):.2g} %"

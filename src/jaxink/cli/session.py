@@ -1,0 +1,107 @@
+"""What surrounds a command: one sentence for each failure, progress, and the compilation cache."""
+
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import typer
+
+from jaxink.errors import InputRefusedError, JaxinkError
+
+EXIT_FITTED, EXIT_FAILED, EXIT_NOT_CONVERGED, EXIT_REFUSED = 0, 1, 4, 5
+EXIT_INTERRUPTED = 130
+DEBUG_VARIABLE = "JAXINK_DEBUG"
+
+
+@contextmanager
+def one_sentence(debug: bool = False) -> Iterator[None]:
+    """Turn every failure into one sentence on stderr and an exit code.
+
+    Parameters
+    ----------
+    debug
+        Show the traceback of an unexpected error; also by the environment variable ``JAXINK_DEBUG``.
+    """
+    debug = debug or bool(os.environ.get(DEBUG_VARIABLE))
+    try:
+        with warnings.catch_warnings():
+            if not debug:
+                warnings.simplefilter("ignore")
+            yield
+    except InputRefusedError as problem:
+        _fail(str(problem), EXIT_REFUSED)
+    except JaxinkError as problem:
+        _fail(str(problem), EXIT_FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted.", EXIT_INTERRUPTED)
+    except (typer.Exit, BrokenPipeError):
+        raise
+    except Exception as problem:
+        if debug:
+            raise
+        what = " ".join(str(problem).split())[:200]
+        _fail(
+            f"stopped by an unexpected error ({type(problem).__name__}: {what}); set {DEBUG_VARIABLE}=1 to "
+            "see where, and please report it.",
+            EXIT_FAILED,
+        )
+
+
+def _fail(sentence: str, code: int) -> None:
+    typer.echo(f"jaxink: {sentence}", err=True)
+    raise typer.Exit(code)
+
+
+Progress = Callable[[str, int, float], None]
+
+
+@contextmanager
+def progress(quiet: bool = False) -> Iterator[Progress | None]:
+    """A line on stderr that follows a fit; None where stderr is no terminal.
+
+    Parameters
+    ----------
+    quiet
+        Show nothing.
+    """
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    console = Console(stderr=True, markup=False, highlight=False)
+    with console.status("reading and compiling ...") as status:
+        yield lambda what, step, loss: status.update(f"{what}: step {step}, misfit {loss:.6g}")
+
+
+def prepare_jax() -> None:
+    """Import JAX quietly, with its compiled programs kept from one command to the next."""
+    # Loading a stored program prints a warning of the compiler for each of them.
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
+    import jax
+
+    folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()
+    if folder is not None:
+        jax.config.update("jax_compilation_cache_dir", str(folder))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+
+
+def _cache_folder() -> Path | None:
+    """The user's cache folder, None where it cannot be written."""
+    try:
+        root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        folder = Path(root) / "jaxink"
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        return None
+    return folder if os.access(folder, os.W_OK | os.X_OK) else None
+
+
+def installed_version() -> str:
+    """Version of the installed package."""
+    from importlib.metadata import version
+
+    return version("jaxink")

@@ -1,0 +1,22 @@
+"""The embedded example: a simulated measurement with its sample file; see the README beside it."""
+
+from pathlib import Path
+
+# Values that the simulation was made with, by parameter name of the sample file.
+SIMULATED_TRUTH = {
+    "ink.scattering_per_mm": 95.0,
+    "ink.absorption_per_mm": 1.1,
+    "ink.asymmetry_parameter": 0.6,
+}
+
+
+def simulated_example() -> tuple[Path, Path]:
+    """Files of the embedded simulated measurement.
+
+    Returns
+    -------
+    measurement, sample
+        The CSV file and the sample file that goes with it.
+    """
+    folder = Path(__file__).parent
+    return folder / "simulated_plate_and_ink.csv", folder / "simulated_plate_and_ink.toml"

@@ -1,0 +1,106 @@
+"""What a figure shows of one scan: signed in-plane angles, fit and residual; numpy only."""
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from jaxink.fitting import FitResult
+
+# In the plane of incidence: azimuth this near to 0 or 180 degrees, or a view this near to the normal.
+IN_PLANE_DEG = 1.0
+_NORMAL_DEG = 1e-3
+FEWEST_IN_PLANE = 5
+
+
+@dataclasses.dataclass(frozen=True)
+class ScanView:
+    """One incidence at one wavelength and side, as it is drawn.
+
+    Parameters
+    ----------
+    theta_i_deg, side
+        Which scan.
+    theta_o_deg, phi_deg
+        Directions of view.
+    measured, fitted
+        BSDF, 1/sr; fitted is nan at masked points.
+    residual
+        Measured minus fitted, in sigma, or in per cent of the fit where the noise is not known.
+    used
+        False at masked points.
+    """
+
+    theta_i_deg: float
+    side: str
+    theta_o_deg: np.ndarray
+    phi_deg: np.ndarray
+    measured: np.ndarray
+    fitted: np.ndarray
+    residual: np.ndarray
+    used: np.ndarray
+
+    @property
+    def in_plane(self) -> np.ndarray:
+        """Points in the plane of incidence."""
+        azimuth = np.abs(self.phi_deg)
+        return (azimuth < IN_PLANE_DEG) | (azimuth > 180 - IN_PLANE_DEG) | (self.theta_o_deg < _NORMAL_DEG)
+
+    @property
+    def has_cut(self) -> bool:
+        """Whether enough used points lie in the plane of incidence."""
+        return int((self.in_plane & self.used).sum()) >= FEWEST_IN_PLANE
+
+    @property
+    def signed_deg(self) -> np.ndarray:
+        """Polar angle of view, negative on the source's side."""
+        return np.where(np.abs(self.phi_deg) < 90, -self.theta_o_deg, self.theta_o_deg)
+
+
+def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanView]:
+    """The scans of one wavelength and side, by incidence.
+
+    Parameters
+    ----------
+    result
+        The fit.
+    wavelength_nm, side
+        Which scans.
+
+    Returns
+    -------
+    list[ScanView]
+    """
+    data = result.data
+    fitted, residual = np.full((2, len(data)), np.nan)
+    fitted[data.used] = result.predicted_per_sr
+    if result.whitened is None:
+        residual[data.used] = 100 * (data.bsdf_per_sr[data.used] / result.predicted_per_sr - 1)
+    else:
+        residual[data.used] = result.whitened
+    views = []
+    for scan in data.scans:
+        if scan.side != side or abs(scan.wavelength_nm - wavelength_nm) > 1e-6:
+            continue
+        here = data.scan_index == scan.index
+        columns = (data.theta_o_deg, data.phi_deg, data.bsdf_per_sr, fitted, residual, data.used)
+        views.append(ScanView(scan.theta_i_deg, side, *(column[here] for column in columns)))
+    return views
+
+
+def is_simulated(result: "FitResult") -> bool:
+    """Whether an attribute, the file name or the sample's title says that the measurement was simulated."""
+    texts = [result.data.source, result.sample.title, *(f"{k} {v}" for k, v in result.data.attrs.items())]
+    return any("simulated" in str(text).lower() for text in texts)
+
+
+def residual_label(result: "FitResult") -> str:
+    """Axis label of the residuals."""
+    return "(measured - fitted) / fitted [%]" if result.whitened is None else "residual [σ]"
+
+
+def residual_limit(views: list[ScanView]) -> float:
+    """Half-width of one residual scale for all scans: nearly all points, and never less than 3."""
+    sizes = np.concatenate([np.abs(view.residual[view.used]) for view in views])
+    return float(max(3.0, np.ceil(np.percentile(sizes, 99.5)))) if sizes.size else 3.0
