@@ -16,10 +16,6 @@ from jaxink.stack import (
 )
 
 
-def _squared_cosine(kappa):
-    return lambda refractive_index: 1 - (kappa / refractive_index) ** 2
-
-
 def diffuse_bsdf(
     stack: Stack, directions: Directions, config: SolverConfig | None = None
 ) -> Float[Array, " points"]:
@@ -58,8 +54,17 @@ def diffuse_bsdf(
     kappa_point = index_out * directions.sin_outgoing[directions.outgoing]
     response = solve_stack(stack, config, jnp.concatenate([kappa_in, kappa_point]))
 
-    reflected = _at_points(response.reflection, response.grid, kappa_front, kappa_in, directions)
-    through = _at_points(response.transmission, response.grid, kappa_back, kappa_in, directions)
+    n_in, n_out = kappa_in.shape[0], kappa_front.shape[0]
+    ends = [kappa_in, kappa_front, kappa_back]
+    to_ends = response.grid.interpolation(jnp.concatenate(ends))
+    to_in, to_front, to_back = jnp.split(to_ends, [n_in, n_in + n_out])
+    grid_kappa = response.grid.kappa
+    reflected = _at_points(
+        response.reflection, grid_kappa, (kappa_front, to_front), (kappa_in, to_in), directions
+    )
+    through = _at_points(
+        response.transmission, grid_kappa, (kappa_back, to_back), (kappa_in, to_in), directions
+    )
     if stack.exposed:
         sums = [
             jnp.sqrt(1 - (kappa / response.grid.block_index[0]) ** 2) for kappa in (kappa_front, kappa_in)
@@ -67,9 +72,8 @@ def diffuse_bsdf(
         reflected = reflected / (sums[0][directions.outgoing] + sums[1][directions.incidence])
     rest = jnp.where(transmitted, through, reflected) / (2 * jnp.pi)
 
-    n_in = kappa_in.shape[0]
-    fields_in = jax.tree.map(lambda x: x[:n_in][directions.incidence], response.fields)
-    fields_out = jax.tree.map(lambda x: x[n_in:], response.fields)
+    fields_in = jax.tree.map(lambda x: x[..., :n_in][..., directions.incidence], response.fields)
+    fields_out = jax.tree.map(lambda x: x[..., n_in:], response.fields)
     once = jnp.zeros(())
     for k, (layer, optics) in enumerate(zip(stack.layers, response.truncated, strict=True)):
         if isinstance(layer, ScatteringLayer):
@@ -77,18 +81,19 @@ def diffuse_bsdf(
     return index_out**2 * (rest + once)
 
 
-def _at_points(kernel, grid, kappa_out, kappa_in, directions):
+def _at_points(kernel, grid_kappa, out, into, directions):
     """Interpolate a kernel of the channels to the points and sum its cosine series in azimuth.
 
     Order m of the kernel varies as sin^m towards the normal, so that odd orders are smooth in the cosine
     only after one sine has been divided out.
     """
+    (kappa_out, to_out), (kappa_in, to_in) = out, into
     orders = jnp.arange(kernel.shape[0])
     odd = (orders % 2 == 1)[:, None]
-    at_nodes = jnp.where(odd, 1 / grid.kappa, 1.0)
+    at_nodes = jnp.where(odd, 1 / grid_kappa, 1.0)
     at_out, at_in = jnp.where(odd, kappa_out, 1.0), jnp.where(odd, kappa_in, 1.0)
     smooth = at_nodes[:, :, None] * kernel * at_nodes[:, None, :]
-    pairs = jnp.einsum("jo,moi,ki->mjk", grid.interpolation(kappa_out), smooth, grid.interpolation(kappa_in))
+    pairs = jnp.einsum("jo,moi,ki->mjk", to_out, smooth, to_in)
     pairs = at_out[:, :, None] * pairs * at_in[:, None, :]
     series = jnp.where(orders == 0, 1.0, 2.0)[:, None] * jnp.cos(orders[:, None] * directions.azimuth_rad)
     return jnp.sum(series * pairs[:, directions.outgoing, directions.incidence], axis=0)
@@ -132,6 +137,7 @@ def regular_power(
     """
     require_float64()
     kappa = stack.index_front * sin_incidence
-    thickness = [layer.optical_thickness for layer in stack.layers]
-    fields = regular_fields(stack, _squared_cosine(kappa), thickness)
+    indices = jnp.stack(stack.indices)
+    thickness = jnp.stack([layer.optical_thickness for layer in stack.layers])
+    fields = regular_fields(indices, 1 - (kappa / indices[:, None]) ** 2, thickness)
     return fields.reflection, fields.transmission

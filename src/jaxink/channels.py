@@ -9,8 +9,10 @@ L = I / n^2 and the etendue weight c = n^2 w mu, the same in every medium: recip
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.interfaces import propagating_cosine
 from jaxink.numerics.quadrature import barycentric_matrix, gauss_legendre_unit
 
 
@@ -34,37 +36,50 @@ class ChannelGrid(eqx.Module):
     nodes_per_block: tuple[int, ...] = eqx.field(static=True)
     grazing_power: int = eqx.field(static=True, default=1)
 
-    def _blocks(self):
-        """Yield for each block: interval of the node variable, its nodes, cosines and etendue weights."""
-        start = jnp.zeros(())
-        for block, n_nodes in enumerate(self.nodes_per_block):
-            index = self.block_index[block]
-            power = self.grazing_power if block == 0 else 1
-            unit_nodes, unit_weights = gauss_legendre_unit(n_nodes)
-            top = jnp.ones(()) if block == 0 else jnp.sqrt(1 - (start / index) ** 2)
-            variable = top * unit_nodes
-            cosine = variable**power
-            weight = top * unit_weights * power * variable ** (power - 1)
-            yield index, variable, cosine, index**2 * weight * cosine
-            start = index
+    def _nodes(self):
+        """Index of the block's medium, node variable, its cosine and quadrature weight, all channels."""
+        units = [gauss_legendre_unit(n_nodes) for n_nodes in self.nodes_per_block]
+        block = np.repeat(np.arange(len(units)), self.nodes_per_block)
+        unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
+        starts = jnp.concatenate([jnp.zeros(1), self.block_index[:-1]])
+        top = jnp.sqrt(1 - (starts / self.block_index) ** 2)[block]
+        variable = top * unit_node
+        cosine, weight = variable, top * unit_weight
+        if self.grazing_power > 1:
+            first = block == 0
+            cosine = jnp.where(first, variable**self.grazing_power, cosine)
+            slope = self.grazing_power * variable ** (self.grazing_power - 1)
+            weight = jnp.where(first, weight * slope, weight)
+        return self.block_index[block], variable, cosine, weight
 
     @property
     def etendue_weight(self) -> Float[Array, " channels"]:
         """Weight n^2 w mu of each channel, shape ``(channels,)``."""
-        return jnp.concatenate([weight for *_, weight in self._blocks()])
+        index, _, cosine, weight = self._nodes()
+        return index**2 * weight * cosine
 
     @property
     def kappa(self) -> Float[Array, " channels"]:
-        """N sin(theta) of each channel, shape ``(channels,)``."""
-        return jnp.concatenate([index * jnp.sqrt(1 - cosine**2) for index, _, cosine, _ in self._blocks()])
+        """n sin(theta) of each channel, shape ``(channels,)``."""
+        index, _, cosine, _ = self._nodes()
+        return index * jnp.sqrt(1 - cosine**2)
 
-    def squared_cosine(self, refractive_index) -> Float[Array, " channels"]:
-        """mu^2 of each channel in a medium; negative where the channel is evanescent there."""
+    def squared_cosine(self, refractive_index) -> Float[Array, "*media channels"]:
+        """mu^2 of each channel in a medium; negative where the channel is evanescent there.
+
+        Parameters
+        ----------
+        refractive_index
+            Of the medium, or of several as a column, shape ``(media, 1)``.
+
+        Returns
+        -------
+        Float[Array, "*media channels"]
+        """
         # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines where n = n_b.
+        index, _, cosine, _ = self._nodes()
         n2 = jnp.asarray(refractive_index) ** 2
-        return jnp.concatenate(
-            [(n2 - index**2 + (index * cosine) ** 2) / n2 for index, _, cosine, _ in self._blocks()]
-        )
+        return (n2 - index**2 + (index * cosine) ** 2) / n2
 
     def interpolation(self, kappa: Float[Array, " targets"]) -> Float[Array, "targets channels"]:
         """Matrix from values at the channels to values at other kappa.
@@ -79,15 +94,17 @@ class ChannelGrid(eqx.Module):
         Float[Array, "targets channels"]
             Each row has non-zero entries in the block of its kappa only.
         """
-        columns, start = [], None
-        for block, (index, variable, *_) in enumerate(self._blocks()):
-            power = self.grazing_power if block == 0 else 1
+        _, variable, _, _ = self._nodes()
+        columns, first, start = [], 0, None
+        for block, n_nodes in enumerate(self.nodes_per_block):
+            index = self.block_index[block]
             squared = 1 - (kappa / index) ** 2
             inside = squared >= 0
-            cosine = jnp.sqrt(jnp.where(inside & (squared > 0), squared, 1.0)) * (squared > 0)
-            rows = barycentric_matrix(variable, cosine ** (1 / power) if power > 1 else cosine)
+            cosine = propagating_cosine(squared)
+            at = cosine ** (1 / self.grazing_power) if block == 0 and self.grazing_power > 1 else cosine
+            rows = barycentric_matrix(variable[first : first + n_nodes], at)
             if start is not None:
                 inside = inside & (kappa > start)
             columns.append(jnp.where(inside[:, None], rows, 0.0))
-            start = index
+            first, start = first + n_nodes, index
         return jnp.concatenate(columns, axis=1)

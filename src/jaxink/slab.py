@@ -8,10 +8,9 @@ serves every optical thickness, and no exponential grows.
 
 import jax
 import jax.numpy as jnp
-from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Float
 
-from jaxink.numerics.linear_algebra import transpose
+from jaxink.numerics.linear_algebra import positive_definite_inverse, transpose
 
 # Half thickness below which a layer is treated as that thin: keeps the odd solution, ~ 1/thickness,
 # finite at zero thickness while all derivatives stay right.
@@ -65,16 +64,16 @@ def _divided_differences(root, half):
 def _layer_primal(a_matrix, b_matrix, half):
     """Sum and difference operators X_e = (1 + Z_even)^-1, X_o = (1 + Z_odd)^-1, and their basis."""
     half = half + _THINNEST
-    factor = jnp.linalg.cholesky(a_matrix)
+    factor = jax.lax.linalg.cholesky(a_matrix, symmetrize_input=False)
     s_matrix = transpose(factor) @ b_matrix @ factor
-    s, vectors = jnp.linalg.eigh(s_matrix, symmetrize_input=True)
+    s, vectors = jnp.linalg.eigh(s_matrix, symmetrize_input=False)
     # B is positive semi-definite: a negative eigenvalue is the rounding of the conservative zero.
     root = jnp.sqrt(jnp.maximum(s, 0.0))
-    w_basis = solve_triangular(factor, vectors, lower=True, trans="T")
+    w_basis = jax.lax.linalg.triangular_solve(factor, vectors, left_side=True, lower=True, transpose_a=True)
     identity = jnp.eye(a_matrix.shape[-1])
     z_even = (w_basis * _even(root, half)[..., None, :]) @ transpose(w_basis)
     z_odd = (w_basis * _odd(root, half)[..., None, :]) @ transpose(w_basis)
-    x_even, x_odd = jnp.linalg.inv(jnp.stack([identity + z_even, identity + z_odd]))
+    x_even, x_odd = positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
     return x_even, x_odd, root, w_basis, factor @ vectors
 
 

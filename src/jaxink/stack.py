@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from jaxink.channels import ChannelGrid
 from jaxink.interfaces import fresnel_reflectance, propagating_cosine
 from jaxink.numerics.legendre import associated_legendre
-from jaxink.numerics.linear_algebra import inverse
+from jaxink.numerics.linear_algebra import inverse, resolvent, transpose
 from jaxink.optics import ClearLayer, ScatteringLayer, TruncatedOptics, delta_m
 from jaxink.slab import layer_response
 
@@ -138,23 +138,24 @@ class RegularFields(eqx.Module):
     reflection, transmission
         Regular reflectance at the front and transmittance, shape ``(channels,)``.
     down_from_front, up_from_front
-        For each layer: flux going down at its top and going up at its bottom, just inside.
+        For each layer: flux going down at its top and going up at its bottom, just inside, shape
+        ``(layers, channels)``.
     down_from_back, up_from_back
         The same for light that enters at the back.
     cosines
         Cosine of the channel in each layer.
     interfaces
-        Fresnel reflectance of each interface.
+        Fresnel reflectance of each interface, shape ``(layers + 1, channels)``.
     """
 
     reflection: Float[Array, " channels"]
     transmission: Float[Array, " channels"]
-    down_from_front: tuple
-    up_from_front: tuple
-    down_from_back: tuple
-    up_from_back: tuple
-    cosines: tuple
-    interfaces: tuple
+    down_from_front: Float[Array, "layers channels"]
+    up_from_front: Float[Array, "layers channels"]
+    down_from_back: Float[Array, "layers channels"]
+    up_from_back: Float[Array, "layers channels"]
+    cosines: Float[Array, "layers channels"]
+    interfaces: Float[Array, "interfaces channels"]
 
 
 def _attenuation(optical_thickness, cosine):
@@ -163,15 +164,19 @@ def _attenuation(optical_thickness, cosine):
     return jnp.where(inside, jnp.exp(-optical_thickness / jnp.where(inside, cosine, 1.0)), 0.0)
 
 
-def regular_fields(stack: Stack, squared_cosine, optical_thickness) -> RegularFields:
+def regular_fields(
+    indices: Float[Array, " media"],
+    squared_cosine: Float[Array, "media channels"],
+    optical_thickness: Float[Array, " layers"],
+) -> RegularFields:
     """Regular light in every layer, with all multiple reflections, incoherently.
 
     Parameters
     ----------
-    stack
-        The stack.
+    indices
+        Refractive indices of front, layers and back.
     squared_cosine
-        Function from a refractive index to mu^2 of the wanted channels.
+        mu^2 of the wanted channels in each of them; negative where evanescent.
     optical_thickness
         Optical thickness of each layer: the true one for what a detector sees in the regular direction, the
         truncated one for the light that is scattered further.
@@ -181,43 +186,39 @@ def regular_fields(stack: Stack, squared_cosine, optical_thickness) -> RegularFi
     RegularFields
         For the wanted channels.
     """
-    indices = stack.indices
-    cosines = [propagating_cosine(squared_cosine(n)) for n in indices]
-    elements = []
-    for k in range(len(indices) - 1):
-        r = fresnel_reflectance(indices[k], indices[k + 1], cosines[k], cosines[k + 1])
-        elements.append((r, 1 - r))
-        if k < len(stack.layers):
-            elements.append((0.0, _attenuation(optical_thickness[k], cosines[k + 1])))
+    cosines = propagating_cosine(squared_cosine)
+    interfaces = fresnel_reflectance(indices[:-1, None], indices[1:, None], cosines[:-1], cosines[1:])
+    inside = _attenuation(optical_thickness[:, None], cosines[1:-1])
+    # Interfaces and layers in turn, from the front to the back.
+    n_layers, n_channels = inside.shape
+    r = jnp.zeros((2 * n_layers + 1, n_channels)).at[::2].set(interfaces)
+    t = jnp.zeros_like(r).at[::2].set(1 - interfaces).at[1::2].set(inside)
 
-    below = [jnp.zeros_like(cosines[0])]
-    through_below = [jnp.ones_like(cosines[0])]
-    for r, t in reversed(elements):
-        gain = 1 / _at_least_tiny(1 - r * below[0])
-        through_below.insert(0, t * gain * through_below[0])
-        below.insert(0, r + t**2 * gain * below[0])
-    above = [jnp.zeros_like(cosines[0])]
-    through_above = [jnp.ones_like(cosines[0])]
-    for r, t in elements:
-        gain = 1 / _at_least_tiny(1 - r * above[-1])
-        through_above.append(t * gain * through_above[-1])
-        above.append(r + t**2 * gain * above[-1])
+    def put_before(beyond, element):
+        (reflection, transmission), (r, t) = beyond, element
+        gain = 1 / _at_least_tiny(1 - r * reflection)
+        after = (r + t**2 * gain * reflection, t * gain * transmission)
+        return after, after
 
-    down_front, up_front, down_back, up_back = [], [], [], []
-    for k in range(len(stack.layers)):
-        top, bottom = 2 * k + 1, 2 * k + 2
-        gain_top = 1 / _at_least_tiny(1 - above[top] * below[top])
-        gain_bottom = 1 / _at_least_tiny(1 - above[bottom] * below[bottom])
-        down_front.append(through_above[top] * gain_top)
-        up_front.append(through_above[bottom] * gain_bottom * below[bottom])
-        down_back.append(through_below[top] * gain_top * above[top])
-        up_back.append(through_below[bottom] * gain_bottom)
+    nothing = (jnp.zeros(n_channels), jnp.ones(n_channels))
+    # below[k], above[k]: what the elements from k on, or before k, reflect and transmit.
+    _, below = jax.lax.scan(put_before, nothing, (r, t), reverse=True)
+    _, above = jax.lax.scan(put_before, nothing, (r, t))
+    below, through_below = (jnp.concatenate([b, e[None]]) for b, e in zip(below, nothing, strict=True))
+    above, through_above = (jnp.concatenate([e[None], b]) for b, e in zip(above, nothing, strict=True))
+    gain = 1 / _at_least_tiny(1 - above * below)
+    down_front, up_back = through_above * gain, through_below * gain
+    # A layer's top is where the elements before it end, its bottom where those after it begin.
+    top, bottom = slice(1, -1, 2), slice(2, None, 2)
     return RegularFields(
-        below[0],
-        through_below[0],
-        *(tuple(fields) for fields in (down_front, up_front, down_back, up_back)),
-        tuple(cosines[1:-1]),
-        tuple(elements[2 * k][0] for k in range(len(indices) - 1)),
+        reflection=below[0],
+        transmission=through_below[0],
+        down_from_front=down_front[top],
+        up_from_front=(down_front * below)[bottom],
+        down_from_back=(up_back * above)[top],
+        up_from_back=up_back[bottom],
+        cosines=cosines[1:-1],
+        interfaces=interfaces,
     )
 
 
@@ -333,23 +334,25 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     ]
     etendue = grid.etendue_weight
     n_channels = etendue.shape[0]
-
-    def squared_cosine(n):
-        return jnp.concatenate([grid.squared_cosine(n), 1 - (kappa / n) ** 2])
-
+    indices = jnp.stack(stack.indices)
+    column = indices[:, None]
     # Channels and further directions in one pass: fewer operations to trace and to compile.
-    everywhere = regular_fields(stack, squared_cosine, thickness)
-    fields = jax.tree.map(lambda x: x[:n_channels], everywhere)
+    squared = jnp.concatenate([grid.squared_cosine(column), 1 - (kappa / column) ** 2], axis=1)
+    everywhere = regular_fields(indices, squared, jnp.stack(thickness))
+    fields = jax.tree.map(lambda x: x[..., :n_channels], everywhere)
 
-    reflection = fields.interfaces[-1]
-    transmission = 1 - reflection
+    # From the back to the front; elements that are diagonal in the channels are joined first.
+    last = fields.interfaces[-1]
+    reflection, transmission = last, 1 - last
+    run = _NOTHING
     once_reflected, once_transmitted = 0.0, 0.0
     for k in reversed(range(len(stack.layers))):
         layer, cosine = stack.layers[k], fields.cosines[k]
         if truncated[k] is None:
-            t = _attenuation(layer.optical_thickness, cosine)
-            reflection, transmission = _add_diagonal(0.0, t, reflection, transmission)
+            run = _join((0.0, 0.0, _attenuation(layer.optical_thickness, cosine)), run)
         else:
+            reflection, transmission = _add_diagonal(run, reflection, transmission)
+            run = _NOTHING
             n2 = layer.refractive_index**2
             safe_cosine = jnp.where(cosine > 0, cosine, 1.0)
             table = associated_legendre(config.n_moments, config.n_orders, cosine)
@@ -362,7 +365,8 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
             once_reflected = once_reflected + once[0]
             once_transmitted = once_transmitted + once[1]
         r = fields.interfaces[k]
-        reflection, transmission = _add_diagonal(r, 1 - r, reflection, transmission)
+        run = _join((r, r, 1 - r), run)
+    reflection, transmission = _add_diagonal(run, reflection, transmission)
 
     scale = jnp.sqrt(etendue)
     norm = scale[:, None] * scale[None, :]
@@ -372,7 +376,7 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
         # Near grazing the light scattered twice still varies as 1/(mu_o + mu_i): interpolate without it.
         cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))
         reflection = reflection * (cosine[:, None] + cosine[None, :])
-    beyond = jax.tree.map(lambda x: x[n_channels:], everywhere)
+    beyond = jax.tree.map(lambda x: x[..., n_channels:], everywhere)
     return StackResponse(grid, reflection, transmission, truncated, beyond)
 
 
@@ -393,26 +397,40 @@ def _once_on_channels(optics, n2, fields: RegularFields, k, phase):
     return seen(down, up), seen(fields.down_from_back[k], fields.up_from_back[k])
 
 
-def _add_diagonal(r, t, reflection, transmission):
+# Reflectance seen from above and from below, and transmittance, of no element at all.
+_NOTHING = (0.0, 0.0, 1.0)
+
+
+def _join(upper, lower):
+    """Join two elements that are diagonal in the channels: (from above, from below, through)."""
+    if lower is _NOTHING:
+        return upper
+    (a, a_below, t), (b, b_below, u) = upper, lower
+    gain = 1 / _at_least_tiny(1 - a_below * b)
+    return a + t**2 * gain * b, b_below + u**2 * gain * a_below, t * gain * u
+
+
+def _add_diagonal(element, reflection, transmission):
     """Put an element that is diagonal in the channels in front of what lies below."""
+    if element is _NOTHING:
+        return reflection, transmission
     if reflection.ndim == 1:
-        gain = 1 / _at_least_tiny(1 - r * reflection)
-        return r + t**2 * gain * reflection, transmission * gain * t
-    if isinstance(r, float):
-        return t[:, None] * reflection * t, transmission * t
-    identity = jnp.eye(t.shape[0])
-    between = inverse(identity - r[:, None] * reflection) * t
-    return jnp.diag(r) + t[:, None] * (reflection @ between), transmission @ between
+        above, _, through = _join(element, (reflection, 0.0, transmission))
+        return above, through
+    above, below, t = element
+    between = resolvent(below, reflection) * t
+    return jnp.diag(above) + t[:, None] * (reflection @ between), transmission @ between
 
 
 def _add_layer(layer_reflection, layer_transmission, reflection, transmission):
     """Put a scattering layer in front of what lies below."""
-    identity = jnp.eye(layer_reflection.shape[-1])
     if reflection.ndim == 1:
-        between = inverse(identity - layer_reflection * reflection) @ layer_transmission
+        # (1 - R r)^-1 is the transpose of (1 - r R)^-1, for symmetric R.
+        between = transpose(resolvent(reflection, layer_reflection)) @ layer_transmission
         onward = transmission[:, None] * between
         back = reflection[:, None] * between
     else:
+        identity = jnp.eye(layer_reflection.shape[-1])
         between = inverse(identity - layer_reflection @ reflection) @ layer_transmission
         onward, back = transmission @ between, reflection @ between
     return layer_reflection + layer_transmission @ back, onward

@@ -86,7 +86,7 @@ def prepare_jax() -> None:
     folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 
 
 def _cache_folder() -> Path | None:

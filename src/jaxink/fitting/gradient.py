@@ -26,20 +26,29 @@ def _residual(unit, objective):
     return objective.residual(unit)
 
 
+@eqx.filter_jit
+def _with_jacobian(unit, objective):
+    """Residual and prediction, and their Jacobians; traced once for all programs that call it."""
+
+    def twice(u):
+        value = objective.residual(u)
+        return value, value
+
+    jacobian, value = jax.jacfwd(twice, has_aux=True)(unit)
+    return value, jacobian
+
+
 @_residual.defjvp
 def _residual_jvp(primals, tangents):
     # The Jacobian as one matrix: optimistix linearises once and applies the result several times, which
     # would otherwise trace and compile the tangent program each time.
-    unit, objective = primals
-    jacobian, value = jax.jacfwd(lambda u: (lambda out: (out, out))(objective.residual(u)), has_aux=True)(
-        unit
-    )
+    value, jacobian = _with_jacobian(*primals)
     return value, jax.tree.map(lambda block: block @ tangents[0], jacobian)
 
 
 @eqx.filter_jit
 def _initial_state(solver, objective, unit):
-    f_struct, aux_struct = jax.eval_shape(_residual, unit, objective)
+    (f_struct, aux_struct), _ = eqx.filter_eval_shape(_with_jacobian, unit, objective)
     return solver.init(_residual, unit, objective, {}, f_struct, aux_struct, _NO_TAGS)
 
 
@@ -202,7 +211,9 @@ def starts(first: np.ndarray, count: int, seed: int) -> list[np.ndarray]:
     -------
     list[np.ndarray]
     """
+    if count == 1:
+        return [np.asarray(first, float)]
     from scipy.stats import qmc
 
-    more = qmc.LatinHypercube(len(first), rng=np.random.default_rng(seed)).random(max(count - 1, 0))
+    more = qmc.LatinHypercube(len(first), rng=np.random.default_rng(seed)).random(count - 1)
     return [np.asarray(first, float), *more]

@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from jaxink.measurement import GonioData
 
@@ -109,7 +109,7 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         chi_square=square,
         degrees_of_freedom=freedom,
         reduced_chi_square=square / freedom if freedom and freedom > 0 else None,
-        probability=float(chi2.sf(square, freedom)) if freedom and freedom > 0 else None,
+        probability=float(chdtrc(freedom, square)) if freedom and freedom > 0 else None,
         rmsd_absolute_pi=np.pi * _rms(measured - predicted),
         rmsd_absolute_pi_percent=100 * _rms(measured - predicted) / float(np.max(measured)),
         rmsd_absolute_intensity=_rms(cosine * (measured - predicted)),

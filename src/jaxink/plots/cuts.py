@@ -1,5 +1,6 @@
 """Measured and fitted BSDF in the plane of incidence, with the residuals below."""
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,120 +9,144 @@ from jaxink.plots.scans import FEWEST_IN_PLANE, ScanView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import Figure
 
 MEASURED = {
     "color": "black",
     "marker": "o",
     "markersize": 2.6,
+    "markeredgewidth": 0.7,
     "linestyle": "none",
     "markerfacecolor": "none",
 }
 MASKED = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
 FITTED = {"color": "#c22f2f", "linewidth": 1.3}
-PEAK = {"color": "0.35", "linewidth": 0.8, "linestyle": (0, (4, 3))}
+PEAK = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
 # A gap this many times wider than the usual step is not bridged by the line.
 _GAP = 2.5
+_MOST_COLUMNS = 5
 
 
-def draw_cuts(
-    figure: "Figure | SubFigure", views: list[ScanView], columns: int, limit: float, label: str
-) -> None:
+@dataclasses.dataclass(frozen=True)
+class CutLayout:
+    """Places of the panels, in inches; fixed, because a layout engine takes longer than the drawing.
+
+    Parameters
+    ----------
+    scans
+        Number of incidences.
+    """
+
+    scans: int
+
+    _left, _right, _top, _bottom = 0.75, 0.2, 0.55, 0.5
+    _panel, _beside = 2.3, 0.55
+    _heights, _between = (1.75, 1.75, 1.1), 0.13
+    _above, _below = 0.3, 0.35
+
+    @property
+    def bands(self) -> int:
+        """Rows of incidences."""
+        return -(-self.scans // _MOST_COLUMNS)
+
+    @property
+    def columns(self) -> int:
+        """Incidences beside each other: bands are equally long."""
+        return -(-self.scans // self.bands)
+
+    @property
+    def _band_height(self) -> float:
+        return self._above + sum(self._heights) + 2 * self._between + self._below
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the page."""
+        width = self._left + self.columns * self._panel + (self.columns - 1) * self._beside + self._right
+        return width, self._top + self.bands * self._band_height + self._bottom
+
+    def axes(self, figure: "Figure", scan: int, title: str) -> "tuple[Axes, Axes, Axes]":
+        """Panels of one incidence: logarithmic, linear, residual."""
+        width, height = self.size
+        band, column = divmod(scan, self.columns)
+        x = self._left + column * (self._panel + self._beside)
+        y = height - self._top - band * self._band_height - self._above
+        # Not as title of the axes: its place would be sought anew at each drawing.
+        figure.text((x + self._panel / 2) / width, (y + 0.06) / height, title, ha="center", fontsize=10)
+        made = []
+        for panel in self._heights:
+            y -= panel
+            made.append(figure.add_axes((x / width, y / height, self._panel / width, panel / height)))
+            y -= self._between
+        return tuple(made)
+
+    def write_labels(self, figure: "Figure", title: str) -> None:
+        """Title above and the common axis label below."""
+        _, height = self.size
+        figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+        text = "polar angle of view [°], negative on the source's side"
+        figure.text(0.5, (self._bottom - 0.02) / height, text, ha="center", va="top", fontsize=9)
+
+
+def draw_cuts(figure: "Figure", views: list[ScanView], title: str, limit: float, label: str) -> None:
     """Draw one column for each incidence: logarithmic, linear, residual.
 
     Parameters
     ----------
     figure
-        Where.
+        An empty one, of the size that `CutLayout` gives for the scans.
     views
         Scans, of one side and wavelength.
-    columns
-        Columns of the page; those beyond the scans stay empty.
+    title
+        Of the page.
     limit
         Half-width of the residual axis.
     label
         Its label.
     """
-    grid = figure.subplots(3, columns, squeeze=False, sharex=True, height_ratios=(3, 3, 1.8))
-    first = next((i for i, view in enumerate(views) if view.has_cut), 0)
-    for axis in grid[:, len(views) :].flat:
-        axis.set_axis_off()
-    for axes, view in zip(grid.T, views, strict=False):
-        axes[0].set_title(f"incidence {view.theta_i_deg:g}°", fontsize=10)
-        if view.has_cut:
-            _draw_values(axes[0], view)
-            _draw_values(axes[1], view)
-            _draw_residual(axes[2], view, limit)
-        else:
+    layout = CutLayout(len(views))
+    layout.write_labels(figure, title)
+    ends = _log_ends(views)
+    for i, view in enumerate(views):
+        axes = layout.axes(figure, i, f"incidence {view.theta_i_deg:g}°")
+        if not view.has_cut:
             _say_absent(axes, view)
-    _set_axes(grid[:, : len(views)], views, first)
-    for axis, text in zip(grid[:, first], ("BSDF [1/sr], log", "BSDF [1/sr], linear", label), strict=True):
-        axis.set_ylabel(text, fontsize=9)
-    figure.supxlabel("polar angle of view [°], negative on the source's side", fontsize=9)
-
-
-def draw_legend(figure: "Figure", views: list[ScanView]) -> None:
-    """Say what the symbols are, below the page."""
-    from matplotlib.lines import Line2D
-
-    peak = "specular direction" if views[0].side == "R" else "undeviated beam"
-    entries = [("measured", MEASURED), ("fitted", FITTED), (peak, PEAK)]
-    if any((view.in_plane & ~view.used).any() for view in views):
-        entries.append(("measured, masked: not fitted", MASKED))
-    handles = [Line2D([], [], **style, label=text) for text, style in entries]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
-
-
-def _set_axes(grid, views: list[ScanView], first: int) -> None:
-    """One logarithmic scale for all incidences, over the positive values; one linear scale each."""
-    cut = [(column, view) for column, view in zip(grid.T, views, strict=True) if view.has_cut]
-    shown = [np.concatenate([v.measured[v.in_plane & v.used], v.fitted[v.in_plane & v.used]]) for _, v in cut]
-    values = np.concatenate([*shown, np.zeros(0)])
-    values = values[values > 0]
-    for (log, linear, residual), _ in cut:
-        log.set_yscale("log")
-        if values.size:
-            log.set_ylim(values.min() / 1.3, values.max() * 1.3)
-        linear.set_ylim(bottom=0)
-        residual.set_xticks([-90, -60, -30, 0, 30, 60, 90])
-        residual.set_xlim(-90, 90)
-        if residual is not grid[2, first]:
-            log.tick_params(labelleft=False, which="both")
-            residual.tick_params(labelleft=False)
+            continue
+        _draw_values(axes[0], view)
+        _draw_values(axes[1], view)
+        _draw_residual(axes[2], view, limit)
+        shown = view.in_plane & view.used
+        _set_axes(axes, ends, max(view.measured[shown].max(), view.fitted[shown].max()))
+        if i % layout.columns == 0 or not views[i - 1].has_cut:
+            labels = ("BSDF [1/sr], log", "BSDF [1/sr], linear", label)
+            for axis, text in zip(axes, labels, strict=True):
+                axis.set_ylabel(text, fontsize=9)
+    _draw_legend(figure, views)
 
 
 def _draw_values(axes: "Axes", view: ScanView) -> None:
     plane = view.in_plane
     shown, hidden = plane & view.used, plane & ~view.used & (view.measured > 0)
-    axes.axvline(view.theta_i_deg, **PEAK, zorder=0)
+    axes.axvline(view.theta_i_deg, **PEAK, zorder=1)
     order = np.argsort(view.signed_deg[shown], kind="stable")
     x, y = (column[shown][order] for column in (view.signed_deg, view.fitted))
     axes.plot(*_with_gaps(x, y), **FITTED, zorder=2)
     axes.plot(view.signed_deg[hidden], view.measured[hidden], **MASKED, zorder=1)
     axes.plot(view.signed_deg[shown], view.measured[shown], **MEASURED, zorder=3)
-    _plain_frame(axes)
 
 
 def _draw_residual(axes: "Axes", view: ScanView, limit: float) -> None:
+    """Residuals; a triangle at the edge stands for one beyond it."""
     shown = view.in_plane & view.used
     x, y = view.signed_deg[shown], view.residual[shown]
-    axes.axhline(0, color=FITTED["color"], linewidth=1.0, zorder=1)
-    axes.axvline(view.theta_i_deg, **PEAK, zorder=0)
+    axes.axhline(0, color=FITTED["color"], linewidth=1.0, zorder=2)
+    axes.axvline(view.theta_i_deg, **PEAK, zorder=1)
     inside = np.abs(y) <= limit
     axes.plot(x[inside], y[inside], **MEASURED, zorder=3)
     for sign, marker in ((1, "^"), (-1, "v")):
-        beyond = ~inside & (np.sign(y) == sign)
-        axes.plot(
-            x[beyond],
-            np.full(int(beyond.sum()), 0.94 * sign * limit),
-            marker=marker,
-            color="black",
-            markersize=4,
-            linestyle="none",
-            zorder=3,
-        )
+        beyond = x[~inside & (np.sign(y) == sign)]
+        edge = np.full(beyond.size, 0.93 * sign * limit)
+        axes.plot(beyond, edge, color="black", marker=marker, markersize=4, linestyle="none", zorder=3)
     axes.set_ylim(-limit, limit)
-    _plain_frame(axes)
 
 
 def _with_gaps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -131,23 +156,49 @@ def _with_gaps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.insert(x, after, np.nan), np.insert(y, after, np.nan)
 
 
+def _log_ends(views: list[ScanView]) -> tuple[float, float]:
+    """One logarithmic scale for all incidences, over the positive values."""
+    shown = [(v, v.in_plane & v.used) for v in views if v.has_cut]
+    values = np.concatenate([column[here] for v, here in shown for column in (v.measured, v.fitted)])
+    values = values[values > 0]
+    return (float(values.min()) / 1.25, float(values.max()) * 1.25) if values.size else (0.1, 1.0)
+
+
+def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    log, linear, residual = axes
+    for axis in axes:
+        axis.set_xlim(-90, 90)
+        axis.set_xticks([-60, -30, 0, 30, 60])
+        axis.set_axisbelow(True)
+        axis.grid(True, color="0.9", linewidth=0.6)
+        axis.tick_params(labelsize=8, labelbottom=axis is residual)
+        axis.spines[["top", "right"]].set_visible(False)
+    log.set_yscale("log")
+    log.set_ylim(*log_ends)
+    # Plain decimals, at every decade or at 1, 2 and 5 where there are few decades.
+    few = log_ends[1] / log_ends[0] < 300
+    log.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    log.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    log.yaxis.set_minor_locator(NullLocator())
+    linear.set_ylim(0, 1.08 * largest)
+
+
 def _say_absent(axes, view: ScanView) -> None:
     for axis in axes:
         axis.set_axis_off()
     count, points = int((view.in_plane & view.used).sum()), int(view.used.sum())
-    axes[1].text(
-        0.5,
-        0.5,
-        f"{count} of {points} points\nlie in the plane:\nno cut below {FEWEST_IN_PLANE},\nsee the map",
-        ha="center",
-        va="center",
-        transform=axes[1].transAxes,
-        fontsize=9,
-    )
+    text = f"{count} of {points} points lie in the plane:\nno cut below {FEWEST_IN_PLANE}, see the map"
+    axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 
-def _plain_frame(axes: "Axes") -> None:
-    axes.grid(True, color="0.9", linewidth=0.6)
-    axes.tick_params(labelsize=8)
-    for edge in ("top", "right"):
-        axes.spines[edge].set_visible(False)
+def _draw_legend(figure: "Figure", views: list[ScanView]) -> None:
+    from matplotlib.lines import Line2D
+
+    peak = "specular direction" if views[0].side == "R" else "undeviated beam"
+    entries = [("measured", MEASURED), ("fitted", FITTED), (peak, PEAK)]
+    if any((view.in_plane & ~view.used).any() for view in views):
+        entries.append(("masked, not fitted", MASKED))
+    handles = [Line2D([], [], **style, label=text) for text, style in entries]
+    figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False, fontsize=9)

@@ -1,5 +1,6 @@
 """Residuals over all directions of view, one disc for each incidence."""
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,58 +8,106 @@ import numpy as np
 from jaxink.plots.scans import ScanView
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import Figure
 
 COLOURS = "RdBu_r"
+_MOST_COLUMNS = 3
+_NARROWEST = 7.6
 
 
-def draw_discs(
-    figure: "Figure | SubFigure", views: list[ScanView], columns: int, limit: float, label: str
-) -> None:
+@dataclasses.dataclass(frozen=True)
+class DiscLayout:
+    """Places of the discs, in inches.
+
+    Parameters
+    ----------
+    scans
+        Number of incidences.
+    """
+
+    scans: int
+
+    _left, _right, _top, _bottom = 0.4, 1.3, 0.5, 0.6
+    _disc, _beside, _above = 2.7, 0.6, 0.7
+
+    @property
+    def columns(self) -> int:
+        """Discs beside each other."""
+        return min(self.scans, _MOST_COLUMNS)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the page."""
+        rows = -(-self.scans // self.columns)
+        width = self._left + self.columns * self._disc + (self.columns - 1) * self._beside + self._right
+        return max(width, _NARROWEST), self._top + rows * (self._above + self._disc) + self._bottom
+
+    def axes(self, figure: "Figure", scan: int):
+        """Disc of one incidence."""
+        width, height = self.size
+        row, column = divmod(scan, self.columns)
+        x = self._left + column * (self._disc + self._beside)
+        y = height - self._top - (row + 1) * (self._above + self._disc)
+        place = (x / width, y / height, self._disc / width, self._disc / height)
+        return figure.add_axes(place, projection="polar")
+
+    def bar_axes(self, figure: "Figure"):
+        """Colour bar on the right."""
+        width, height = self.size
+        tall = min(3.2, 0.6 * height)
+        return figure.add_axes((1 - 0.85 / width, 0.5 - tall / 2 / height, 0.15 / width, tall / height))
+
+
+def draw_discs(figure: "Figure", views: list[ScanView], title: str, limit: float, label: str) -> None:
     """Draw polar discs on one colour scale; triangles point up where measured exceeds fitted.
 
     Parameters
     ----------
     figure
-        Where.
+        An empty one, of the size that `DiscLayout` gives for the scans.
     views
         Scans, of one side and wavelength.
-    columns
-        Discs beside each other.
+    title
+        Of the page.
     limit
         Half-width of the colour scale.
     label
         Its label.
     """
-    rows = -(-len(views) // columns)
-    grid = figure.subplots(rows, columns, squeeze=False, subplot_kw={"projection": "polar"})
-    drawn = None
-    for axes, view in zip(grid.flat, views, strict=False):
-        drawn = _draw_disc(axes, view, limit)
-    for axes in grid.flat[len(views) :]:
-        axes.set_axis_off()
-    bar = figure.colorbar(drawn, ax=grid, shrink=0.7 / rows**0.5, aspect=25, extend="both", pad=0.03)
-    bar.set_label(f"{label}   (▲ measured above, ▼ below the fit)", fontsize=9)
+    layout = DiscLayout(len(views))
+    _, height = layout.size
+    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+    for i, view in enumerate(views):
+        drawn = _draw_disc(layout.axes(figure, i), view, limit)
+    bar = figure.colorbar(drawn, cax=layout.bar_axes(figure), extend="both")
+    bar.set_label(label, fontsize=9)
     bar.ax.tick_params(labelsize=8)
+    peak = "○ specular direction, ☆ source" if views[0].side == "R" else "○ undeviated beam"
+    text = (
+        f"▲ measured above, ▼ below the fit;  {peak};  rings: polar angle of view 30°, 60°, 90°;  around: phi"
+    )
+    figure.text(0.5, 0.15 / height, text, ha="center", va="bottom", fontsize=8.5)
 
 
 def _draw_disc(axes, view: ScanView, limit: float):
     # As in the cuts: the source's half-plane (phi 0) to the left, the peak (phi 180) to the right.
     axes.set_theta_zero_location("W")
     axes.set_theta_direction(-1)
-    size = np.clip(2200 / max(int(view.used.sum()), 1), 4, 26)
+    # Size and colour both grow with the residual: the pattern also shows in black and white.
+    share = np.minimum(np.abs(view.residual) / limit, 1.0)
+    size = np.clip(9000 / max(int(view.used.sum()), 1), 12, 60) * (0.1 + 0.9 * share)
     for sign, marker in ((1, "^"), (-1, "v")):
         here = view.used & (np.where(view.residual >= 0, 1, -1) == sign)
         drawn = axes.scatter(
             np.deg2rad(view.phi_deg[here]),
             view.theta_o_deg[here],
             c=view.residual[here],
+            s=size[here],
             marker=marker,
-            s=size,
             cmap=COLOURS,
             vmin=-limit,
             vmax=limit,
-            edgecolors="0.35",
+            edgecolors="0.3",
             linewidths=0.3,
             zorder=3,
         )
@@ -73,8 +122,7 @@ def _draw_disc(axes, view: ScanView, limit: float):
         axes.plot([0.0], [view.theta_i_deg], marker="*", **ring, clip_on=False)
     axes.plot([np.pi], [view.theta_i_deg], marker="o", **ring, clip_on=False)
     axes.set_ylim(0, 90)
-    axes.set_yticks([30, 60, 90], ["30°", "60°", ""])
-    axes.set_rlabel_position(67.5)
+    axes.set_yticks([30, 60, 90], ["", "", ""])
     axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["0°", "90°", "180°", "-90°"])
     axes.tick_params(labelsize=8, pad=0)
     axes.grid(True, color="0.85", linewidth=0.6)

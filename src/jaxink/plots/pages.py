@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "pdf", "svg")
 _SIDES = {"R": "reflection", "T": "transmission"}
-_MOST_COLUMNS = 5
 
 
 def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
@@ -38,7 +37,7 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
     InputRefusedError
         If the result holds no such scan, or fewer than five points in the plane at every incidence.
     """
-    from jaxink.plots.cuts import draw_cuts, draw_legend
+    from jaxink.plots.cuts import CutLayout, draw_cuts
     from jaxink.plots.sheet import sheet
 
     views = _views(result, wavelength_nm, side)
@@ -47,15 +46,9 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
             f"{side} at {wavelength_nm:g} nm: no incidence has five points in the plane of incidence; see "
             "residual_map."
         )
-    columns = _columns(len(views))
-    bands = [views[i : i + columns] for i in range(0, len(views), columns)]
-    limit, label = residual_limit(views), residual_label(result)
-    with sheet(1.6 + 2.75 * columns, 1.5 + 6.0 * len(bands)) as page:
-        parts = page.subfigures(len(bands), 1, squeeze=False)[:, 0]
-        for part, band in zip(parts, bands, strict=True):
-            draw_cuts(part, band, columns, limit, label)
-        page.suptitle(_title(result, wavelength_nm, side, "cuts in the plane of incidence"), fontsize=12)
-        draw_legend(page, views)
+    title = _title(result, wavelength_nm, side, "cuts in the plane of incidence")
+    with sheet(*CutLayout(len(views)).size) as page:
+        draw_cuts(page, views, title, residual_limit(views, True), residual_label(result))
     return page
 
 
@@ -76,18 +69,16 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
     InputRefusedError
         If the result holds no such scan.
     """
-    from jaxink.plots.discs import draw_discs
+    from jaxink.plots.discs import DiscLayout, draw_discs
     from jaxink.plots.sheet import sheet
 
     views = _views(result, wavelength_nm, side)
-    columns = min(len(views), 3)
-    rows = -(-len(views) // columns)
-    what = "residual over the directions of view (theta_o, phi)"
+    what = "residual over all directions of view"
     if not any(view.has_cut for view in views):
-        what += "\ntoo few points in the plane of incidence for cuts"
-    with sheet(1.9 + 3.6 * columns, 1.3 + 3.8 * rows) as page:
-        draw_discs(page, views, columns, residual_limit(views), residual_label(result))
-        page.suptitle(_title(result, wavelength_nm, side, what), fontsize=12)
+        what += " (too few points in the plane for cuts)"
+    title = _title(result, wavelength_nm, side, what)
+    with sheet(*DiscLayout(len(views)).size) as page:
+        draw_discs(page, views, title, residual_limit(views, False), residual_label(result))
     return page
 
 
@@ -164,12 +155,6 @@ def _views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanVie
             f"the result holds no {side} at {wavelength_nm:g} nm; it holds {', '.join(held)}."
         )
     return views
-
-
-def _columns(count: int) -> int:
-    """As few bands as the page is wide for, and these equally long."""
-    bands = -(-count // _MOST_COLUMNS)
-    return -(-count // bands)
 
 
 def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> str:

@@ -100,7 +100,8 @@ def residual_label(result: "FitResult") -> str:
     return "(measured - fitted) / fitted [%]" if result.whitened is None else "residual [σ]"
 
 
-def residual_limit(views: list[ScanView]) -> float:
+def residual_limit(views: list[ScanView], in_plane: bool) -> float:
     """Half-width of one residual scale for all scans: nearly all points, and never less than 3."""
-    sizes = np.concatenate([np.abs(view.residual[view.used]) for view in views])
+    shown = [view.used & view.in_plane if in_plane else view.used for view in views]
+    sizes = np.concatenate([np.abs(view.residual[here]) for view, here in zip(views, shown, strict=True)])
     return float(max(3.0, np.ceil(np.percentile(sizes, 99.5)))) if sizes.size else 3.0

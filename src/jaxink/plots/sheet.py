@@ -30,4 +30,4 @@ def sheet(width_inch: float, height_inch: float) -> Iterator[Sheet]:
     """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        yield Sheet(figsize=(width_inch, height_inch), layout="constrained")
+        yield Sheet(figsize=(width_inch, height_inch))
