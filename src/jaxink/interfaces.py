@@ -11,8 +11,8 @@ def propagating_cosine(squared_cosine: Float[Array, "*shape"]) -> Float[Array, "
 
 
 def fresnel_reflectance(
-    index_1: Float[Array, ""],
-    index_2: Float[Array, ""],
+    index_1: Float[Array, "*#shape"],
+    index_2: Float[Array, "*#shape"],
     cosine_1: Float[Array, "*shape"],
     cosine_2: Float[Array, "*shape"],
 ) -> Float[Array, "*shape"]:
@@ -21,7 +21,7 @@ def fresnel_reflectance(
     Parameters
     ----------
     index_1, index_2
-        Refractive indices of the two media.
+        Refractive indices of the two media; broadcast against the cosines.
     cosine_1, cosine_2
         Cosines of one channel in the two media; 0 where the channel is evanescent, which gives total
         reflection.

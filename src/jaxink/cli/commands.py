@@ -190,7 +190,8 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
 
     names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
     columns = [getattr(prediction, name).tolist() for name in names]
-    columns += [values.tolist() for values in extra.values()]
+    # A blank cell where a kept column has no number, as in the file that was read.
+    columns += [["" if v != v else v for v in values.tolist()] for values in extra.values()]
     part = out.with_name(f".{out.name}.{os.getpid()}")
     try:
         with part.open("w", encoding="utf-8", newline="") as file:

@@ -35,6 +35,15 @@ def with_uncertainty(value: float, error: float | None) -> str:
     return f"{value:.{-last}f}({count})"
 
 
+def interval(low: float, high: float) -> str:
+    """Two ends with as many digits as two of their distance."""
+    width = high - low
+    if not math.isfinite(width) or width <= 0 or not 1e-4 <= max(abs(low), abs(high)) < 1e6:
+        return f"{plain(low)} ... {plain(high)}"
+    decimals = max(1 - math.floor(math.log10(width)), 0)
+    return f"{low:.{decimals}f} ... {high:.{decimals}f}"
+
+
 def plain(value: float) -> str:
     """Six significant digits."""
     return f"{value:.6g}"

@@ -73,7 +73,7 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
     from rich.console import Console
 
     console = Console(stderr=True, markup=False, highlight=False)
-    with console.status("reading and compiling ...") as status:
+    with console.status("compiling ...", refresh_per_second=4) as status:
         yield lambda what, step, loss: status.update(f"{what}: step {step}, misfit {loss:.6g}")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.digits import plain, share, with_uncertainty
+from jaxink.cli.digits import interval, plain, share, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -107,7 +107,7 @@ def parameter_notes(result: "FitResult") -> list[str]:
             low, high = p.interval
             open_end = {"open below": " (open below)", "open above": " (open above)"}.get(p.flag, "")
             lines.append(
-                f"{p.name}: {plain(low)} ... {plain(high)}{open_end} by profile likelihood (chi-square rises "
+                f"{p.name}: {interval(low, high)}{open_end} by profile likelihood (chi-square rises "
                 "by less than 1, all others fitted anew)."
             )
     if any(p.flag == "not determined" for p in result.parameters):

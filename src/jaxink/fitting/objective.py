@@ -6,7 +6,7 @@ from typing import Literal
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.scaling import UnitScale
@@ -19,9 +19,9 @@ OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmi
 
 
 def whiten_scans(
-    residual: Float[Array, " points"],
-    common: Float[Array, " points"],
-    scan: Int[np.ndarray, " points"],
+    residual: Float[ArrayLike, " points"],
+    common: Float[ArrayLike, " points"],
+    scan: Int[ArrayLike, " points"],
     n_scans: int,
 ) -> Float[Array, " points"]:
     """Whiten residuals whose covariance is 1 + q q^T within each scan.
