@@ -8,12 +8,29 @@ from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
 
-SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+SHARED = Path(os.environ.get("JAXINK_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
 
 
 @pytest.fixture(scope="session")
 def shared_data():
     """Folder of the measured and reference data, which is not part of the repository."""
     if not SHARED.is_dir():
-        pytest.skip(f"the folder of measured and reference data is absent: {SHARED}")
+        pytest.skip(f"the folder of measured and reference data is absent: {SHARED}; set JAXINK_DATA")
     return SHARED
+
+
+@pytest.fixture(scope="session")
+def coarse():
+    """A coarse discretisation, for tests that need a fit but not its accuracy."""
+    from jaxink import SolverConfig
+
+    return SolverConfig(nodes_escaping=6, nodes_trapped=4, n_moments=12, n_orders=3)
+
+
+@pytest.fixture(scope="session")
+def example_result(coarse):
+    """Fit of the embedded simulated measurement."""
+    import jaxink
+    from jaxink.data import simulated_example
+
+    return jaxink.fit(*simulated_example(), jaxink.FitOptions(config=coarse))

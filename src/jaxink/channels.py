@@ -60,7 +60,7 @@ class ChannelGrid(eqx.Module):
 
     @property
     def kappa(self) -> Float[Array, " channels"]:
-        """n sin(theta) of each channel, shape ``(channels,)``."""
+        """N sin(theta) of each channel, shape ``(channels,)``."""
         index, _, cosine, _ = self._nodes()
         return index * jnp.sqrt(1 - cosine**2)
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import lru_cache
 
 import equinox as eqx
 import jax
@@ -9,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.bounded import BoundedLevenbergMarquardt
-from jaxink.fitting.objective import Objective
+from jaxink.fitting.objective import Objective, split_objective
 from jaxink.fitting.outcome import Outcome, Search
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
@@ -21,43 +22,62 @@ _SCAN_KEPT = 3
 _NO_TAGS: frozenset = frozenset()
 
 
-@jax.custom_jvp
-def _residual(unit, objective):
-    return objective.residual(unit)
+class _Programs:
+    """Compiled programs of one structure of objective, shared by all objectives of that structure.
+
+    Plain `jax.jit` of the arrays alone: a call then costs microseconds, where hashing the description of
+    the sample at each call would cost milliseconds.
+    """
+
+    def __init__(self, static):
+        self._static_state = None
+
+        def with_jacobian(arrays, unit):
+            objective = eqx.combine(arrays, static)
+
+            def twice(u):
+                value = objective.residual(u)
+                return value, value
+
+            jacobian, value = jax.jacfwd(twice, has_aux=True)(unit)
+            return value, jacobian
+
+        # Jitted on its own, so that it is traced once for both programs below.
+        with_jacobian = jax.jit(with_jacobian)
+
+        @jax.custom_jvp
+        def residual(unit, arrays):
+            return eqx.combine(arrays, static).residual(unit)
+
+        @residual.defjvp
+        def _(primals, tangents):
+            # The Jacobian as one matrix: optimistix linearises once and applies the result several times,
+            # which would otherwise trace and compile the tangent program each time.
+            unit, arrays = primals
+            value, jacobian = with_jacobian(arrays, unit)
+            return value, jax.tree.map(lambda block: block @ tangents[0], jacobian)
+
+        def initial(arrays, unit, lower, upper):
+            solver = BoundedLevenbergMarquardt(lower, upper)
+            (f_struct, aux_struct), _ = jax.eval_shape(with_jacobian, arrays, unit)
+            state = solver.init(residual, unit, arrays, {}, f_struct, aux_struct, _NO_TAGS)
+            dynamic, self._static_state = eqx.partition(state, eqx.is_array)
+            return dynamic
+
+        def advance(arrays, unit, lower, upper, dynamic):
+            solver = BoundedLevenbergMarquardt(lower, upper)
+            state = eqx.combine(dynamic, self._static_state)
+            unit, state, _ = solver.step(residual, unit, arrays, {}, state, _NO_TAGS)
+            done, _ = solver.terminate(residual, unit, arrays, {}, state, _NO_TAGS)
+            loss = jnp.sum(state.f_info.residual**2)
+            return unit, eqx.partition(state, eqx.is_array)[0], done, loss
+
+        self.initial, self.advance = jax.jit(initial), jax.jit(advance)
 
 
-@eqx.filter_jit
-def _with_jacobian(unit, objective):
-    """Residual and prediction, and their Jacobians; traced once for all programs that call it."""
-
-    def twice(u):
-        value = objective.residual(u)
-        return value, value
-
-    jacobian, value = jax.jacfwd(twice, has_aux=True)(unit)
-    return value, jacobian
-
-
-@_residual.defjvp
-def _residual_jvp(primals, tangents):
-    # The Jacobian as one matrix: optimistix linearises once and applies the result several times, which
-    # would otherwise trace and compile the tangent program each time.
-    value, jacobian = _with_jacobian(*primals)
-    return value, jax.tree.map(lambda block: block @ tangents[0], jacobian)
-
-
-@eqx.filter_jit
-def _initial_state(solver, objective, unit):
-    (f_struct, aux_struct), _ = eqx.filter_eval_shape(_with_jacobian, unit, objective)
-    return solver.init(_residual, unit, objective, {}, f_struct, aux_struct, _NO_TAGS)
-
-
-@eqx.filter_jit
-def _advance(solver, objective, unit, state):
-    unit, state, _ = solver.step(_residual, unit, objective, {}, state, _NO_TAGS)
-    done, _ = solver.terminate(_residual, unit, objective, {}, state, _NO_TAGS)
-    loss = jnp.sum(state.f_info.residual**2)
-    return unit, state, done, loss
+@lru_cache(maxsize=32)
+def _programs(treedef, leaves) -> _Programs:
+    return _Programs(jax.tree.unflatten(treedef, leaves))
 
 
 class GradientSearch:
@@ -72,8 +92,9 @@ class GradientSearch:
     """
 
     def __init__(self, objective: Objective, max_jacobians: int = 100):
-        # As traced arguments, equal structures share one compiled program.
-        self.objective = jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective)
+        self._arrays, static = split_objective(objective)
+        leaves, treedef = jax.tree.flatten(static)
+        self._compiled = _programs(treedef, tuple(leaves))
         self.max_jacobians = max_jacobians
         self.compile_seconds = 0.0
         self._ready = False
@@ -106,20 +127,20 @@ class GradientSearch:
         unit = np.clip(start, lower, upper)
         for position, value in (held or {}).items():
             lower[position] = upper[position] = unit[position] = value
-        solver = BoundedLevenbergMarquardt(lower, upper)
-        unit = jnp.asarray(unit)
+        unit, box = jnp.asarray(unit), (jnp.asarray(lower), jnp.asarray(upper))
+        compiled, arrays = self._compiled, self._arrays
         if not self._ready:
             began = time.perf_counter()
-            state = _initial_state(solver, self.objective, unit)
-            jax.block_until_ready(_advance(solver, self.objective, unit, state)[3])
+            state = compiled.initial(arrays, unit, *box)
+            jax.block_until_ready(compiled.advance(arrays, unit, *box, state))
             self.compile_seconds = time.perf_counter() - began
             self._ready = True
         began = time.perf_counter()
-        state = _initial_state(solver, self.objective, unit)
+        state = compiled.initial(arrays, unit, *box)
         path: list[float] = []
         outcome = Outcome.MAX_STEPS
         for step in range(1, (max_jacobians or self.max_jacobians) + 1):
-            unit, state, done, loss = _advance(solver, self.objective, unit, state)
+            unit, state, done, loss = compiled.advance(arrays, unit, *box, state)
             path.append(float(loss))
             if progress is not None:
                 progress(step, path[-1])

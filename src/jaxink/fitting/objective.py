@@ -4,6 +4,7 @@ import dataclasses
 from typing import Literal
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
@@ -136,6 +137,25 @@ class Objective(eqx.Module):
 def _away_from_zero(value):
     """The symmetric mean of logarithms passes zero at 1/sr: keep it from dividing by it."""
     return jnp.where(value >= 0, 1.0, -1.0) * jnp.maximum(jnp.abs(value), 1e-3)
+
+
+def split_objective(objective: Objective) -> tuple[Objective, Objective]:
+    """Arrays of an objective, for a compiled program, and everything else, which it is compiled for.
+
+    Parameters
+    ----------
+    objective
+        The objective.
+
+    Returns
+    -------
+    arrays, static
+        `equinox.combine` puts them together again.
+    """
+    return eqx.partition(
+        jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective),
+        eqx.is_array,
+    )
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import lru_cache, partial
 
 import equinox as eqx
 import jax
@@ -9,14 +10,19 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
-from jaxink.fitting.objective import Objective
+from jaxink.fitting.objective import Objective, split_objective
 from jaxink.fitting.outcome import Outcome, Search
 
 
-@eqx.filter_jit
-def _loss(objective, unit):
-    residual, predicted = objective.residual(unit)
-    return jnp.sum(residual**2), predicted
+@lru_cache(maxsize=32)
+def _loss_program(treedef, leaves):
+    static = jax.tree.unflatten(treedef, leaves)
+
+    def loss(arrays, unit):
+        residual, predicted = eqx.combine(arrays, static).residual(unit)
+        return jnp.sum(residual**2), predicted
+
+    return jax.jit(loss)
 
 
 class SimplexSearch:
@@ -34,7 +40,9 @@ class SimplexSearch:
     """
 
     def __init__(self, objective: Objective, max_evaluations: int = 2000, relative_tolerance: float = 1e-8):
-        self.objective = jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective)
+        arrays, static = split_objective(objective)
+        leaves, treedef = jax.tree.flatten(static)
+        self._loss = partial(_loss_program(treedef, tuple(leaves)), arrays)
         self.max_evaluations = max_evaluations
         self.relative_tolerance = relative_tolerance
         self.compile_seconds = 0.0
@@ -60,13 +68,13 @@ class SimplexSearch:
         """
         if not self.compile_seconds:
             began = time.perf_counter()
-            jax.block_until_ready(_loss(self.objective, jnp.asarray(start)))
+            jax.block_until_ready(self._loss(jnp.asarray(start)))
             self.compile_seconds = time.perf_counter() - began
-        loss_start = float(_loss(self.objective, jnp.asarray(start))[0])
+        loss_start = float(self._loss(jnp.asarray(start))[0])
         path: list[float] = []
 
         def function(unit):
-            loss = float(_loss(self.objective, jnp.asarray(unit))[0])
+            loss = float(self._loss(jnp.asarray(unit))[0])
             return loss if np.isfinite(loss) else 1e300
 
         def iteration(intermediate_result):
@@ -89,7 +97,7 @@ class SimplexSearch:
             },
         )
         seconds = time.perf_counter() - began
-        loss, predicted = _loss(self.objective, jnp.asarray(found.x))
+        loss, predicted = self._loss(jnp.asarray(found.x))
         return Search(
             method="simplex",
             outcome=Outcome.CONVERGED if found.success else Outcome.MAX_STEPS,

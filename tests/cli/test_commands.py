@@ -1,0 +1,162 @@
+"""The commands in this process, on the embedded simulated measurement and a coarse discretisation."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import jaxink
+from jaxink.cli.app import app
+from jaxink.data import SIMULATED_TRUTH, simulated_example
+from jaxink.fitting.simplex import SimplexSearch
+from jaxink.stack import SolverConfig
+
+DATA, SAMPLE = map(str, simulated_example())
+FREE = tuple(SIMULATED_TRUTH)
+
+
+@pytest.fixture
+def run(monkeypatch, coarse):
+    """Run the command; the test session's JAX settings stay as they are."""
+    monkeypatch.setattr("jaxink.cli.commands.prepare_jax", lambda: None)
+    monkeypatch.setattr(SolverConfig, "suggested", classmethod(lambda cls, exposed: coarse))
+    return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def fit(run, out, *more):
+    return run("fit", DATA, "--sample", SAMPLE, "--out", out, *more)
+
+
+def files(folder):
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
+
+
+def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result):
+    done = fit(run, tmp_path / "out")
+    assert (done.exit_code, done.stderr) == (0, "")
+    written = ["figures/cuts_R_550nm.png", "figures/cuts_T_550nm.png", "result.json", "result.nc"]
+    assert files(tmp_path / "out") == written
+    assert all(str(tmp_path / "out" / name) in done.stdout for name in written)
+    loaded = jaxink.load_result(tmp_path / "out")
+    assert loaded.values == pytest.approx(example_result.values, rel=1e-9)
+    head = next(line for line in done.stdout.splitlines() if "value(s.e.)" in line).split()
+    assert head == ["parameter", "value(s.e.)", "rel.", "init", "min", "max", "vary"]
+    row = next(line for line in done.stdout.splitlines() if line.strip().startswith("ink.scattering_per_mm"))
+    assert row.split()[-4:] == ["500.5", "1", "1000", "yes"]
+    for text in (
+        "converged: the first-order conditions hold",
+        "reduced scattering mu_s' = mu_s (1 - g)",
+        "reduced optical thickness",
+        "% of the largest measured pi f",
+        "% of the largest measured f cos(theta_o)",
+        "ink.scattering_per_mm - ink.asymmetry_parameter: +0.9",
+        "sigma_per_sr of the file; a factor common to each scan, standard deviation 0.2 %.",
+        "s to compile",
+        "Misfit by scan",
+    ):
+        assert text in done.stdout, text
+
+
+def test_json_is_the_result_file(run, tmp_path):
+    done = fit(run, tmp_path / "out", "--json", "--no-figures", "--profile", "none")
+    assert done.exit_code == 0
+    printed = json.loads(done.stdout)
+    assert printed.pop("files") == [str(tmp_path / "out" / name) for name in ("result.json", "result.nc")]
+    assert printed == json.loads((tmp_path / "out" / "result.json").read_text())
+
+
+def test_a_second_fit_takes_the_place_of_the_first(run, tmp_path):
+    out = tmp_path / "out"
+    assert fit(run, out, "--quiet", "--pdf", "--profile", "none").stdout == ""
+    assert "figures/cuts_T_550nm.pdf" in files(out)
+    (out / "notes.txt").write_text("mine")
+    done = fit(run, out, "--quiet", "--no-figures", "--profile", "none", "--objective", "relative")
+    assert done.exit_code == 0
+    # Figures of the first fit would lie about the second; a file of the user's stays.
+    assert files(out) == ["notes.txt", "result.json", "result.nc"]
+    assert jaxink.load_result(out).objective == "relative"
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    fit(run, out, "--quiet", "--no-figures", "--profile", "none")
+    before = (out / "result.json").read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("jaxink.plots.save_figures", full)
+    done = fit(run, out, "--profile", "none")
+    assert done.exit_code == 5
+    assert done.stderr == (
+        f"jaxink: {out}: the result cannot be written there (No space left on device); choose another "
+        "folder.\n"
+    )
+    assert (out / "result.json").read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_simplex_that_does_not_converge_says_so(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(SimplexSearch.__init__, "__defaults__", (8, 1e-8))
+    done = fit(run, tmp_path / "out", "--method", "simplex", "--no-figures")
+    assert done.exit_code == 4
+    assert "did not converge: the allowed number of evaluations was used up" in done.stdout
+    assert "The simplex has no Jacobian: no standard errors." in done.stdout
+    assert not jaxink.load_result(tmp_path / "out").converged
+
+
+def test_demo_shows_both_fits_beside_the_truth(run, tmp_path):
+    done = run("demo", "--out", tmp_path / "demo")
+    assert done.exit_code == 0
+    assert "SIMULATED" in done.stdout.splitlines()[0]
+    rows = {line.split("  ")[0].strip(): line.split() for line in map(str.strip, done.stdout.splitlines())}
+    for name, truth in SIMULATED_TRUTH.items():
+        assert float(rows[name][1]) == truth
+    assert rows["Jacobians"][2] == "0"
+    assert int(rows["evaluations"][2]) > int(rows["Jacobians"][1]) > 0
+    for folder in ("", "simplex"):
+        assert jaxink.load_result(tmp_path / "demo" / folder).converged
+    assert {"simulated_plate_and_ink.csv", "simulated_plate_and_ink.toml"} <= set(files(tmp_path / "demo"))
+
+
+def test_predict_from_a_result_and_from_a_sample(run, tmp_path, example_result):
+    example_result.save(tmp_path / "result")
+    done = run("predict", tmp_path / "result", "--out", tmp_path / "own.csv")
+    assert done.exit_code == 0
+    own = jaxink.read(tmp_path / "own.csv")
+    np.testing.assert_allclose(own.bsdf_per_sr, example_result.predicted_per_sr, rtol=1e-10)
+    np.testing.assert_array_equal(own.extra["measured_per_sr"], example_result.data.bsdf_per_sr)
+    assert own.sigma_per_sr is None
+    run("predict", tmp_path / "result" / "result.json", DATA, "--out", tmp_path / "again.nc", "--quiet")
+    again = jaxink.read(tmp_path / "again.nc")
+    np.testing.assert_allclose(again.bsdf_per_sr, own.bsdf_per_sr, rtol=1e-12)
+    assert again.attrs["bsdf_per_sr"].startswith("predicted by jaxink")
+    done = run("predict", SAMPLE, DATA, "--out", tmp_path / "start.csv")
+    assert "with the start values of its free parameters" in done.stdout
+    assert np.abs(jaxink.read(tmp_path / "start.csv").bsdf_per_sr / own.bsdf_per_sr - 1).max() > 0.1
+
+
+def test_unexpected_error_is_one_sentence(run, tmp_path, monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("float division\nby zero")
+
+    monkeypatch.setattr(jaxink, "read", broken, raising=False)
+    done = fit(run, tmp_path / "out")
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert done.stderr == (
+        "jaxink: stopped by an unexpected error (ZeroDivisionError: float division by zero); set "
+        "JAXINK_DEBUG=1 to see where, and please report it.\n"
+    )
+    assert isinstance(fit(run, tmp_path / "out", "--debug").exception, ZeroDivisionError)
+
+
+def test_interruption_is_one_sentence(run, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(jaxink, "fit", interrupted, raising=False)
+    done = fit(run, tmp_path / "out")
+    assert (done.exit_code, done.stderr) == (130, "jaxink: interrupted.\n")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,216 @@
+"""The command as its user starts it: refusals, exit codes, and what is loaded before it answers."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from jaxink.data import simulated_example
+
+DATA, SAMPLE = map(str, simulated_example())
+HEAVY = ("jax", "jaxlib", "equinox", "optimistix", "scipy", "numpy", "xarray", "matplotlib", "pandas")
+
+
+def jaxink(*arguments, cwd, **environment):
+    return subprocess.run(
+        [sys.executable, "-m", "jaxink", *map(str, arguments)],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Inputs that are bad in one way each."""
+    good_data, good_sample = (Path(path).read_text(encoding="utf-8") for path in (DATA, SAMPLE))
+    lines = good_data.splitlines()
+    (tmp_path / "bad.csv").write_text("\n".join([*lines[:3], lines[3].replace("R", "front"), *lines[4:]]))
+    (tmp_path / "percent.csv").write_text(good_data.replace("bsdf_per_sr", "bsdf_percent"))
+    (tmp_path / "bad.toml").write_text(good_sample.replace("thickness_um = 80", "thickness_um = -80"))
+    (tmp_path / "red.toml").write_text(good_sample.replace("550", "650"))
+    (tmp_path / "fixed.toml").write_text(good_sample.replace("free = true", "value = 0.5, free = false"))
+    (tmp_path / "result").mkdir()
+    (tmp_path / "result" / "result.json").write_text('{"schema_version": 99}')
+    (tmp_path / "file").write_text("")
+    return tmp_path
+
+
+FIT = ("fit", DATA, "--sample", SAMPLE, "--out", "new")
+REFUSED = [
+    ("no such measurement", ("fit", "none.csv", *FIT[2:]), "none.csv: there is no such file."),
+    (
+        "bad row",
+        ("fit", "bad.csv", *FIT[2:]),
+        "bad.csv, row 4, column side: 'front' is no side; write R for reflection or T for transmission.",
+    ),
+    (
+        "per cent",
+        ("fit", "percent.csv", *FIT[2:]),
+        "percent.csv, column bsdf_percent: holds per cent; convert it to 1/sr and name the column "
+        "bsdf_per_sr.",
+    ),
+    ("measurement is a folder", ("fit", ".", *FIT[2:]), ".: is a directory; give one measurement file."),
+    ("no such sample", (*FIT[:3], "none.toml", *FIT[4:]), "none.toml: there is no such sample file."),
+    (
+        "bad sample",
+        (*FIT[:3], "bad.toml", *FIT[4:]),
+        "bad.toml: ink.thickness_um is -80 um; it must lie between 0 and 1e+07 um.",
+    ),
+    (
+        "another wavelength",
+        (*FIT[:3], "red.toml", *FIT[4:]),
+        "the sample names 650 nm, but simulated_plate_and_ink.csv holds 550 nm only.",
+    ),
+    (
+        "nothing free",
+        (*FIT[:3], "fixed.toml", *FIT[4:]),
+        "no parameter of the sample is free; write free = true for those to be found, or use predict.",
+    ),
+    (
+        "result is a file",
+        (*FIT[:5], "file"),
+        "file: is a file, but --out needs a folder; name another one.",
+    ),
+    (
+        "unknown method",
+        (*FIT, "--method", "newton"),
+        "method is 'newton'; it must be one of: gradient, simplex.",
+    ),
+    (
+        "unknown objective",
+        (*FIT, "--objective", "chi"),
+        "objective is 'chi'; it must be one of: chi_square, absolute, relative, logarithmic.",
+    ),
+    (
+        "unknown profile",
+        (*FIT, "--profile", "some"),
+        "profile is 'some'; it must be one of: auto, all, none.",
+    ),
+    ("no starts", (*FIT, "--starts", "0"), "n_starts is 0; it must be at least 1."),
+    ("no such side", (*FIT, "--side", "back"), "read_csv: side is 'back'; it must be 'R' or 'T'."),
+    (
+        "prediction without directions",
+        ("predict", SAMPLE, "--out", "new.csv"),
+        f"{SAMPLE}: a sample file has no directions of its own; name a measurement after it, whose "
+        "directions are then predicted.",
+    ),
+    (
+        "prediction of unknown format",
+        ("predict", SAMPLE, DATA, "--out", "new.xlsx"),
+        "new.xlsx: the suffix '.xlsx' is not one of .csv, .nc, which name the format.",
+    ),
+    (
+        "prediction into no folder",
+        ("predict", SAMPLE, DATA, "--out", "none/new.csv"),
+        "none/new.csv: the folder does not exist; create it first.",
+    ),
+    (
+        "prediction from no result",
+        ("predict", "none", "--out", "new.csv"),
+        "none: there is no result there; `jaxink fit` writes one.",
+    ),
+    (
+        "prediction from a later result",
+        ("predict", "result", "--out", "new.csv"),
+        "result/result.json: schema_version is 99; this jaxink reads results of version 1.",
+    ),
+    (
+        "demo into a file",
+        ("demo", "--out", "file"),
+        "file: is a file, but --out needs a folder; name another one.",
+    ),
+]
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), [r[1:] for r in REFUSED], ids=[r[0] for r in REFUSED])
+def test_refusal_is_one_sentence_and_writes_nothing(arguments, sentence, folder):
+    before = sorted(folder.rglob("*"))
+    done = jaxink(*arguments, cwd=folder)
+    assert (done.returncode, done.stdout, done.stderr) == (5, "", f"jaxink: {sentence}\n")
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize("arguments", [("fit",), ("fly",), ("fit", DATA, "--warp", "9")])
+def test_usage_errors_keep_their_own_code(arguments, tmp_path):
+    done = jaxink(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+LOADED = """
+import json, sys
+from jaxink.cli import main
+sys.argv = ["jaxink", *json.loads(sys.argv[1])]
+try:
+    main()
+except SystemExit:
+    pass
+print("\\n" + json.dumps(sorted(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "allowed"),
+    [
+        (["--help"], ()),
+        (["fit", "--help"], ()),
+        (["--version"], ()),
+        (["fit", DATA, "--sample", "none.toml", "--out", "new"], ("numpy",)),
+    ],
+    ids=["help", "fit help", "version", "refusal"],
+)
+def test_nothing_heavy_is_loaded_before_it_is_needed(arguments, allowed, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED, json.dumps(arguments)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    loaded = json.loads(done.stdout.splitlines()[-1])
+    assert [name for name in HEAVY if name in loaded and name not in allowed] == []
+
+
+CACHED = """
+import sys
+from jaxink.cli.session import prepare_jax
+prepare_jax()
+import jax
+print(jax.config.jax_compilation_cache_dir)
+jax.jit(lambda x: x * 2 + 1)(1.0).block_until_ready()
+"""
+
+
+@pytest.mark.parametrize("case", ["user", "named", "unwritable"])
+def test_compiled_programs_are_kept(case, tmp_path):
+    environment = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
+    environment["XDG_CACHE_HOME"] = str(tmp_path / "cache")
+    expected = tmp_path / "cache" / "jaxink"
+    if case == "named":
+        expected = tmp_path / "mine"
+        environment["JAX_COMPILATION_CACHE_DIR"] = str(expected)
+    elif case == "unwritable":
+        (tmp_path / "cache").write_text("a file where the folder should be")
+    done = subprocess.run(
+        [sys.executable, "-c", CACHED],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stderr == ""
+    if case == "unwritable":
+        assert done.stdout == "None\n"
+        return
+    assert done.stdout == f"{expected}\n"
+    # The named folder keeps JAX's own rule of what is worth keeping.
+    assert case == "named" or any(expected.iterdir())

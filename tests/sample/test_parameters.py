@@ -1,0 +1,123 @@
+"""Ties, priors, spectra and the way to plain data and back."""
+
+import math
+
+import pytest
+
+from jaxink.errors import InputRefusedError
+from jaxink.sample import Prior, parse_sample, sample_from_dict, sample_to_dict
+from jaxink.sample.parameters import Parameter, ParameterTable, evaluate_tie
+
+SAMPLE = """\
+schema_version = 1
+title = "two inks"
+wavelength_nm = [650, 450]
+[surroundings]
+index_back = 1.33
+[[layers]]
+name = "blue"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = { value = 20, free = true, min = 10, max = 40, prior = { mean = 22, standard_deviation = 2 } }
+scattering_per_mm = { per_wavelength = true, value = [40, 30], free = true, min = 1, max = 500 }
+absorption_per_mm = { per_wavelength = true, value = 2 }
+asymmetry_parameter = { free = true, min = 0, max = 0.95 }
+[[layers]]
+name = "red"
+kind = "scattering"
+phase_function = "tabulated"
+moments = [1, 0.5, 0.25]
+refractive_index = { tie = "blue.refractive_index" }
+thickness_um = { tie = "40 - (blue.thickness_um + 2) ** 1 / 2" }
+scattering_per_mm = 10
+absorption_per_mm = 0
+front_roughness = { density = "ggx", sigma_deg = 4 }
+[noise]
+relative = 0.01
+floor_per_sr = 1e-4
+[[weights]]
+theta_i_deg = 30
+side = "T"
+weight = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return parse_sample(SAMPLE)
+
+
+def test_ties_follow_the_values_they_name(sample):
+    values = sample.parameters.values_with({"blue.thickness_um": 30.0})
+    assert values["red.thickness_um"] == 24.0
+    assert values["red.refractive_index"] == 1.5
+    assert sample.parameters.values_with({})["red.thickness_um"] == 29.0
+
+
+def test_a_tie_of_a_tie():
+    table = ParameterTable(
+        [Parameter("a", math.nan, tie="-b + 1"), Parameter("b", math.nan, tie="c / 4"), Parameter("c", 2.0)]
+    )
+    assert table.values_with({}) == {"a": 0.5, "b": 0.5, "c": 2.0}
+    assert table.values_with({"c": 8.0})["a"] == -1.0
+
+
+@pytest.mark.parametrize(
+    "expression", ["a if b else c", "[a]", "'a'", "a.real()", "a < b", "lambda: 1", "__import__('os')"]
+)
+def test_ties_are_arithmetic_only(expression):
+    with pytest.raises(InputRefusedError, match="may hold numbers"):
+        evaluate_tie(expression, {"a": 1.0, "b": 1.0, "c": 1.0})
+
+
+def test_tie_differentiates(sample):
+    import jax
+
+    slope = jax.grad(lambda x: evaluate_tie("2 * x ** 3 - 1 / x", {"x": x}))(2.0)
+    assert slope == pytest.approx(24.25)
+
+
+def test_values_by_wavelength_ascend(sample):
+    table = sample.parameters
+    assert sample.wavelengths_nm == (450.0, 650.0)
+    assert table["blue.scattering_per_mm@450"].value == 40
+    assert table["blue.scattering_per_mm@650"].value == 30
+    assert table["blue.absorption_per_mm@450"].value == table["blue.absorption_per_mm@650"].value == 2
+    assert [p.name for p in table.free] == [
+        "blue.thickness_um",
+        "blue.scattering_per_mm@450",
+        "blue.scattering_per_mm@650",
+        "blue.asymmetry_parameter",
+    ]
+
+
+def test_prior_and_start(sample):
+    assert sample.parameters["blue.thickness_um"].prior == Prior(22.0, 2.0)
+    assert sample.parameters["blue.asymmetry_parameter"].value == 0.475
+    assert sample.parameters["surroundings.index_front"].value == 1.0
+
+
+def test_unknown_names_are_refused(sample):
+    with pytest.raises(InputRefusedError, match="did you mean blue.thickness_um"):
+        sample.parameters.values_with({"blue.thickness_mm": 1.0})
+    with pytest.raises(InputRefusedError, match="did you mean blue.thickness_um"):
+        sample.parameters.replace("blue.thickness_mm", value=1.0)
+
+
+def test_plain_data_and_back(sample):
+    import json
+
+    plain = json.loads(json.dumps(sample_to_dict(sample), allow_nan=False))
+    again = sample_from_dict(plain)
+    assert sample_to_dict(again) == sample_to_dict(sample)
+    assert again.layers == sample.layers
+    assert again.parameters.values_with({}) == sample.parameters.values_with({})
+
+
+def test_roughness_is_read_and_refused_by_the_model(sample):
+    from jaxink import ForwardModel
+
+    assert sample.layers[1].roughness[0].sigma_deg == 4
+    with pytest.raises(InputRefusedError, match="smooth faces only"):
+        ForwardModel(sample, [0.0], [10.0], [0.0], [450.0], [False])
