@@ -13,7 +13,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.interfaces import propagating_cosine
-from jaxink.numerics.quadrature import barycentric_matrix, gauss_legendre_unit
+from jaxink.numerics.quadrature import (
+    barycentric_matrix,
+    gauss_legendre_unit,
+    logarithmic_matrix,
+)
 
 
 class ChannelGrid(eqx.Module):
@@ -26,42 +30,34 @@ class ChannelGrid(eqx.Module):
         each other one where the one before it ends.
     nodes_per_block
         Number of nodes of each block.
-    grazing_power
-        Nodes are Gauss-Legendre in mu^(1/power) of block 0. 1 where the surface refracts; 2 where a
-        scattering medium meets its surroundings without an index step, because its radiance then varies
-        as mu log(mu) near grazing.
+    exposed
+        True where a scattering medium meets its surroundings without an index step: its radiance then
+        varies as mu log(mu) near grazing, and interpolation in block 0 takes that into account.
     """
 
     block_index: Float[Array, " blocks"]
     nodes_per_block: tuple[int, ...] = eqx.field(static=True)
-    grazing_power: int = eqx.field(static=True, default=1)
+    exposed: bool = eqx.field(static=True, default=False)
 
     def _nodes(self):
-        """Index of the block's medium, node variable, its cosine and quadrature weight, all channels."""
+        """Index of the block's medium, cosine there and quadrature weight, all channels."""
         units = [gauss_legendre_unit(n_nodes) for n_nodes in self.nodes_per_block]
         block = np.repeat(np.arange(len(units)), self.nodes_per_block)
         unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
         starts = jnp.concatenate([jnp.zeros(1), self.block_index[:-1]])
         top = jnp.sqrt(1 - (starts / self.block_index) ** 2)[block]
-        variable = top * unit_node
-        cosine, weight = variable, top * unit_weight
-        if self.grazing_power > 1:
-            first = block == 0
-            cosine = jnp.where(first, variable**self.grazing_power, cosine)
-            slope = self.grazing_power * variable ** (self.grazing_power - 1)
-            weight = jnp.where(first, weight * slope, weight)
-        return self.block_index[block], variable, cosine, weight
+        return self.block_index[block], top * unit_node, top * unit_weight
 
     @property
     def etendue_weight(self) -> Float[Array, " channels"]:
         """Weight n^2 w mu of each channel, shape ``(channels,)``."""
-        index, _, cosine, weight = self._nodes()
+        index, cosine, weight = self._nodes()
         return index**2 * weight * cosine
 
     @property
     def kappa(self) -> Float[Array, " channels"]:
         """N sin(theta) of each channel, shape ``(channels,)``."""
-        index, _, cosine, _ = self._nodes()
+        index, cosine, _ = self._nodes()
         return index * jnp.sqrt(1 - cosine**2)
 
     def squared_cosine(self, refractive_index) -> Float[Array, "*media channels"]:
@@ -77,7 +73,7 @@ class ChannelGrid(eqx.Module):
         Float[Array, "*media channels"]
         """
         # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines where n = n_b.
-        index, _, cosine, _ = self._nodes()
+        index, cosine, _ = self._nodes()
         n2 = jnp.asarray(refractive_index) ** 2
         return (n2 - index**2 + (index * cosine) ** 2) / n2
 
@@ -94,15 +90,17 @@ class ChannelGrid(eqx.Module):
         Float[Array, "targets channels"]
             Each row has non-zero entries in the block of its kappa only.
         """
-        _, variable, _, _ = self._nodes()
+        _, nodes, _ = self._nodes()
         columns, first, start = [], 0, None
         for block, n_nodes in enumerate(self.nodes_per_block):
             index = self.block_index[block]
             squared = 1 - (kappa / index) ** 2
             inside = squared >= 0
             cosine = propagating_cosine(squared)
-            at = cosine ** (1 / self.grazing_power) if block == 0 and self.grazing_power > 1 else cosine
-            rows = barycentric_matrix(variable[first : first + n_nodes], at)
+            if block == 0 and self.exposed:
+                rows = logarithmic_matrix(n_nodes, cosine)
+            else:
+                rows = barycentric_matrix(nodes[first : first + n_nodes], cosine)
             if start is not None:
                 inside = inside & (kappa > start)
             columns.append(jnp.where(inside[:, None], rows, 0.0))

@@ -52,7 +52,7 @@ class SolverConfig(eqx.Module):
         -------
         SolverConfig
         """
-        return cls(24, 12, 48, 32) if exposed else cls()
+        return cls(24, 12, 48, 24) if exposed else cls()
 
 
 class Stack(eqx.Module):
@@ -67,7 +67,7 @@ class Stack(eqx.Module):
     block_media
         Which refractive indices end the blocks of channels: positions in (front, layers..., back).
     exposed
-        True where a scattering layer has the index of the surroundings, see `ChannelGrid.grazing_power`.
+        True where a scattering layer has the index of the surroundings, see `ChannelGrid`.
     """
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
@@ -96,7 +96,7 @@ class Stack(eqx.Module):
         return ChannelGrid(
             jnp.stack(separated),
             (config.nodes_escaping,) + (config.nodes_trapped,) * n_trapped_blocks,
-            2 if self.exposed else 1,
+            self.exposed,
         )
 
 

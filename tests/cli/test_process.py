@@ -83,17 +83,6 @@ REFUSED = [
         (*FIT, "--method", "newton"),
         "method is 'newton'; it must be one of: gradient, simplex.",
     ),
-    (
-        "unknown objective",
-        (*FIT, "--objective", "chi"),
-        "objective is 'chi'; it must be one of: chi_square, absolute, relative, logarithmic.",
-    ),
-    (
-        "unknown profile",
-        (*FIT, "--profile", "some"),
-        "profile is 'some'; it must be one of: auto, all, none.",
-    ),
-    ("no starts", (*FIT, "--starts", "0"), "n_starts is 0; it must be at least 1."),
     ("no such side", (*FIT, "--side", "back"), "read_csv: side is 'back'; it must be 'R' or 'T'."),
     (
         "prediction without directions",

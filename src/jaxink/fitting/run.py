@@ -14,7 +14,14 @@ import numpy as np
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.gradient import GradientSearch, scan, starts
 from jaxink.fitting.merit import merit, merit_by_scan
-from jaxink.fitting.objective import FitNoise, Objective, make_objective, noise_of, whiten_scans
+from jaxink.fitting.objective import (
+    OBJECTIVES,
+    FitNoise,
+    Objective,
+    make_objective,
+    noise_of,
+    whiten_scans,
+)
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.result import (
     DerivedQuantity,
@@ -73,6 +80,7 @@ class FitOptions:
     def __post_init__(self):
         for name, allowed in (
             ("method", ("gradient", "simplex")),
+            ("objective", OBJECTIVES),
             ("profile", ("auto", "all", "none")),
         ):
             if getattr(self, name) not in allowed:

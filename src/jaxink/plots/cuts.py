@@ -177,9 +177,10 @@ def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
         axis.spines[["top", "right"]].set_visible(False)
     log.set_yscale("log")
     log.set_ylim(*log_ends)
-    # Plain decimals, at every decade or at 1, 2 and 5 where there are few decades.
-    few = log_ends[1] / log_ends[0] < 300
-    log.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    # Plain decimals: three or four labels, whatever the span.
+    span = log_ends[1] / log_ends[0]
+    subs = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if span < 8 else (1.0, 2.0, 5.0) if span < 300 else (1.0,)
+    log.yaxis.set_major_locator(LogLocator(subs=subs))
     log.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     log.yaxis.set_minor_locator(NullLocator())
     linear.set_ylim(0, 1.08 * largest)

@@ -1,0 +1,230 @@
+"""What the figures show, read back from their artists."""
+
+import dataclasses
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from jaxink.errors import InputRefusedError
+from jaxink.measurement import GonioData
+from jaxink.plots import cut_figure, figures, residual_map, save_figures
+from jaxink.plots.cuts import FITTED, MASKED, MEASURED
+from jaxink.plots.scans import scan_views
+
+
+def lines(axes, style):
+    """Points of the lines of one style."""
+    marker = style.get("marker", "None")
+    found = [
+        line.get_xydata()
+        for line in axes.lines
+        if line.get_color() == style["color"] and line.get_marker() == marker
+    ]
+    return np.concatenate(found)
+
+
+def panels(figure):
+    """Logarithmic, linear and residual axes by incidence."""
+    return [figure.axes[i : i + 3] for i in range(0, len(figure.axes), 3)]
+
+
+def texts(figure):
+    return " ".join(t.get_text() for t in [*figure.texts, *(t for a in figure.axes for t in a.texts)])
+
+
+def scattered(result, directions, **changes):
+    """The result with directions of view all over the hemisphere in the place of its own."""
+    theta_i, theta_o, phi = map(np.concatenate, zip(*directions, strict=True))
+    count = theta_i.size
+    measured = 0.3 + 0.001 * np.arange(count)
+    data = GonioData(
+        theta_i, theta_o, phi, np.full(count, 550.0), np.zeros(count, bool), measured, source="ball.csv"
+    )
+    residual = np.linspace(-4, 4, count)
+    return dataclasses.replace(
+        result,
+        data=data,
+        predicted_per_sr=measured - 0.003 * residual,
+        sigma_per_sr=np.full(count, 0.003),
+        whitened=residual,
+        sample=dataclasses.replace(result.sample, title=""),
+        **changes,
+    )
+
+
+@pytest.fixture(scope="session")
+def ball():
+    """Directions of view out of the plane, and four in it, at two incidences."""
+    phi = np.concatenate([np.tile([30.0, -60.0, 90.0, 135.0], 10), [0.0, 180.0, 179.5, -0.5]])
+    theta_o = np.concatenate([np.repeat(np.linspace(5, 80, 10), 4), [10.0, 20.0, 30.0, 40.0]])
+    return [(np.full(phi.size, theta_i), theta_o, phi) for theta_i in (0.0, 45.0)]
+
+
+def test_cuts_hold_the_measurement_the_fit_and_the_residual(example_result):
+    data, figure = example_result.data, cut_figure(example_result, 550.0, "R")
+    assert len(figure.axes) == 15
+    for theta_i, (log, linear, residual) in zip((0, 15, 30, 45, 60), panels(figure), strict=True):
+        here = (data.theta_i_deg == theta_i) & ~data.is_transmission
+        # Negative on the source's side (phi 0), positive towards the peak (phi 180).
+        signed = np.where(data.phi_deg[here] == 180, 1, -1) * data.theta_o_deg[here]
+        order = np.argsort(signed, kind="stable")
+        expected = np.column_stack([signed, data.bsdf_per_sr[here]])
+        assert {tuple(p) for p in lines(log, MEASURED)} == {tuple(p) for p in expected}
+        np.testing.assert_array_equal(lines(log, MEASURED), lines(linear, MEASURED))
+        fitted = lines(linear, FITTED)
+        fitted = fitted[np.isfinite(fitted[:, 0])]
+        np.testing.assert_array_equal(
+            fitted, np.column_stack([signed, example_result.predicted_per_sr[here]])[order]
+        )
+        shown = lines(residual, MEASURED)
+        assert {tuple(p) for p in shown} <= {
+            tuple(p) for p in np.column_stack([signed, example_result.whitened[here]])
+        }
+        assert log.get_yscale() == "log"
+        assert linear.get_yscale() == "linear"
+        assert any(line.get_xdata()[0] == theta_i for line in log.lines)
+
+
+def test_line_is_broken_at_the_peak(example_result):
+    axes = panels(cut_figure(example_result, 550.0, "T"))[2][1]
+    fitted = lines(axes, FITTED)
+    gap = np.flatnonzero(np.isnan(fitted[:, 0]))
+    assert [(fitted[i - 1, 0], fitted[i + 1, 0]) for i in gap] == [(25.0, 35.0)]
+
+
+def test_title_and_legend_say_what_is_drawn(example_result):
+    figure = cut_figure(example_result, 550.0, "T")
+    title = figure.texts[0].get_text()
+    assert title.startswith("SIMULATED measurement simulated_plate_and_ink.csv: transmission at 550 nm")
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["measured", "fitted", "undeviated beam"]
+    assert panels(figure)[0][2].get_ylabel() == "residual [σ]"
+
+
+def test_real_data_are_not_called_simulated(example_result, ball):
+    title = residual_map(scattered(example_result, ball), 550.0, "R").texts[0].get_text()
+    assert title.startswith("Measurement ball.csv: reflection")
+
+
+def test_masked_points_are_shown_but_not_fitted(example_result):
+    data = example_result.data
+    off = (data.theta_i_deg == 30) & ~data.is_transmission & (data.theta_o_deg > 80)
+    masked = dataclasses.replace(
+        example_result,
+        data=data.with_masks(user=off),
+        predicted_per_sr=example_result.predicted_per_sr[~off],
+        whitened=example_result.whitened[~off],
+    )
+    figure = cut_figure(masked, 550.0, "R")
+    log = panels(figure)[2][0]
+    assert sorted(lines(log, MASKED)[:, 0]) == [-85, -82.5, 82.5, 85]
+    assert np.nanmax(lines(log, FITTED)[:, 0]) == 80
+    assert "masked, not fitted" in [t.get_text() for t in figure.legends[0].get_texts()]
+
+
+def test_maps_where_data_leave_the_plane(example_result, ball):
+    result = scattered(example_result, ball)
+    assert [name for name, _ in figures(result)] == ["residual_map_R_550nm"]
+    figure = residual_map(result, 550.0, "R")
+    assert "too few points in the plane for cuts" in texts(figure)
+    discs = [axes for axes in figure.axes if axes.name == "polar"]
+    assert len(discs) == 2
+    views = scan_views(result, 550.0, "R")
+    scales = set()
+    for axes, view in zip(discs, views, strict=True):
+        up, down = axes.collections
+        scales |= {up.get_clim(), down.get_clim()}
+        drawn = np.concatenate([np.column_stack([c.get_offsets(), c.get_array()]) for c in (up, down)])
+        expected = np.column_stack([np.deg2rad(view.phi_deg), view.theta_o_deg, view.residual])
+        assert {tuple(row) for row in drawn} == {tuple(row) for row in expected}
+        assert (np.asarray(up.get_array()) >= 0).all()
+        assert (np.asarray(down.get_array()) < 0).all()
+        # phi 0, the source, lies on the left, as in the cuts.
+        assert axes.transData.transform((0.0, 60.0))[0] < axes.transData.transform((np.pi, 60.0))[0]
+        assert (
+            axes.transData.transform((np.pi / 2, 60.0))[1] > axes.transData.transform((-np.pi / 2, 60.0))[1]
+        )
+    assert scales == {(-4.0, 4.0)}
+    with pytest.raises(InputRefusedError, match="see residual_map"):
+        cut_figure(result, 550.0, "R")
+
+
+def test_a_scan_without_a_cut_says_so_on_the_page(example_result, ball):
+    plane = (np.zeros(30), np.tile(np.linspace(5, 75, 15), 2), np.repeat([0.0, 180.0], 15))
+    result = scattered(example_result, [plane, ball[1]])
+    assert [name for name, _ in figures(result)] == ["cuts_R_550nm", "residual_map_R_550nm"]
+    assert "4 of 44 points lie in the plane" in texts(cut_figure(result, 550.0, "R"))
+
+
+def test_unknown_noise_gives_residuals_in_per_cent(example_result):
+    data = example_result.data
+    result = dataclasses.replace(example_result, whitened=None)
+    residual = panels(cut_figure(result, 550.0, "R"))[0][2]
+    assert residual.get_ylabel() == "(measured - fitted) / fitted [%]"
+    here = (data.theta_i_deg == 0) & ~data.is_transmission
+    expected = 100 * (data.bsdf_per_sr / result.predicted_per_sr - 1)[here]
+    np.testing.assert_allclose(np.sort(lines(residual, MEASURED)[:, 1]), np.sort(expected), rtol=1e-12)
+
+
+def test_many_incidences_share_pages_of_equal_bands(example_result):
+    plane = np.tile(np.linspace(5, 75, 8), 2), np.repeat([0.0, 180.0], 8)
+    result = scattered(example_result, [(np.full(16, theta), *plane) for theta in range(0, 77, 7)])
+    figure = cut_figure(result, 550.0, "R")
+    places = [axes[0].get_position() for axes in panels(figure)]
+    assert len(places) == 11
+    assert len({round(p.x0, 6) for p in places}) == 4
+    assert len({round(p.y0, 6) for p in places}) == 3
+    for i, one in enumerate(figure.axes):
+        for other in figure.axes[:i]:
+            assert not one.get_position().overlaps(other.get_position())
+
+
+def test_nothing_on_a_page_overlaps_or_leaves_it(example_result):
+    figure = cut_figure(example_result, 550.0, "R")
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    boxes = [t.get_window_extent(renderer) for t in figure.texts]
+    boxes += [axes.get_tightbbox(renderer) for axes in figure.axes]
+    boxes += [legend.get_window_extent(renderer) for legend in figure.legends]
+    for i, box in enumerate(boxes):
+        assert figure.bbox.x0 <= box.x0
+        assert figure.bbox.y0 <= box.y0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y1 <= figure.bbox.y1
+        for other in boxes[:i]:
+            # Tick labels at the ends may touch the neighbour's frame by a pixel or two.
+            width = min(box.x1, other.x1) - max(box.x0, other.x0)
+            height = min(box.y1, other.y1) - max(box.y0, other.y0)
+            assert min(width, height) < 3
+
+
+def test_unknown_scans_and_formats_are_refused(example_result, tmp_path):
+    with pytest.raises(InputRefusedError, match="holds no R at 600 nm; it holds R at 550 nm, T at 550 nm"):
+        cut_figure(example_result, 600.0, "R")
+    with pytest.raises(InputRefusedError, match="cannot be written as 'bmp'; choose of: png, pdf, svg"):
+        save_figures(example_result, tmp_path / "figures", ("bmp",))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_style_of_the_session_stays(example_result):
+    with matplotlib.rc_context({"axes.facecolor": "black", "lines.linewidth": 9}):
+        before = dict(matplotlib.rcParams)
+        figure = cut_figure(example_result, 550.0, "R")
+        assert dict(matplotlib.rcParams) == before
+        assert figure.axes[0].get_facecolor() == (1, 1, 1, 1)
+        assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_pyplot_is_not_loaded(example_result, tmp_path):
+    example_result.save(tmp_path)
+    program = (
+        "import sys, jaxink, jaxink.plots; jaxink.plots.save_figures(jaxink.load_result('.'), 'f', ['png']); "
+        "sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert (
+        subprocess.run([sys.executable, "-c", program], cwd=tmp_path, timeout=60, check=False).returncode == 0
+    )
+    assert sorted(p.name for p in (tmp_path / "f").iterdir()) == ["cuts_R_550nm.png", "cuts_T_550nm.png"]
