@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
-from jaxink.numerics.precision import require_float64
+from jaxink.numerics.precision import require_float64, require_safe_jaxlib
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
 from jaxink.particles.mie import mie_coefficients
 from jaxink.particles.phase_function import (
@@ -224,6 +224,29 @@ class ForwardModel(eqx.Module):
             for layer in self.sample.layers
             if layer.scatters
         }
+
+
+@eqx.filter_jit
+def _compiled_bsdf(model: ForwardModel):
+    return model.bsdf()
+
+
+def evaluate(model: ForwardModel) -> np.ndarray:
+    """BSDF of a model with the values of its own table, in 64 bits whatever the session's setting.
+
+    Parameters
+    ----------
+    model
+        The model.
+
+    Returns
+    -------
+    np.ndarray
+        1/sr, shape ``(points,)``.
+    """
+    require_safe_jaxlib()
+    with jax.enable_x64(True):
+        return np.asarray(_compiled_bsdf(model))
 
 
 def _require_smooth(sample: Sample) -> None:

@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 
 class Directions(eqx.Module):
@@ -66,7 +66,7 @@ class Directions(eqx.Module):
 def scattering_cosines(
     cosine_out: Float[Array, " points"],
     cosine_in: Float[Array, " points"],
-    azimuth_rad: Float[Array, " points"],
+    azimuth_rad: Float[ArrayLike, " points"],
 ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
     """Cosine of the scattering angle for light that stays in its hemisphere, and for light that turns back.
 

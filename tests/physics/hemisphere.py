@@ -68,7 +68,8 @@ def hemispheres(stack: Stack, config: SolverConfig = SMALL, n_azimuths: int = 12
     leaving += [(True, o, back) for o in np.flatnonzero(kappa < back)]
     azimuths = (np.arange(n_azimuths) + 0.5) * 180 / n_azimuths
     number, pair, azimuth = (
-        a.ravel() for a in np.meshgrid(np.arange(len(entering)), np.arange(len(leaving)), azimuths, indexing="ij")
+        a.ravel()
+        for a in np.meshgrid(np.arange(len(entering)), np.arange(len(leaving)), azimuths, indexing="ij")
     )
     side, channel, index = (np.array(column)[pair] for column in zip(*leaving, strict=True))
     sin_incidence, sin_outgoing = kappa[entering] / front, kappa[channel] / index

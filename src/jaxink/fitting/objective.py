@@ -1,7 +1,6 @@
 """What a fit minimises: the residual vector of one measurement, and the figures of merit."""
 
 import dataclasses
-from typing import Literal
 
 import equinox as eqx
 import jax
@@ -15,7 +14,6 @@ from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
 from jaxink.sample import Sample
 
-ObjectiveKind = Literal["chi_square", "absolute", "relative", "logarithmic"]
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
 
 
@@ -224,7 +222,7 @@ def noise_of(data: GonioData, sample: Sample) -> FitNoise:
 def make_objective(
     data: GonioData,
     sample: Sample,
-    kind: ObjectiveKind = "chi_square",
+    kind: str = "chi_square",
     config=None,
     noise: FitNoise | None = None,
 ) -> Objective:

@@ -223,10 +223,9 @@ class FitResult:
         np.ndarray
             1/sr, shape ``(points,)``.
         """
-        import jax
+        from jaxink.forward import evaluate
 
-        with jax.enable_x64(True):
-            return np.asarray(self.forward_model(data).bsdf())
+        return evaluate(self.forward_model(data))
 
     def to_dataset(self):
         """The measurement as an xarray Dataset, with prediction, noise and residuals beside it."""

@@ -32,6 +32,7 @@ from jaxink.fitting.result import (
 )
 from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
+from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
 from jaxink.numerics.precision import require_safe_jaxlib
 from jaxink.sample import Sample, load_sample
@@ -481,13 +482,10 @@ def predict(
     np.ndarray
         1/sr, shape ``(points,)``, masked points included.
     """
-    from jaxink.forward import ForwardModel
-
-    require_safe_jaxlib()
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     data = read(data) if isinstance(data, str | Path) else data
-    with jax.enable_x64(True):
-        model = ForwardModel(
+    return evaluate(
+        ForwardModel(
             sample,
             data.theta_i_deg,
             data.theta_o_deg,
@@ -496,4 +494,4 @@ def predict(
             data.is_transmission,
             config,
         )
-        return np.asarray(eqx.filter_jit(lambda m: m.bsdf())(model))
+    )

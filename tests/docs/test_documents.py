@@ -1,0 +1,214 @@
+"""The documents against the code: nothing in them may drift."""
+
+import json
+import re
+import runpy
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import jaxink
+from jaxink.fitting.result import SCHEMA_VERSION as RESULT_VERSION
+from jaxink.sample import description, schema
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SAMPLE_FILE = (ROOT / "docs" / "sample-file.md").read_text(encoding="utf-8")
+RESULT = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
+
+
+def blocks(text, language):
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def rows(table):
+    """Cells of the rows of a markdown table, without the head."""
+    lines = [line for line in table.splitlines() if line.startswith("|")][2:]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def table_after(marker):
+    start = SAMPLE_FILE.index(marker)
+    return re.search(r"(?:\|.*\n)+", SAMPLE_FILE[start:]).group()
+
+
+@pytest.fixture
+def coarsely(monkeypatch, coarse):
+    """Fits with a coarse discretisation: the documents shall run, accuracy is tested elsewhere."""
+    monkeypatch.setattr(jaxink.SolverConfig, "suggested", classmethod(lambda cls, exposed: coarse))
+
+
+def test_notebook_example_runs(coarsely):
+    (code,) = blocks(README, "python")
+    assert len([line for line in code.splitlines() if line.strip()]) == 5
+    names = {}
+    *statements, last = code.strip().splitlines()
+    exec("\n".join(statements), names)
+    assert names["result"].converged
+    assert eval(last, names)._repr_png_().startswith(b"\x89PNG")
+
+
+def test_commands_are_single_lines_for_a_fresh_machine():
+    demo, tests = blocks(README, "sh")
+    for command, extra, then in ((demo, ".", "jaxink demo --out"), (tests, ".[test]", "python -m pytest")):
+        assert command.count("\n") == 1
+        venv, install, run = command.strip().split(" && ")
+        assert shlex.split(venv) == ["python3", "-m", "venv", ".venv"]
+        assert shlex.split(install) == [".venv/bin/pip", "install", extra]
+        assert run.startswith(f".venv/bin/{then}")
+
+
+def test_notebook_runs(coarsely, monkeypatch, capsys):
+    monkeypatch.setitem(jaxink.data.SIMULATED_TRUTH, "ink.asymmetry_parameter", 0.6)
+    runpy.run_path(str(ROOT / "notebooks" / "first_fit.py"))
+    slopes = dict(line.split() for line in capsys.readouterr().out.splitlines()[-3:])
+    assert float(slopes["ink.absorption_per_mm"]) < 0 < float(slopes["ink.scattering_per_mm"])
+
+
+@pytest.mark.parametrize(
+    "path", sorted(p.relative_to(ROOT).as_posix() for p in [ROOT / "README.md", *ROOT.glob("docs/*.md")])
+)
+def test_links_lead_somewhere(path):
+    text = (ROOT / path).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)", text):
+        assert target.startswith("https://") or ((ROOT / path).parent / target).exists(), target
+
+
+def test_exit_codes_are_those_of_the_command():
+    from jaxink.cli import app, session
+
+    for text in (README, app.app.info.epilog):
+        stated = dict(
+            reversed(pair.split(" ", 1))
+            for pair in re.search(r"Exit codes: (.*?)\.", text.replace("\n", " ")).group(1).split(", ")
+        )
+        assert int(stated["fitted"]) == session.EXIT_FITTED
+        assert int(stated["did not converge"]) == session.EXIT_NOT_CONVERGED
+        assert int(stated["input refused"]) == session.EXIT_REFUSED
+        assert int(stated["anything else"]) == session.EXIT_FAILED
+
+
+def test_complete_sample_file_is_accepted_and_complete():
+    (text,) = blocks(SAMPLE_FILE, "toml")
+    sample = jaxink.parse_sample(text)
+    assert set(tomllib.loads(text)) == set(description._TOP_KEYS)
+    assert {key for p in sample.parameters.values() for key in ("prior", "tie") if getattr(p, key)} == {
+        "prior",
+        "tie",
+    }
+    assert sample.parameters.values_with({})["coat.thickness_mm"] == 0.025
+
+
+def test_complete_sample_file_can_be_predicted():
+    (text,) = blocks(SAMPLE_FILE, "toml")
+    model = jaxink.ForwardModel(
+        jaxink.parse_sample(text), [30.0, 30.0], [0.0, 50.0], [0.0, 180.0], [450.0, 550.0], [False, True]
+    )
+    assert model.wavelengths_nm == (450.0, 550.0)
+
+
+def test_top_and_parameter_keys_are_documented():
+    top = {name for row in rows(table_after("## Top of the file")) for name in re.findall(r"`(\w+)`", row[0])}
+    assert top == set(description._TOP_KEYS)
+    numbers = {name for row in rows(table_after("## Numbers")) for name in re.findall(r"`(\w+)`", row[0])}
+    assert numbers == set(description._PARAMETER_KEYS)
+    assert f"`schema_version` is {schema.SCHEMA_VERSION}" in SAMPLE_FILE
+
+
+TABLES = {
+    name: getattr(schema, name)
+    for name in ("SURROUNDINGS", "CLEAR_LAYER", "SCATTERING_LAYER", "COEFFICIENTS", "ALBEDO")
+} | {name: quantities for name, quantities in schema.PHASE_FUNCTIONS.items() if quantities}
+
+
+def span(lowest, highest):
+    return f"{lowest:g} ... {highest:g}"
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_of_quantities_are_those_of_the_schema(name):
+    expected = [
+        [
+            f"`{key}`",
+            q.unit,
+            span(q.lowest, q.highest),
+            "required" if q.default is None else f"{q.default:g}",
+            q.scale,
+        ]
+        for key, q in TABLES[name].items()
+    ]
+    assert [row[:5] for row in rows(table_after(f"<!-- table: {name} -->"))] == expected
+
+
+@pytest.mark.parametrize("name", ["INSTRUMENT", "NOISE", "MASKS"])
+def test_tables_of_settings_are_those_of_the_schema(name):
+    expected = [
+        [f"`{key}`", unit, span(lowest, highest), "none" if default is None else f"{default:g}"]
+        for key, (lowest, highest, default, unit) in getattr(schema, name).items()
+    ]
+    assert [row[:4] for row in rows(table_after(f"<!-- table: {name} -->"))] == expected
+
+
+def test_every_choice_is_named():
+    for choice in (
+        *schema.PHASE_FUNCTIONS,
+        *schema.ROUGHNESS_DENSITIES,
+        *schema.FACES,
+        "clear",
+        "scattering",
+    ):
+        assert f"`{choice}`" in SAMPLE_FILE, choice
+    assert f'`"{schema.OPAQUE}"`' in SAMPLE_FILE
+    low, high = schema.ROUGHNESS_SIGMA_DEG
+    assert f"sigma {span(low, high)} deg" in SAMPLE_FILE
+
+
+# Tables whose keys are names of parameters or packages, or that hold what the sample file says.
+LEAVES = {
+    "versions",
+    "searches[].start",
+    "searches[].values",
+    "sample.parameters[].prior",
+    "sample.layers[].roughness",
+}
+
+
+def paths(value, path=""):
+    """Every key of a result, dotted."""
+    if isinstance(value, dict) and path not in LEAVES:
+        return {p for key, inner in value.items() for p in paths(inner, f"{path}.{key}".lstrip("."))}
+    if isinstance(value, list) and value and isinstance(value[0], dict) and path not in LEAVES:
+        return {p for inner in value for p in paths(inner, f"{path}[]")}
+    return {path}
+
+
+def test_every_key_of_a_result_is_documented(example_result):
+    documented = [row[0].strip("`") for row in rows(RESULT[RESULT.index("## Every key") :])]
+    assert len(documented) == len(set(documented))
+    assert set(documented) == paths(example_result.to_dict())
+    assert f"`schema_version` is {RESULT_VERSION}" in RESULT
+
+
+def test_example_result_has_every_key(example_result):
+    (text,) = blocks(RESULT, "json")
+    assert paths(json.loads(text)) == paths(example_result.to_dict())
+
+
+def test_variables_of_the_netcdf_file_are_documented(example_result):
+    dataset = example_result.to_dataset()
+    for name in (*dataset.coords, *dataset.data_vars):
+        assert f"`{name}`" in RESULT, name
+
+
+def test_embedded_measurement_says_that_it_is_simulated():
+    from jaxink.data import SIMULATED_TRUTH, simulated_example
+
+    data, sample = simulated_example()
+    assert data.name.startswith("simulated")
+    assert "simulated" in jaxink.load_sample(sample).title.lower()
+    note = (data.parent / "README.md").read_text(encoding="utf-8")
+    assert "not a measurement of anything" in note
+    for value, unit in zip(SIMULATED_TRUTH.values(), ("/mm", "/mm", ""), strict=True):
+        assert f"{value:g} {unit}".strip() in note
