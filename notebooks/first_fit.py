@@ -9,8 +9,8 @@
 # %% [markdown]
 # # A first fit
 #
-# From a measured file and a description of the sample to the optical properties of the ink. The measurement is the
-# embedded one: it is **simulated**, so that the truth is known.
+# From a measured file and a description of the sample to the optical properties of the ink. The measurement
+# is the embedded one: it is **simulated**, so that the truth is known.
 
 # %%
 import jax
@@ -28,8 +28,8 @@ data.to_dataset()
 # %% [markdown]
 # ## Fit
 #
-# Everything that the fit found is in the result: values, standard errors, correlations, the misfit of each scan, and how
-# the fit ended.
+# Everything that the fit found is in the result: values, standard errors, correlations, the misfit of each
+# scan, and how the fit ended.
 
 # %%
 result = jaxink.fit(data, sample)
@@ -63,8 +63,8 @@ for name, truth in SIMULATED_TRUTH.items():
 # %% [markdown]
 # ## The forward model alone
 #
-# It predicts at any directions, and JAX differentiates it. Here: how the brightness at 30 degrees, lit at normal
-# incidence, changes with each parameter, relative per relative change. JAX must compute in 64 bits for this.
+# It predicts at any directions, and JAX differentiates it. Here: how the brightness at 30 degrees, lit at
+# normal incidence, changes with each parameter, relative per relative change. JAX must compute in 64 bits.
 
 # %%
 jax.config.update("jax_enable_x64", True)

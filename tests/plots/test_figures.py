@@ -228,3 +228,10 @@ def test_pyplot_is_not_loaded(example_result, tmp_path):
         subprocess.run([sys.executable, "-c", program], cwd=tmp_path, timeout=60, check=False).returncode == 0
     )
     assert sorted(p.name for p in (tmp_path / "f").iterdir()) == ["cuts_R_550nm.png", "cuts_T_550nm.png"]
+
+
+def test_repeated_directions_do_not_break_the_line(example_result):
+    plane = np.tile(np.linspace(5, 75, 15), 4), np.repeat([0.0, 180.0, 0.0, 180.0], 15)
+    result = scattered(example_result, [(np.full(60, 20.0), *plane)])
+    fitted = lines(panels(cut_figure(result, 550.0, "R"))[0][0], FITTED)
+    assert not np.isnan(fitted).any()

@@ -12,8 +12,8 @@ from jaxink.optics import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh
 from jaxink.stack import SolverConfig, Stack
 
-# What `SolverConfig.suggested` gives for a layer that is exposed, and for one behind a refracting face.
-MATCHED = SolverConfig(24, 12, 48, 32)
+# Fine discretisations: for a layer without interfaces (exposed), and for one behind refracting faces.
+MATCHED = SolverConfig(32, 12, 48, 24)
 REFRACTING = SolverConfig(24, 16, 48, 16)
 
 
@@ -61,8 +61,8 @@ class Points:
 class Hemispheres:
     """Quadrature of a BSDF over both hemispheres at given incidences.
 
-    Gauss-Legendre nodes in the square root of the cosine, because a layer without interfaces varies as
-    mu log(mu) at grazing; midpoints in azimuth.
+    Gauss-Legendre nodes in the square root of the cosine, which copes with mu log(mu) at grazing;
+    midpoints in azimuth.
     """
 
     def __init__(self, cosines, n_polar=32, n_azimuths=16):

@@ -14,9 +14,8 @@ OPTICS = {
     "W3a": (0.35, 0.999, 8.0),
     "W3b": (0.85, 0.999, 40.0),
 }
-# 1e-4 is the aim everywhere. W2 at normal incidence and exit behind is 1.3e-4 off: its azimuthal orders have
-# to cancel at the pole. REFRACTING keeps much smaller errors, since refraction hides grazing directions.
-TOLERANCE = {"W1": 2e-6, "W2": 1.5e-4, "W3a": 1e-6, "W3b": 2e-6}
+# 1e-4 is the aim; what is reached is better, and is held.
+TOLERANCE = {"W1": 2e-6, "W2": 1e-4, "W3a": 1e-7, "W3b": 1e-6}
 
 
 @pytest.mark.parametrize("case", OPTICS)

@@ -1,5 +1,7 @@
 """The demo's two fits side by side."""
 
+import shlex
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,11 +28,9 @@ def show_demo(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]
         What was written.
     """
     to = console()
-    to.print(
-        f"SIMULATED measurement ({gradient.data.source}): a Monte Carlo program with known ink, plus noise;",
-        f"{gradient.merit.points} points. The same start and the same objective for both fits.",
-        soft_wrap=True,
-    )
+    to.print(f"SIMULATED measurement ({gradient.data.source}), {gradient.merit.points} points:", style="bold")
+    to.print("a known ink, computed by an independent Monte Carlo program, plus noise.")
+    to.print("Both fits start at the same values and minimise the same chi-square.")
     to.print(comparison_table(gradient, simplex))
     for line in (*parameter_notes(gradient), *(f"gradient: {line}" for line in merit_lines(gradient)[:3])):
         to.print(line, soft_wrap=True)
@@ -66,6 +66,9 @@ def comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
 
 def _show_next(to: Console, files: list[Path]) -> None:
     """Print the command that repeats the gradient fit on the files that were written."""
-    data, sample = (next(f for f in files if f.suffix == suffix) for suffix in (".csv", ".toml"))
-    to.print("The same by hand:")
-    to.print(f"  jaxink fit {data} --sample {sample} --out my-fit", soft_wrap=True)
+    data, sample = (str(next(f for f in files if f.suffix == suffix)) for suffix in (".csv", ".toml"))
+    # As it was called: the command of a virtual environment need not be on the path.
+    command = sys.argv[0] if Path(sys.argv[0]).stem == "jaxink" else "jaxink"
+    to.print("The gradient fit by hand:")
+    line = shlex.join([command, "fit", data, "--sample", sample, "--out", "my-fit"])
+    to.print(f"  {line}", soft_wrap=True)

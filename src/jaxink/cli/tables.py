@@ -61,6 +61,8 @@ def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) ->
 
 def show_outcome(to: Console, result: "FitResult") -> None:
     """Print what was fitted to what, and how it ended."""
+    from jaxink.measurement import mask_sentences
+
     data = result.data
     wavelengths = sorted(set(data.wavelength_nm.tolist()))
     spectrum = (
@@ -73,8 +75,11 @@ def show_outcome(to: Console, result: "FitResult") -> None:
         f"{data.source or 'measurement'}: {int(data.used.sum())} of {len(data)} points used, {scans} "
         f"scan{'s' * (scans != 1)}, {spectrum}"
     )
-    method = f"{result.method} fit of {result.objective.replace('_', '-')} {result.outcome.value}."
+    objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
+    method = f"{result.method} fit of {objective} {result.outcome.value}."
     to.print(method, style="bold" if result.converged else "bold red")
+    for sentence in mask_sentences(data)[:-1]:
+        to.print(sentence, soft_wrap=True)
 
 
 def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:

@@ -152,7 +152,9 @@ def _draw_residual(axes: "Axes", view: ScanView, limit: float) -> None:
 def _with_gaps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A line that is broken where points are missing, at the peaks for instance."""
     step = np.diff(x)
-    after = np.flatnonzero(step > _GAP * np.median(step)) + 1
+    # Repeats of a direction are no step.
+    usual = np.median(step[step > 0]) if (step > 0).any() else np.inf
+    after = np.flatnonzero(step > _GAP * usual) + 1
     return np.insert(x, after, np.nan), np.insert(y, after, np.nan)
 
 
@@ -190,7 +192,7 @@ def _say_absent(axes, view: ScanView) -> None:
     for axis in axes:
         axis.set_axis_off()
     count, points = int((view.in_plane & view.used).sum()), int(view.used.sum())
-    text = f"{count} of {points} points lie in the plane:\nno cut below {FEWEST_IN_PLANE}, see the map"
+    text = f"{count} of {points} points lie in the plane:\nno cut with fewer than {FEWEST_IN_PLANE}"
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 

@@ -163,7 +163,7 @@ def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> s
     merit = result.merit.reduced_chi_square
     fit = f"{result.method} fit"
     if merit is not None:
-        fit += f", reduced chi-square {merit:.3g} over all scans"
+        fit += f", reduced chi-square {merit:.4g} over all scans"
     if not result.converged:
         fit += ", DID NOT CONVERGE"
     return f"{kind}{source}: {_SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"
