@@ -121,3 +121,37 @@ def test_roughness_is_read_and_refused_by_the_model(sample):
     assert sample.layers[1].roughness[0].sigma_deg == 4
     with pytest.raises(InputRefusedError, match="smooth faces only"):
         ForwardModel(sample, [0.0], [10.0], [0.0], [450.0], [False])
+
+
+@pytest.mark.parametrize(
+    ("entry", "sentence"),
+    [
+        ('{ tie = "1 / (plate.thickness_mm - 1)" }', "divides by zero with the values of the file"),
+        ('{ tie = "0 - plate.thickness_mm" }', r"gives -1; it must lie between 0 and 1e\+06"),
+        ("{ value = 1, prior = { mean = 1, standard_deviation = 1 } }", "has a prior but is fixed"),
+        (
+            '{ tie = "plate.thickness_mm", prior = { mean = 1, standard_deviation = 1 } }',
+            "has a tie and a prior",
+        ),
+        ('{ value = 1, per_wavelength = "no" }', "per_wavelength is 'no'; it must be true or false"),
+    ],
+)
+def test_what_would_be_ignored_or_meaningless_is_refused(entry, sentence):
+    text = f"""
+    schema_version = 1
+    [[layers]]
+    name = "plate"
+    kind = "clear"
+    refractive_index = 1.5
+    thickness_mm = 1
+    [[layers]]
+    name = "ink"
+    kind = "scattering"
+    phase_function = "rayleigh"
+    refractive_index = 1.5
+    thickness_um = 10
+    scattering_per_mm = 10
+    absorption_per_mm = {entry}
+    """
+    with pytest.raises(InputRefusedError, match=sentence):
+        parse_sample(text)

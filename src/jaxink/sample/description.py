@@ -332,7 +332,10 @@ class _Reader:
                 f"{name} has unit = {entry['unit']!r}; it is always in "
                 f"{quantity.unit or 'no unit (a pure number)'}, as its name says."
             )
-        if not entry.get("per_wavelength", False):
+        each = entry.get("per_wavelength", False)
+        if not isinstance(each, bool):
+            raise InputRefusedError(f"{name}: per_wavelength is {each!r}; it must be true or false.")
+        if not each:
             self.parameters.append(_parameter(name, entry, quantity))
             return
         if not self.wavelengths:
@@ -415,7 +418,13 @@ def _parameter(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> P
             raise InputRefusedError(
                 f'{name} has a tie, which gives its value: write tie = "expression" without value and free.'
             )
-        return Parameter(name, math.nan, False, unit=unit, tie=tie)
+        if "prior" in entry:
+            raise InputRefusedError(
+                f"{name} has a tie and a prior; give the prior to the parameter it follows."
+            )
+        return Parameter(name, math.nan, False, quantity.lowest, quantity.highest, unit, tie)
+    if "prior" in entry and not free:
+        raise InputRefusedError(f"{name} has a prior but is fixed; write free = true, or remove the prior.")
     lowest, highest = entry.get("min"), entry.get("max")
     if free and (lowest is None or highest is None):
         raise InputRefusedError(f"{name} is free and needs a range: give min and max.")

@@ -127,7 +127,12 @@ def evaluate_tie(expression: str, values: Mapping[str, Any]) -> Any:
         tree = ast.parse(expression, mode="eval")
     except SyntaxError:
         raise InputRefusedError(f"the tie '{expression}' is not an expression.") from None
-    return visit(tree.body)
+    try:
+        return visit(tree.body)
+    except ZeroDivisionError:
+        raise InputRefusedError(
+            f"the tie '{expression}' divides by zero with the values of the file."
+        ) from None
 
 
 def unknown_name(name: str, known) -> str:
@@ -153,7 +158,14 @@ class ParameterTable(Mapping[str, Parameter]):
 
     def __init__(self, parameters: list[Parameter] | tuple[Parameter, ...]):
         self._by_name = {parameter.name: parameter for parameter in parameters}
-        self.values_with({})
+        values = self.values_with({})
+        for name, parameter in self._by_name.items():
+            tied = parameter.tie is not None
+            if tied and not parameter.minimum <= values[name] <= parameter.maximum:
+                raise InputRefusedError(
+                    f"the tie of {name}, '{parameter.tie}', gives {values[name]:g}; it must lie between "
+                    f"{parameter.minimum:g} and {parameter.maximum:g}."
+                )
 
     def __getitem__(self, name: str) -> Parameter:
         return self._by_name[name]
