@@ -62,4 +62,4 @@ def test_absorption_takes_away_and_more_of_it_takes_away_more():
 
 def test_layer_that_only_absorbs_leaves_the_regular_light():
     light = Light(film(ink(albedo=0.0)))
-    np.testing.assert_array_equal(light.bsdf, 0.0)
+    np.testing.assert_allclose(light.bsdf, 0.0, atol=1e-11)

@@ -1,0 +1,99 @@
+"""Derivatives of the BSDF: forward, reverse and central differences, at ordinary and at degenerate points."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
+from jaxink.errors import PrecisionError
+from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.slab import layer_response
+
+CONFIG = SolverConfig(6, 4, 12, 3)
+DIRECTIONS = Directions.from_degrees(
+    [0.0, 30.0, 30.0, 60.0], [20.0, 40.0, 10.0, 70.0], [0.0, 180.0, 90.0, 35.0], [False, True, False, True]
+)
+
+
+@jax.jit
+def bsdf(x):
+    """Plate and ink in air; x = albedo, log of optical thickness, asymmetry parameter, index of the ink."""
+    ink = ScatteringLayer(x[3], jnp.exp(x[1]), x[0], HenyeyGreenstein(x[2]))
+    stack = Stack((ClearLayer(1.49, 0.02), ink), 1.0, 1.0, (0, 1, 2))
+    return diffuse_bsdf(stack, DIRECTIONS, CONFIG)
+
+
+forward = jax.jit(jax.jacfwd(bsdf))
+reverse = jax.jit(jax.jacrev(bsdf))
+
+POINTS = {
+    "ordinary": [0.95, np.log(3.0), 0.6, 1.56],
+    "conservative": [1.0, np.log(3.0), 0.6, 1.56],
+    "black": [0.0, np.log(3.0), 0.6, 1.56],
+    "isotropic": [0.9, np.log(3.0), 0.0, 1.56],
+    "backward": [0.9, np.log(3.0), -0.7, 1.56],
+    "thin": [0.9, np.log(1e-6), 0.6, 1.56],
+    "thick": [0.99, np.log(1e4), 0.6, 1.56],
+    "thick and conservative": [1.0, np.log(1e3), 0.6, 1.56],
+    "ink below the plate": [0.95, np.log(3.0), 0.6, 1.45],
+}
+
+
+@pytest.mark.parametrize("name", POINTS)
+def test_forward_equals_reverse_equals_differences(name):
+    x = jnp.array(POINTS[name])
+    here = np.asarray(forward(x))
+    assert np.all(np.isfinite(here))
+    size = np.max(np.abs(here), axis=0)
+    assert np.asarray(reverse(x)) == pytest.approx(here, abs=1e-10 * size.max())
+    for k in range(4):
+        # The albedo may not leave 0 ... 1: one-sided differences there. In a thick layer a loss of 1 / tau^2
+        # already matters.
+        one_sided = k == 0 and name in ("conservative", "thick and conservative", "black")
+        size_of_step = 1e-9 if k == 0 and name == "thick and conservative" else 1e-5
+        step = size_of_step * np.eye(4)[k] * (-1 if x[k] == 1 else 1)
+        if one_sided:
+            slope = (-3 * bsdf(x) + 4 * bsdf(x + step) - bsdf(x + 2 * step)) / (2 * step[k])
+        else:
+            slope = (bsdf(x + step) - bsdf(x - step)) / (2 * step[k])
+        # The zero eigenvalue of a thick conservative layer carries a rounding that grows with tau.
+        rounding = (1e-11 if name == "thick and conservative" else 1e-15) / size_of_step
+        assert here[:, k] == pytest.approx(np.asarray(slope), abs=1e-5 * size[k] + 20 * rounding)
+
+
+def test_zero_thickness_has_the_derivative_of_a_thin_layer():
+    a = jnp.diag(jnp.array([1.2, 2.0, 5.0]))[None]
+    b = a - 0.3
+
+    def transmission(half):
+        return layer_response(a, b, half)[1]
+
+    at_zero = jax.jacfwd(transmission)(jnp.asarray(0.0))
+    assert np.asarray(transmission(jnp.asarray(0.0)))[0] == pytest.approx(np.eye(3), abs=1e-12)
+    # dT/dh = -(A + B) for T = 1 - (A + B) h.
+    assert np.asarray(at_zero)[0] == pytest.approx(-np.asarray(a + b)[0], rel=1e-6)
+
+
+def test_equal_eigenvalues_are_an_ordinary_point():
+    def reflection(e):
+        a = jnp.diag(jnp.array([2.0, 2.0, 2.0])) + e * jnp.array([[0, 1, 0], [1, 0, 0], [0, 0, 0.5]])
+        return layer_response(a[None], 0.5 * jnp.eye(3)[None], jnp.asarray(0.7))[0][0]
+
+    slope = np.asarray(jax.jacfwd(reflection)(0.0))
+    difference = (reflection(1e-5) - reflection(-1e-5)) / 2e-5
+    assert np.all(np.isfinite(slope))
+    assert slope == pytest.approx(np.asarray(difference), abs=1e-9)
+
+
+def test_batches_of_parameters_are_the_single_ones():
+    batch = jnp.array([POINTS["ordinary"], POINTS["isotropic"]])
+    both = np.asarray(jax.jit(jax.vmap(bsdf))(batch))
+    assert both[0] == pytest.approx(np.asarray(bsdf(batch[0])), rel=1e-11)
+    assert both[1] == pytest.approx(np.asarray(bsdf(batch[1])), rel=1e-11)
+
+
+def test_32_bits_raise_a_sentence_instead_of_losing_digits():
+    stack = Stack((ScatteringLayer(1.5, 1.0, 0.9, HenyeyGreenstein(0.5)),), 1.0, 1.0, (0, 1))
+    with jax.enable_x64(False), pytest.raises(PrecisionError, match="jaxink needs 64-bit floats"):
+        jax.grad(lambda s: jnp.sum(diffuse_bsdf(stack, DIRECTIONS, CONFIG)) * s)(1.0)
