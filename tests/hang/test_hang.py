@@ -15,7 +15,8 @@ from jaxink.numerics import precision
 
 PROGRAMS = Path(__file__).with_name("programs.py")
 PROCESSES = 5
-TIMEOUT_S = 60
+# A process that does not hang needs a few seconds, the first of its kind half a minute to compile.
+TIMEOUT_S = 150
 
 
 @pytest.fixture(scope="module")
