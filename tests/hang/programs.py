@@ -1,6 +1,6 @@
 """Programs that hang on a jaxlib with the deadlock; each runs in a fresh process.
 
-    python programs.py jacobian|fit|threads|devices
+    python programs.py jacobian|fit|threads|devices [CORE,CORE...]
 
 The layer has 24 channels and 32 azimuthal orders, enough work for such a jaxlib to split its LAPACK calls.
 The environment variable JAXINK_TEST_ANY_JAXLIB lets the programs run on a version that jaxink refuses.
@@ -10,6 +10,8 @@ import os
 import sys
 import threading
 
+if len(sys.argv) > 2:
+    os.sched_setaffinity(0, {int(core) for core in sys.argv[2].split(",")})
 if "devices" in sys.argv:
     os.environ["XLA_FLAGS"] = "--xla_force_host_platform_device_count=2"
 os.environ["JAX_ENABLE_X64"] = "1"

@@ -33,12 +33,11 @@ def environment(tmp_path_factory):
 
 def start(program: str, cores: set[int], environment: dict[str, str]) -> subprocess.Popen:
     return subprocess.Popen(
-        [sys.executable, str(PROGRAMS), program],
+        [sys.executable, str(PROGRAMS), program, ",".join(map(str, sorted(cores)))],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: os.sched_setaffinity(0, cores),
     )
 
 
