@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.bounded import BoundedLevenbergMarquardt
-from jaxink.fitting.objective import Objective, split_objective
+from jaxink.fitting.objective import Objective, program_of
 from jaxink.fitting.outcome import Outcome, Search
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
@@ -23,31 +23,24 @@ _NO_TAGS: frozenset = frozenset()
 
 
 class _Programs:
-    """Compiled programs of one structure of objective, shared by all objectives of that structure.
+    """Compiled programs of one structure of objective, shared by all objectives of that structure."""
 
-    Plain `jax.jit` of the arrays alone: a call then costs microseconds, where hashing the description of
-    the sample at each call would cost milliseconds.
-    """
-
-    def __init__(self, static):
+    def __init__(self, evaluate):
         self._static_state = None
 
+        # Jitted on its own, so that it is traced once for both programs below.
+        @jax.jit
         def with_jacobian(arrays, unit):
-            objective = eqx.combine(arrays, static)
-
             def twice(u):
-                value = objective.residual(u)
+                value = evaluate(arrays, u)
                 return value, value
 
             jacobian, value = jax.jacfwd(twice, has_aux=True)(unit)
             return value, jacobian
 
-        # Jitted on its own, so that it is traced once for both programs below.
-        with_jacobian = jax.jit(with_jacobian)
-
         @jax.custom_jvp
         def residual(unit, arrays):
-            return eqx.combine(arrays, static).residual(unit)
+            return evaluate(arrays, unit)
 
         @residual.defjvp
         def _(primals, tangents):
@@ -75,9 +68,7 @@ class _Programs:
         self.initial, self.advance = jax.jit(initial), jax.jit(advance)
 
 
-@lru_cache(maxsize=32)
-def _programs(treedef, leaves) -> _Programs:
-    return _Programs(jax.tree.unflatten(treedef, leaves))
+_programs = lru_cache(maxsize=32)(_Programs)
 
 
 class GradientSearch:
@@ -92,9 +83,8 @@ class GradientSearch:
     """
 
     def __init__(self, objective: Objective, max_jacobians: int = 100):
-        self._arrays, static = split_objective(objective)
-        leaves, treedef = jax.tree.flatten(static)
-        self._compiled = _programs(treedef, tuple(leaves))
+        residual, self._arrays = program_of(objective)
+        self._compiled = _programs(residual)
         self.max_jacobians = max_jacobians
         self.compile_seconds = 0.0
         self._ready = False

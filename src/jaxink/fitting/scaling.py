@@ -8,7 +8,7 @@ from jaxtyping import Array, Bool, Float
 from jaxink.sample import Parameter
 
 # Below this share of a range the division becomes even instead of logarithmic: a range that begins at 0 (or
-# ends at 1) has no equal ratios all the way, and one over many decades would give most of itself to the least.
+# ends at 1) has no equal ratios all the way, and one over many decades would mostly serve its least values.
 _EVEN_SHARE = 0.01
 # Ranges narrower than this ratio are divided evenly.
 _NARROW = 3.0

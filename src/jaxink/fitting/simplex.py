@@ -4,23 +4,20 @@ import time
 from collections.abc import Callable
 from functools import lru_cache, partial
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
-from jaxink.fitting.objective import Objective, split_objective
+from jaxink.fitting.objective import Objective, program_of
 from jaxink.fitting.outcome import Outcome, Search
 
 
 @lru_cache(maxsize=32)
-def _loss_program(treedef, leaves):
-    static = jax.tree.unflatten(treedef, leaves)
-
+def _loss_program(residual):
     def loss(arrays, unit):
-        residual, predicted = eqx.combine(arrays, static).residual(unit)
-        return jnp.sum(residual**2), predicted
+        rows, predicted = residual(arrays, unit)
+        return jnp.sum(rows**2), predicted
 
     return jax.jit(loss)
 
@@ -40,9 +37,8 @@ class SimplexSearch:
     """
 
     def __init__(self, objective: Objective, max_evaluations: int = 2000, relative_tolerance: float = 1e-8):
-        arrays, static = split_objective(objective)
-        leaves, treedef = jax.tree.flatten(static)
-        self._loss = partial(_loss_program(treedef, tuple(leaves)), arrays)
+        residual, arrays = program_of(objective)
+        self._loss = partial(_loss_program(residual), arrays)
         self.max_evaluations = max_evaluations
         self.relative_tolerance = relative_tolerance
         self.compile_seconds = 0.0
