@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
-from jaxink.numerics.precision import require_float64, require_safe_jaxlib
+from jaxink.numerics.precision import computing, require_float64
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
 from jaxink.particles.mie import mie_coefficients
 from jaxink.particles.phase_function import (
@@ -244,8 +244,7 @@ def evaluate(model: ForwardModel) -> np.ndarray:
     np.ndarray
         1/sr, shape ``(points,)``.
     """
-    require_safe_jaxlib()
-    with jax.enable_x64(True):
+    with computing():
         return np.asarray(_compiled_bsdf(model))
 
 

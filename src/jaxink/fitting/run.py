@@ -34,7 +34,7 @@ from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
-from jaxink.numerics.precision import require_safe_jaxlib
+from jaxink.numerics.precision import computing
 from jaxink.sample import Sample, load_sample
 from jaxink.stack import SolverConfig
 
@@ -125,11 +125,10 @@ def fit(
     InputRefusedError
         If data or sample cannot be used.
     """
-    require_safe_jaxlib()
     options = FitOptions() if options is None else options
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     data = prepare_data(read(data) if isinstance(data, str | Path) else data, sample)
-    with jax.enable_x64(True):
+    with computing():
         return _fit(data, sample, options, progress or _quiet)
 
 

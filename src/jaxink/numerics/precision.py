@@ -1,4 +1,7 @@
-"""Guards that a solve is made in 64 bits and by a jaxlib that cannot deadlock."""
+"""Guards that a solve is made in 64 bits, by a jaxlib that cannot deadlock, at its proper speed."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import jax
 import jaxlib
@@ -47,3 +50,24 @@ def require_float64() -> None:
             'jax.config.update("jax_enable_x64", True) before, or work inside '
             "`with jax.enable_x64(True):`; jaxink.fit and jaxink.predict do this themselves."
         )
+
+
+@contextmanager
+def computing() -> Iterator[None]:
+    """Compute in 64 bits and with one BLAS thread; both settings are the session's again afterwards.
+
+    The solver's matrices are small, and OpenBLAS splits those of 40 rows over threads that wait for each
+    other: on a machine that does anything else besides, a solve then takes fifty times as long.
+
+    Raises
+    ------
+    UnsafeVersionError
+        For a jaxlib that can hang.
+    """
+    require_safe_jaxlib()
+    # Loads the BLAS that jaxlib calls, so that its threads can be limited before the first call.
+    import scipy.linalg  # noqa: F401
+    from threadpoolctl import threadpool_limits
+
+    with jax.enable_x64(True), threadpool_limits(limits=1, user_api="blas"):
+        yield

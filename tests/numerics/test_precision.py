@@ -1,0 +1,30 @@
+"""What a fit changes in the session, and that it is undone."""
+
+import jax
+import pytest
+from threadpoolctl import threadpool_info
+
+from jaxink.numerics.precision import computing
+
+
+def blas_threads():
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_computing_is_in_64_bits_with_one_blas_thread_and_leaves_the_session_as_it_was():
+    with jax.enable_x64(False):
+        with computing():
+            pass
+        before = blas_threads()
+        with computing():
+            assert jax.config.jax_enable_x64
+            assert blas_threads() == {1}
+        assert not jax.config.jax_enable_x64
+        assert blas_threads() == before
+
+
+def test_the_session_comes_back_after_an_error():
+    before = blas_threads()
+    with pytest.raises(KeyError), computing():
+        raise KeyError
+    assert blas_threads() == before
