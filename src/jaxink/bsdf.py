@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.geometry import Directions, scattering_cosines
 from jaxink.numerics.precision import require_float64
@@ -119,7 +119,7 @@ def _scattered_once(k, layer, optics, fields_in, fields_out, directions):
 
 
 def regular_power(
-    stack: Stack, sin_incidence: Float[Array, " incidences"]
+    stack: Stack, sin_incidence: Float[ArrayLike, " incidences"]
 ) -> tuple[Float[Array, " incidences"], Float[Array, " incidences"]]:
     """Regular (specular) reflectance and regular (undeviated) transmittance.
 
