@@ -33,7 +33,7 @@ def test_reflection(stack):
     ids=["surroundings", "plate", "absorbing plate", "two inks"],
 )
 def test_transmission_of_the_turned_stack(stack, turned):
-    # Basic radiance L / n^2 per irradiance is what is reciprocal, and the back of one is the front of the other.
+    # Basic radiance L / n^2 per irradiance is reciprocal; the back of one is the front of the other.
     here, there = Light(stack).transmitted_pairs, Light(turned).transmitted_pairs[::-1]
     np.testing.assert_allclose(here / stack.index_back**2, there / stack.index_front**2, rtol=ROUNDING)
 
