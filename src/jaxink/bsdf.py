@@ -47,24 +47,21 @@ def diffuse_bsdf(
     require_float64()
     config = SolverConfig() if config is None else config
     transmitted = directions.is_transmission
-    index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
     kappa_in = stack.index_front * directions.sin_incidence
     kappa_front = stack.index_front * directions.sin_outgoing
     kappa_back = stack.index_back * directions.sin_outgoing
-    kappa_point = index_out * directions.sin_outgoing[directions.outgoing]
-    response = solve_stack(stack, config, jnp.concatenate([kappa_in, kappa_point]))
+    kappa = jnp.concatenate([kappa_in, kappa_front, kappa_back])
+    response = solve_stack(stack, config, kappa)
 
-    n_in, n_out = kappa_in.shape[0], kappa_front.shape[0]
-    ends = [kappa_in, kappa_front, kappa_back]
-    to_ends = response.grid.interpolation(jnp.concatenate(ends))
-    to_in, to_front, to_back = jnp.split(to_ends, [n_in, n_in + n_out])
+    parts = [kappa_in.shape[0], kappa_in.shape[0] + kappa_front.shape[0]]
+    rows = response.grid.interpolation(kappa)
+    to_front_of_stack, to_back_of_stack = response.fields.passage(stack.scattering)
+    from_front = jnp.split(rows * to_front_of_stack[:, None], parts)
+    from_back = jnp.split(rows * to_back_of_stack[:, None], parts)
     grid_kappa = response.grid.kappa
-    reflected = _at_points(
-        response.reflection, grid_kappa, (kappa_front, to_front), (kappa_in, to_in), directions
-    )
-    through = _at_points(
-        response.transmission, grid_kappa, (kappa_back, to_back), (kappa_in, to_in), directions
-    )
+    into = kappa_in, from_front[0]
+    reflected = _at_points(response.reflection, grid_kappa, (kappa_front, from_front[1]), into, directions)
+    through = _at_points(response.transmission, grid_kappa, (kappa_back, from_back[2]), into, directions)
     if stack.exposed:
         sums = [
             jnp.sqrt(1 - (kappa / response.grid.block_index[0]) ** 2) for kappa in (kappa_front, kappa_in)
@@ -72,12 +69,14 @@ def diffuse_bsdf(
         reflected = reflected / (sums[0][directions.outgoing] + sums[1][directions.incidence])
     rest = jnp.where(transmitted, through, reflected) / (2 * jnp.pi)
 
-    fields_in = jax.tree.map(lambda x: x[..., :n_in][..., directions.incidence], response.fields)
-    fields_out = jax.tree.map(lambda x: x[..., n_in:], response.fields)
+    fields_in = jax.tree.map(lambda x: x[..., directions.incidence], response.fields)
+    to_outgoing = directions.outgoing + jnp.where(transmitted, parts[1], parts[0])
+    fields_out = jax.tree.map(lambda x: x[..., to_outgoing], response.fields)
     once = jnp.zeros(())
     for k, (layer, optics) in enumerate(zip(stack.layers, response.truncated, strict=True)):
         if isinstance(layer, ScatteringLayer):
             once = once + _scattered_once(k, layer, optics, fields_in, fields_out, directions)
+    index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
     return index_out**2 * (rest + once)
 
 

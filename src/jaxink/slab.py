@@ -10,11 +10,17 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.errors import InputRefusedError
 from jaxink.numerics.linear_algebra import positive_definite_inverse, transpose
+
+LAYER_METHODS = ("discrete_ordinates", "adding_doubling")
 
 # Half thickness below which a layer is treated as that thin: keeps the odd solution, ~ 1/thickness,
 # finite at zero thickness while all derivatives stay right.
 _THINNEST = 1e-14
+# Eigenvalues run from 0 to 1/mu^2 of the most grazing node, and `eigh` is exact to the largest one's rounding
+# only: it is given (S + shift)^-1, in which the slow modes, on which a thick layer depends, are the large ones.
+_SHIFT = 16.0
 
 
 def _even(root, half):
@@ -66,11 +72,14 @@ def _layer_primal(a_matrix, b_matrix, half):
     half = half + _THINNEST
     factor = jax.lax.linalg.cholesky(a_matrix, symmetrize_input=False)
     s_matrix = transpose(factor) @ b_matrix @ factor
-    s, vectors = jnp.linalg.eigh(s_matrix, symmetrize_input=False)
+    identity = jnp.eye(a_matrix.shape[-1])
+    reciprocal, vectors = jnp.linalg.eigh(
+        positive_definite_inverse(s_matrix + _SHIFT * identity), symmetrize_input=False
+    )
     # B is positive semi-definite: a negative eigenvalue is the rounding of the conservative zero.
+    s = 1 / reciprocal - _SHIFT
     root = jnp.sqrt(jnp.maximum(s, 0.0))
     w_basis = jax.lax.linalg.triangular_solve(factor, vectors, left_side=True, lower=True, transpose_a=True)
-    identity = jnp.eye(a_matrix.shape[-1])
     z_even = (w_basis * _even(root, half)[..., None, :]) @ transpose(w_basis)
     z_odd = (w_basis * _odd(root, half)[..., None, :]) @ transpose(w_basis)
     x_even, x_odd = positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
@@ -150,3 +159,106 @@ def _csch_square(root, half):
     small = x < 1e-4
     safe = jnp.where(small, 1.0, x)
     return jnp.where(small, 1.0 - x**2 / 3, (safe / jnp.sinh(safe)) ** 2) / half**2
+
+
+@jax.custom_jvp
+def _parallel_sum(even, odd):
+    """(even^-1 + odd^-1)^-1 of positive matrices, of which even may be singular."""
+    factor = jax.lax.linalg.cholesky(even + odd, symmetrize_input=False)
+    root = jax.lax.linalg.triangular_solve(factor, even, left_side=True, lower=True)
+    return even - transpose(root) @ root
+
+
+@_parallel_sum.defjvp
+def _parallel_sum_jvp(primals, tangents):
+    (even, odd), (d_even, d_odd) = primals, tangents
+    share = positive_definite_inverse(even + odd) @ even
+    rest = jnp.eye(even.shape[-1]) - share
+    change = transpose(rest) @ d_even @ rest + transpose(share) @ d_odd @ share
+    return _parallel_sum(even, odd), change
+
+
+# Where doubling begins: optical thickness over the most grazing cosine, with the series to its sixth power.
+_DOUBLING_START = 0.02
+# Reaches optical thickness 1e9 from there at a cosine of 1e-4.
+_MOST_DOUBLINGS = 48
+
+
+def doubled_response(
+    a_matrix: Float[Array, "orders nodes nodes"],
+    b_matrix: Float[Array, "orders nodes nodes"],
+    half_thickness: Float[Array, ""],
+) -> tuple[Float[Array, "orders nodes nodes"], Float[Array, "orders nodes nodes"]]:
+    """Reflection and transmission matrices of a homogeneous layer by adding-doubling; no eigenproblem.
+
+    Parameters
+    ----------
+    a_matrix, b_matrix, half_thickness
+        As for `layer_response`.
+
+    Returns
+    -------
+    reflection, transmission
+        As of `layer_response`.
+
+    Notes
+    -----
+    Two equal layers are added in the even and odd operators Z of `layer_response`, in which adding reads
+    tanh(2x) = 2 / (coth x + tanh x) and coth(2x) = (coth x + tanh x) / 2: sums of positive matrices, in
+    which the rounding does not grow with the number of doublings, as it does in R and T.
+
+    References
+    ----------
+    Hansen, Travis 1974 Space Sci. Rev. 16, 527, section 3.2 (doubling).
+    """
+    half = half_thickness + _THINNEST
+    # A is about 1/mu: its largest diagonal entry tells the most grazing cosine.
+    steepest = jnp.max(jnp.diagonal(a_matrix, axis1=-2, axis2=-1))
+    ratio = jax.lax.stop_gradient(half * steepest / _DOUBLING_START)
+    n_doublings = jnp.clip(jnp.ceil(jnp.log2(ratio)), 0, _MOST_DOUBLINGS)
+    start = half * 2.0**-n_doublings
+    bab = b_matrix @ a_matrix @ b_matrix
+    babab = b_matrix @ a_matrix @ bab
+    even = start * (b_matrix - start**2 / 3 * (bab - 0.4 * start**2 * babab))
+    odd = positive_definite_inverse(a_matrix) / start
+    odd = odd + start / 3 * (b_matrix - start**2 / 15 * (bab - 2 / 21 * start**2 * babab))
+
+    def double(state):
+        even, odd = state
+        return 2 * _parallel_sum(even, odd), (even + odd) / 2
+
+    def step(state, k):
+        return jax.lax.cond(k < n_doublings, double, lambda state: state, state), None
+
+    (even, odd), _ = jax.lax.scan(step, (even, odd), jnp.arange(_MOST_DOUBLINGS))
+    identity = jnp.eye(a_matrix.shape[-1])
+    x_even, x_odd = positive_definite_inverse(jnp.stack([identity + even, identity + odd]))
+    return x_even + x_odd - identity, x_even - x_odd
+
+
+def layer_method(name: str) -> str:
+    """Method of a layer's response; ``"fastest"`` stands for the faster one on JAX's default backend.
+
+    Parameters
+    ----------
+    name
+        One of `LAYER_METHODS`, or ``"fastest"``.
+
+    Returns
+    -------
+    str
+        One of `LAYER_METHODS`.
+
+    Raises
+    ------
+    InputRefusedError
+        For another name.
+    """
+    if name == "fastest":
+        # A batch of symmetric eigenproblems is quick in LAPACK and slow on accelerators, products the reverse.
+        return LAYER_METHODS[0 if jax.default_backend() == "cpu" else 1]
+    if name not in LAYER_METHODS:
+        raise InputRefusedError(
+            f"layer_method is '{name}'; give one of {', '.join(LAYER_METHODS)}, or fastest."
+        )
+    return name

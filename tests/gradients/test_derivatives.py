@@ -46,7 +46,8 @@ def test_forward_equals_reverse_equals_differences(name):
     here = np.asarray(forward(x))
     assert np.all(np.isfinite(here))
     size = np.max(np.abs(here), axis=0)
-    assert np.asarray(reverse(x)) == pytest.approx(here, abs=1e-10 * size.max())
+    # A BSDF has an absolute rounding of 1e-16 or so, which a layer of thickness 1e-6 shows.
+    assert np.asarray(reverse(x)) == pytest.approx(here, abs=1e-10 * size.max() + 1e-15)
     for k in range(4):
         # The albedo may not leave 0 ... 1: one-sided differences there. In a thick layer a loss of 1 / tau^2
         # already matters.

@@ -32,15 +32,16 @@ def test_barycentric_interpolation_at_the_nodes_themselves():
     np.testing.assert_array_equal(barycentric_matrix(nodes, nodes), np.eye(9))
 
 
-# Radiance towards grazing is of such a form. The inverse magnifies rounding as the nodes become many.
-@pytest.mark.parametrize(("n_nodes", "rounding"), [(12, 1e-11), (16, 1e-10), (24, 1e-8), (32, 1e-7)])
-def test_logarithmic_interpolation(n_nodes, rounding):
-    nodes, _ = gauss_legendre_unit(n_nodes)
-    rows = np.asarray(logarithmic_matrix(n_nodes, jnp.asarray(TARGETS)))
+# Radiance towards grazing is of such a form; beyond the outermost node, at 0, rounding is magnified.
+@pytest.mark.parametrize(("first", "rounding"), [(1, 1e-12), (0, 1e-8)])
+@pytest.mark.parametrize("n_nodes", [8, 16, 32, 64])
+def test_logarithmic_interpolation(n_nodes, first, rounding):
+    nodes, targets = gauss_legendre_unit(n_nodes)[0], TARGETS[first:]
+    rows = np.asarray(logarithmic_matrix(n_nodes, jnp.asarray(targets)))
     np.testing.assert_allclose(rows.sum(axis=1), 1.0, atol=rounding)
-    safe = np.where(TARGETS > 0, TARGETS, 1.0)
     for power in (0, 1, 5):
-        np.testing.assert_allclose(rows @ nodes**power, TARGETS**power, atol=rounding)
+        np.testing.assert_allclose(rows @ nodes**power, targets**power, atol=rounding)
+    safe = np.where(targets > 0, targets, 1.0)
     for power in (1, 2):
-        expected = TARGETS**power * np.log(safe)
+        expected = targets**power * np.log(safe)
         np.testing.assert_allclose(rows @ (nodes**power * np.log(nodes)), expected, atol=rounding)

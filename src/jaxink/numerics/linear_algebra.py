@@ -14,12 +14,20 @@ def transpose(matrix: Float[Array, "... i j"]) -> Float[Array, "... j i"]:
     return jnp.swapaxes(matrix, -1, -2)
 
 
+@jax.custom_jvp
 def positive_definite_inverse(matrix: Float[Array, "... n n"]) -> Float[Array, "... n n"]:
     """Inverse of symmetric positive definite matrices; compiles to far less than a general inverse."""
     factor = jax.lax.linalg.cholesky(matrix, symmetrize_input=False)
     identity = jnp.broadcast_to(jnp.eye(matrix.shape[-1]), matrix.shape)
     root = jax.lax.linalg.triangular_solve(factor, identity, left_side=True, lower=True)
     return transpose(root) @ root
+
+
+@positive_definite_inverse.defjvp
+def _positive_definite_inverse_jvp(primals, tangents):
+    (matrix,), (d_matrix,) = primals, tangents
+    result = positive_definite_inverse(matrix)
+    return result, -result @ d_matrix @ result
 
 
 @jax.custom_jvp

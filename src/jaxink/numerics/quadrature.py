@@ -67,27 +67,26 @@ def barycentric_matrix(
     return jnp.where(jnp.any(hit, axis=1, keepdims=True), hit.astype(rows.dtype), rows)
 
 
-# Functions beside the polynomials: x log x and x^2 log x. More of them magnify the rounding of the values.
-_LOGARITHMIC_TERMS = 2
-
-
-def _logarithmic_basis(x, n_functions: int, xp):
-    """Chebyshev polynomials on (0, 1), and x log x times the first of them, as columns."""
-    angle = xp.arccos(xp.clip(2 * x - 1, -1.0, 1.0))
-    singular = x * xp.log(xp.where(x > 0, x, 1.0))
-    columns = [xp.cos(i * angle) for i in range(n_functions - _LOGARITHMIC_TERMS)]
-    columns += [singular * xp.cos(i * angle) for i in range(_LOGARITHMIC_TERMS)]
-    return xp.stack(columns, axis=-1)
+def _logarithmic_functions(x, xp):
+    """The functions x log x and x^2 log x as columns."""
+    logarithm = xp.log(xp.where(x > 0, x, 1.0))
+    return xp.stack([x * logarithm, x**2 * logarithm], axis=-1)
 
 
 @lru_cache(maxsize=64)
-def _logarithmic_inverse(n_nodes: int) -> np.ndarray:
-    nodes, _ = gauss_legendre_unit(n_nodes)
-    return np.linalg.pinv(_logarithmic_basis(nodes, n_nodes, np), rcond=1e-15)
+def _logarithmic_share(n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows that take the two coefficients from values at the nodes, and the functions at the nodes.
+
+    The coefficients are those that leave a rest without Legendre polynomials of the two highest degrees.
+    """
+    nodes, weights = gauss_legendre_unit(n_nodes)
+    highest = np.polynomial.legendre.legvander(2 * nodes - 1, n_nodes - 1)[:, -2:].T * weights
+    functions = _logarithmic_functions(nodes, np)
+    return np.linalg.solve(highest @ functions, highest), functions
 
 
 def logarithmic_matrix(n_nodes: int, targets: Float[Array, " targets"]) -> Float[Array, "targets nodes"]:
-    """Matrix that interpolates values at Gauss-Legendre nodes of (0, 1), with x log x among its functions.
+    """Matrix that interpolates values at Gauss-Legendre nodes of (0, 1), exact for x log x and x^2 log x.
 
     Parameters
     ----------
@@ -99,11 +98,14 @@ def logarithmic_matrix(n_nodes: int, targets: Float[Array, " targets"]) -> Float
     Returns
     -------
     Float[Array, "targets nodes"]
-        Rows sum to 1.
+        Rows sum to 1; exact for polynomials two degrees short of those of `barycentric_matrix`.
 
     Notes
     -----
     The radiance that leaves a scattering medium without an index step varies as mu log(mu) near grazing;
-    polynomials alone converge there as the square of the number of nodes only.
+    polynomials alone converge there as the square of the number of nodes only. Written as a correction to
+    the polynomial interpolation, it does not magnify rounding however many nodes there are.
     """
-    return _logarithmic_basis(targets, n_nodes, jnp) @ _logarithmic_inverse(n_nodes)
+    share, functions = _logarithmic_share(n_nodes)
+    rows = barycentric_matrix(jnp.asarray(gauss_legendre_unit(n_nodes)[0]), targets)
+    return rows + (_logarithmic_functions(targets, jnp) - rows @ functions) @ share
