@@ -13,14 +13,14 @@ _HOMES = {
     "jaxink.forward": ("ForwardModel",),
     "jaxink.stack": ("SolverConfig", "Stack"),
     "jaxink.optics": ("ClearLayer", "ScatteringLayer"),
-    "jaxink.bsdf": ("diffuse_bsdf", "regular_power"),
+    "jaxink.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.geometry": ("Directions",),
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 if TYPE_CHECKING:
-    from jaxink.bsdf import diffuse_bsdf, regular_power
+    from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
     from jaxink.errors import InputRefusedError, JaxinkError, PrecisionError, UnsafeVersionError
     from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict
     from jaxink.forward import ForwardModel

@@ -140,3 +140,37 @@ def regular_power(
     thickness = jnp.stack([layer.optical_thickness for layer in stack.layers])
     fields = regular_fields(indices, 1 - (kappa / indices[:, None]) ** 2, thickness)
     return fields.reflection, fields.transmission
+
+
+def hemispherical_power(
+    stack: Stack, sin_incidence: Float[ArrayLike, " incidences"], config: SolverConfig | None = None
+) -> tuple[Float[Array, " incidences"], Float[Array, " incidences"]]:
+    """Directional-hemispherical reflectance and transmittance, regular light included.
+
+    Parameters
+    ----------
+    stack
+        Layers between two half spaces.
+    sin_incidence
+        Sines of the incidences in front, shape ``(incidences,)``.
+    config
+        Sizes of the discretisation.
+
+    Returns
+    -------
+    reflectance, transmittance
+        Share of the incident power. Without absorption they sum to 1: to rounding at the channels of the
+        solver, to its accuracy between them.
+
+    Raises
+    ------
+    PrecisionError
+        While JAX is in 32 bits.
+    """
+    require_float64()
+    kappa = stack.index_front * sin_incidence
+    response = solve_stack(stack, SolverConfig() if config is None else config, kappa)
+    fields = response.fields
+    rows = response.grid.interpolation(kappa) * fields.passage(stack.scattering)[0][:, None]
+    reflectance = fields.reflection + rows @ response.reflected_power
+    return reflectance, fields.transmission + rows @ response.transmitted_power

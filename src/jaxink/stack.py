@@ -313,6 +313,9 @@ class StackResponse(eqx.Module):
         Basic radiance per irradiance for each azimuthal order (factor 1/(2 pi) and the cosine series left
         out) over the `RegularFields.passage` of either direction, shape ``(orders, channels, channels)``,
         incident channel last; meaningful for channels that reach the surroundings only.
+    reflected_power, transmitted_power
+        Share of the light of each incident channel that leaves not regularly, over its passage from the
+        front, shape ``(channels,)``. The peak that delta-M takes as undeviated counts as regular.
     truncated
         Truncated optics of each layer, None for clear ones.
     fields
@@ -322,6 +325,8 @@ class StackResponse(eqx.Module):
     grid: ChannelGrid
     reflection: Float[Array, "orders channels channels"]
     transmission: Float[Array, "orders channels channels"]
+    reflected_power: Float[Array, " channels"]
+    transmitted_power: Float[Array, " channels"]
     truncated: tuple
     fields: RegularFields
 
@@ -390,10 +395,12 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     reflection, transmission = _add_diagonal(run, reflection, transmission)
 
     scale = jnp.sqrt(etendue)
+    front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack.scattering))
+    reflected_power = (scale @ reflection[0] / scale - fields.reflection) / front
+    transmitted_power = (scale @ transmission[0] / scale - fields.transmission) / front
     norm = scale[:, None] * scale[None, :]
     reflection = (reflection - jnp.diag(fields.reflection)) / norm - once_reflected
     transmission = (transmission - jnp.diag(fields.transmission)) / norm - once_transmitted
-    front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack.scattering))
     reflection = reflection / (front[:, None] * front)
     transmission = transmission / (back[:, None] * front)
     if stack.exposed:
@@ -401,7 +408,9 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
         cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))
         reflection = reflection * (cosine[:, None] + cosine[None, :])
     beyond = jax.tree.map(lambda x: x[..., n_channels:], everywhere)
-    return StackResponse(grid, reflection, transmission, truncated, beyond)
+    return StackResponse(
+        grid, reflection, transmission, reflected_power, transmitted_power, truncated, beyond
+    )
 
 
 def _once_on_channels(optics, n2, fields: RegularFields, k, phase):

@@ -1,15 +1,26 @@
 """Response of a single layer on its own: functions of the eigenvalues, derivatives, known operators."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.slab import _divided_differences, _even, _odd, layer_response
+from jaxink.errors import InputRefusedError
+from jaxink.slab import (
+    _divided_differences,
+    _even,
+    _odd,
+    doubled_response,
+    layer_method,
+    layer_response,
+)
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 COSINE, WEIGHT = (NODES + 1) / 2, WEIGHTS / 2
 response = jax.jit(layer_response)
+doubled = jax.jit(doubled_response)
 
 
 def isotropic(albedo):
@@ -64,8 +75,15 @@ def test_scalar_functions_are_continuous_where_the_series_begins():
     np.testing.assert_allclose(_odd(jnp.array(0.0), half), 1 / half, rtol=1e-15)
 
 
-def test_against_doubling_of_a_thin_layer():
-    # An independent way to the same operators: start with first order, double 24 times.
+@pytest.mark.parametrize("thickness", [0.0, 1e-6, 0.1, 2.0, 100.0, 1e4])
+@pytest.mark.parametrize("albedo", [0.0, 0.8, 1.0])
+def test_adding_doubling_agrees_with_discrete_ordinates(albedo, thickness):
+    optics = *isotropic(albedo), thickness / 2
+    np.testing.assert_allclose(doubled(*optics), response(*optics), atol=1e-10, rtol=1e-8)
+
+
+def test_doubling_agrees_with_the_star_product_of_thin_layers():
+    # The textbook's way to the same operators: start with first order, double 24 times.
     a, b = (np.asarray(m[0]) for m in isotropic(0.8))
     thin = 2.0 / 2**24
     # u' = -A v, v' = -B u: to first order T = 1 - (A + B)/2 tau, R = (A - B)/2 tau.
@@ -75,16 +93,24 @@ def test_against_doubling_of_a_thin_layer():
         between = np.linalg.solve(identity - reflection @ reflection, transmission)
         reflection = reflection + transmission @ reflection @ between
         transmission = transmission @ between
-    found = response(*isotropic(0.8), 1.0)
-    np.testing.assert_allclose(found[0][0], reflection, atol=1e-6)
-    np.testing.assert_allclose(found[1][0], transmission, atol=1e-6)
+    for method in (response, doubled):
+        found = method(*isotropic(0.8), 1.0)
+        np.testing.assert_allclose(found[0][0], reflection, atol=1e-6)
+        np.testing.assert_allclose(found[1][0], transmission, atol=1e-6)
+
+
+def test_a_layer_method_that_does_not_exist_is_refused():
+    with pytest.raises(InputRefusedError, match="layer_method is 'monte_carlo'; give one of"):
+        layer_method("monte_carlo")
 
 
 @pytest.mark.parametrize("thickness", [0.0, 1e-6, 1.0, 100.0, 1e4])
 def test_layer_without_absorption_conserves_energy(thickness):
-    reflection, transmission = response(*isotropic(1.0), thickness / 2)
     field = np.sqrt(WEIGHT * COSINE)
-    np.testing.assert_allclose((reflection + transmission)[0] @ field, field, rtol=1e-12 * (1 + thickness))
+    for method in (response, doubled):
+        reflection, transmission = method(*isotropic(1.0), thickness / 2)
+        total = (reflection + transmission)[0] @ field
+        np.testing.assert_allclose(total, field, rtol=1e-13 * (10 + thickness))
 
 
 def test_layer_that_does_not_scatter_attenuates():
@@ -93,12 +119,12 @@ def test_layer_that_does_not_scatter_attenuates():
     np.testing.assert_allclose(transmission[0], np.diag(np.exp(-0.7 / COSINE)), atol=1e-15)
 
 
-@jax.jit
-def both_derivatives(a, b, half, d_a, d_b, d_half, weights):
+@functools.partial(jax.jit, static_argnums=0)
+def both_derivatives(method, a, b, half, d_a, d_b, d_half, weights):
     """Derivative of a weighted sum of the response along a direction, in both modes."""
 
     def weighted(a, b, half):
-        reflection, transmission = layer_response(a, b, half)
+        reflection, transmission = method(a, b, half)
         return jnp.sum(weights[0] * reflection + weights[1] * transmission)
 
     _, forward = jax.jvp(weighted, (a, b, half), (d_a, d_b, d_half))
@@ -125,8 +151,9 @@ CASES = {
 }
 
 
+@pytest.mark.parametrize("method", [layer_response, doubled_response])
 @pytest.mark.parametrize("case", CASES)
-def test_derivatives(case):
+def test_derivatives(case, method):
     (a, b), half = CASES[case]
     random = np.random.default_rng(3)
 
@@ -138,13 +165,13 @@ def test_derivatives(case):
     # B has to stay positive: from a conservative layer only into absorption.
     positive = symmetric(0.3)
     direction = symmetric(0.3), positive @ positive, 0.4 * max(half, 1e-6)
-    value, forward, reverse = both_derivatives(a, b, half, *direction, weights)
+    value, forward, reverse = both_derivatives(method, a, b, half, *direction, weights)
     assert np.isfinite([value, forward, reverse]).all()
     np.testing.assert_allclose(reverse, forward, rtol=1e-10, atol=1e-14)
 
     def along(t):
         moved = (x + t * d for x, d in zip((a, b, half), direction, strict=True))
-        return float(both_derivatives(*moved, *direction, weights)[0])
+        return float(both_derivatives(method, *moved, *direction, weights)[0])
 
     # One-sided and of fourth order, since half the cases lie on an edge of what is physical.
     h = 1e-4 if half < 100 else 1e-8
