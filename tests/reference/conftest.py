@@ -13,7 +13,7 @@ from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh
 from jaxink.stack import SolverConfig, Stack
 
 # Fine discretisations: for a layer without interfaces (exposed), and for one behind refracting faces.
-MATCHED = SolverConfig(32, 12, 48, 24)
+MATCHED = SolverConfig(32, 12, 64, 32)
 REFRACTING = SolverConfig(24, 16, 48, 16)
 
 
@@ -99,7 +99,7 @@ TOTALS_REFRACTING = Hemispheres([1.0, 0.866025, 0.5])
 
 
 @eqx.filter_jit
-def _predict(stack, directions, config):
+def predict(stack, directions, config):
     return diffuse_bsdf(stack, directions, config)
 
 
@@ -113,7 +113,7 @@ class Prediction:
     def __call__(self, part, *parameters):
         if parameters not in self.cache:
             self.cache[parameters] = np.asarray(
-                _predict(self.make_stack(*parameters), self.directions, self.config)
+                predict(self.make_stack(*parameters), self.directions, self.config)
             )
         return self.cache[parameters][self.points.parts[part]]
 
