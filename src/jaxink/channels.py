@@ -45,7 +45,7 @@ class ChannelGrid(eqx.Module):
         block = np.repeat(np.arange(len(units)), self.nodes_per_block)
         unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
         starts = jnp.concatenate([jnp.zeros(1), self.block_index[:-1]])
-        top = jnp.sqrt(1 - (starts / self.block_index) ** 2)[block]
+        top = propagating_cosine(1 - (starts / self.block_index) ** 2)[block]
         return self.block_index[block], top * unit_node, top * unit_weight
 
     @property
@@ -100,7 +100,9 @@ class ChannelGrid(eqx.Module):
             if block == 0 and self.exposed:
                 rows = logarithmic_matrix(n_nodes, cosine)
             else:
-                rows = barycentric_matrix(nodes[first : first + n_nodes], cosine)
+                # The nodes of a block between equal indices coincide; no direction lies in it.
+                here = nodes[first : first + n_nodes]
+                rows = barycentric_matrix(jnp.where(here > 0, here, jnp.arange(n_nodes)), cosine)
             if start is not None:
                 inside = inside & (kappa > start)
             columns.append(jnp.where(inside[:, None], rows, 0.0))

@@ -97,13 +97,9 @@ class Stack(eqx.Module):
     def grid(self, config: SolverConfig) -> ChannelGrid:
         """Channels for this stack."""
         ends = jnp.sort(jnp.stack([self.indices[medium] for medium in self.block_media]))
-        # A free index may come to equal another one: keep every block a little wide.
-        separated = [ends[0]]
-        for end in ends[1:]:
-            separated.append(jnp.maximum(end, separated[-1] * (1 + 1e-5)))
         n_trapped_blocks = len(self.block_media) - 1
         return ChannelGrid(
-            jnp.stack(separated),
+            ends,
             (config.nodes_escaping,) + (config.nodes_trapped,) * n_trapped_blocks,
             self.exposed,
         )
@@ -290,15 +286,16 @@ def _layer_matrices(truncated: TruncatedOptics, cosine, weight, table):
     odd_table = jnp.where(parity[..., None] == 1, table, 0.0)
     even = jnp.einsum("mli,l,mlj->mij", even_table, factors, even_table)
     odd = jnp.einsum("mli,l,mlj->mij", odd_table, factors, odd_table)
-    scaled_even = scale[:, None] * even * scale[None, :]
+    # The quadrature does not integrate the phase function exactly. What is missing is made up by a smooth
+    # symmetric term, so that a layer without absorption conserves energy to rounding.
+    solid = jnp.where(inside, weight, 0.0)
+    missing = 1 - even[0] @ solid
+    whole = jnp.sum(solid)
+    made_up = (missing[:, None] + missing - solid @ missing / whole) / whole
+    scaled_even = scale[:, None] * even.at[0].add(made_up) * scale[None, :]
     scaled_odd = scale[:, None] * odd * scale[None, :]
-    # The quadrature does not integrate the phase function exactly: what is missing goes undeviated, so
-    # that a layer without absorption conserves energy to rounding. Grant, Hunt 1969 JQSRT 9, 1817.
-    field = jnp.where(inside, jnp.sqrt(weight * safe_cosine), 0.0)
-    safe_field = jnp.where(inside, field, 1.0)
-    missing = jnp.where(inside, 1 / safe_cosine - (scaled_even[0] @ field) / safe_field, 0.0)
     albedo = truncated.single_scattering_albedo
-    diagonal = jnp.diag(1 / safe_cosine - albedo * missing)
+    diagonal = jnp.diag(1 / safe_cosine)
     return diagonal - albedo * scaled_odd, diagonal - albedo * scaled_even, even, odd
 
 
@@ -394,7 +391,8 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
         run = _join((r, r, 1 - r), run)
     reflection, transmission = _add_diagonal(run, reflection, transmission)
 
-    scale = jnp.sqrt(etendue)
+    # A block between equal indices has no width, and its channels nothing in them.
+    scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
     front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack.scattering))
     reflected_power = (scale @ reflection[0] / scale - fields.reflection) / front
     transmitted_power = (scale @ transmission[0] / scale - fields.transmission) / front
