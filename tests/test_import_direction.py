@@ -16,6 +16,7 @@ FLOORS = (
     ("channels", "optics"),
     ("slab",),
     ("stack",),
+    ("resolution",),
     ("bsdf",),
     ("instrument",),
     ("forward",),

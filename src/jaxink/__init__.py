@@ -12,6 +12,7 @@ _HOMES = {
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
     "jaxink.forward": ("ForwardModel",),
     "jaxink.stack": ("SolverConfig", "Stack"),
+    "jaxink.resolution": ("choose_sizes",),
     "jaxink.optics": ("ClearLayer", "ScatteringLayer"),
     "jaxink.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.geometry": ("Directions",),
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from jaxink.geometry import Directions
     from jaxink.measurement import GonioData, MaskLimits, NoiseModel, estimate_noise, read
     from jaxink.optics import ClearLayer, ScatteringLayer
+    from jaxink.resolution import choose_sizes
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
     from jaxink.stack import SolverConfig, Stack
 

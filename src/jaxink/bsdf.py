@@ -1,5 +1,6 @@
 """BSDF of a stack at given directions, and its regular reflectance and transmittance."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
@@ -7,6 +8,8 @@ from jaxtyping import Array, ArrayLike, Float
 from jaxink.geometry import Directions, scattering_cosines
 from jaxink.numerics.precision import require_float64
 from jaxink.optics import ScatteringLayer
+from jaxink.particles.requirement import is_known
+from jaxink.resolution import choose_sizes
 from jaxink.stack import (
     SolverConfig,
     Stack,
@@ -28,7 +31,7 @@ def diffuse_bsdf(
     directions
         Points to predict; polar angles in the surroundings of the side concerned.
     config
-        Sizes of the discretisation.
+        Sizes of the discretisation; None: `choose_sizes` for a relative error of 1e-4.
 
     Returns
     -------
@@ -39,13 +42,21 @@ def diffuse_bsdf(
     ------
     PrecisionError
         While JAX is in 32 bits.
+    InputRefusedError
+        Without a config, while the stack is being differentiated or compiled.
 
     References
     ----------
     Nakajima, Tanaka 1988 JQSRT 40, 51 (exact single scattering over truncated multiple scattering).
     """
     require_float64()
-    config = SolverConfig() if config is None else config
+    config = choose_sizes(stack) if config is None else config
+    # Called with numbers, outside a transformation, it compiles itself.
+    solve = _compiled_bsdf if is_known(stack) else _diffuse_bsdf
+    return solve(stack, directions, config)
+
+
+def _diffuse_bsdf(stack, directions, config):
     transmitted = directions.is_transmission
     kappa_in = stack.index_front * directions.sin_incidence
     kappa_front = stack.index_front * directions.sin_outgoing
@@ -78,6 +89,9 @@ def diffuse_bsdf(
             once = once + _scattered_once(k, layer, optics, fields_in, fields_out, directions)
     index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
     return index_out**2 * (rest + once)
+
+
+_compiled_bsdf = eqx.filter_jit(_diffuse_bsdf)
 
 
 def _at_points(kernel, grid_kappa, out, into, directions):
@@ -154,7 +168,7 @@ def hemispherical_power(
     sin_incidence
         Sines of the incidences in front, shape ``(incidences,)``.
     config
-        Sizes of the discretisation.
+        Sizes of the discretisation, as for `diffuse_bsdf`.
 
     Returns
     -------
@@ -168,9 +182,18 @@ def hemispherical_power(
         While JAX is in 32 bits.
     """
     require_float64()
+    config = choose_sizes(stack) if config is None else config
+    solve = _compiled_power if is_known((stack, sin_incidence)) else _hemispherical_power
+    return solve(stack, sin_incidence, config)
+
+
+def _hemispherical_power(stack, sin_incidence, config):
     kappa = stack.index_front * sin_incidence
-    response = solve_stack(stack, SolverConfig() if config is None else config, kappa)
+    response = solve_stack(stack, config, kappa)
     fields = response.fields
     rows = response.grid.interpolation(kappa) * fields.passage(stack.scattering)[0][:, None]
     reflectance = fields.reflection + rows @ response.reflected_power
     return reflectance, fields.transmission + rows @ response.transmitted_power
+
+
+_compiled_power = eqx.filter_jit(_hemispherical_power)

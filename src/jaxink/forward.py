@@ -21,6 +21,7 @@ from jaxink.particles.phase_function import (
     TabulatedByMoments,
     TwoTermHenyeyGreenstein,
 )
+from jaxink.resolution import demand, sizes_for
 from jaxink.sample import Layer, Sample
 from jaxink.stack import SolverConfig, Stack, block_media
 
@@ -57,7 +58,11 @@ class ForwardModel(eqx.Module):
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
         Points, shape ``(points,)``.
     config
-        Sizes of the discretisation.
+        Sizes of the discretisation; None: `sizes` for the accuracy, at the values of the sample's table.
+    accuracy
+        Largest relative error of the BSDF that the discretisation may cause.
+    layer_method
+        As of `SolverConfig`.
     """
 
     sample: Sample = eqx.field(static=True)
@@ -79,6 +84,8 @@ class ForwardModel(eqx.Module):
         wavelength_nm,
         is_transmission,
         config: SolverConfig | None = None,
+        accuracy: float = 1e-4,
+        layer_method: str = "fastest",
     ):
         self.sample = sample
         _require_smooth(sample)
@@ -94,8 +101,8 @@ class ForwardModel(eqx.Module):
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
         self.block_media, self.exposed = self._channel_layout()
-        self.config = SolverConfig.suggested(self.exposed) if config is None else config
         self._check_wavelengths()
+        self.config = self.sizes({}, accuracy, layer_method) if config is None else config
 
     def _channel_layout(self):
         table = self.sample.parameters
@@ -166,6 +173,32 @@ class ForwardModel(eqx.Module):
             self.block_media,
             self.exposed,
         )
+
+    def sizes(
+        self, free_values: Mapping, accuracy: float = 1e-4, layer_method: str = "fastest"
+    ) -> SolverConfig:
+        """Sizes of the discretisation that keep the BSDF within an accuracy at every wavelength.
+
+        Parameters
+        ----------
+        free_values
+            Known values by name that replace those of the sample's table.
+        accuracy, layer_method
+            As of `choose_sizes`.
+
+        Returns
+        -------
+        SolverConfig
+        """
+        with computing():
+            values = self._at_each_wavelength(self.sample.parameters.values_with(free_values))
+            sizes = sizes_for(self._demand(values), accuracy, layer_method)
+        # A fit visits other values than those it starts from, and has to rank them.
+        return sizes.at_least(SolverConfig()) if self.sample.parameters.free else sizes
+
+    @eqx.filter_jit
+    def _demand(self, values):
+        return jax.vmap(lambda w, v: demand(self.stack(v, w)))(jnp.asarray(self.wavelengths_nm), values)
 
     def bsdf(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
         """Predicted BSDF at the points.

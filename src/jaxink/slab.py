@@ -19,7 +19,7 @@ LAYER_METHODS = ("discrete_ordinates", "adding_doubling")
 # finite at zero thickness while all derivatives stay right.
 _THINNEST = 1e-14
 # Eigenvalues run from 0 to 1/mu^2 of the most grazing node, and `eigh` is exact to the rounding of the
-# largest: it is given (S + shift)^-1, in which the slow modes, on which thick layers depend, are the large ones.
+# largest: it is given (S + shift)^-1, in which slow modes, on which thick layers depend, are the large ones.
 _SHIFT = 16.0
 
 
@@ -255,7 +255,7 @@ def layer_method(name: str) -> str:
         For another name.
     """
     if name == "fastest":
-        # Batches of symmetric eigenproblems are quick in LAPACK and slow on accelerators; products the reverse.
+        # Batches of eigenproblems are quick in LAPACK and slow on accelerators; products the reverse.
         return LAYER_METHODS[0 if jax.default_backend() == "cpu" else 1]
     if name not in LAYER_METHODS:
         raise InputRefusedError(

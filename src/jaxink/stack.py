@@ -42,21 +42,10 @@ class SolverConfig(eqx.Module):
     n_orders: int = eqx.field(static=True, default=12)
     layer_method: str = eqx.field(static=True, default="fastest")
 
-    @classmethod
-    def suggested(cls, exposed: bool) -> "SolverConfig":
-        """Sizes that keep the BSDF within about 1e-4 for asymmetry parameters up to 0.9.
-
-        Parameters
-        ----------
-        exposed
-            Whether a scattering layer has the index of the surroundings: without refraction, radiance
-            varies faster towards grazing and more azimuthal orders leave the layer.
-
-        Returns
-        -------
-        SolverConfig
-        """
-        return cls(24, 12, 48, 24) if exposed else cls()
+    def at_least(self, other: "SolverConfig") -> "SolverConfig":
+        """The larger of two in every size, with this one's method."""
+        sizes = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
+        return SolverConfig(*(max(getattr(self, s), getattr(other, s)) for s in sizes), self.layer_method)
 
 
 class Stack(eqx.Module):

@@ -11,7 +11,6 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.data import SIMULATED_TRUTH, simulated_example
 from jaxink.fitting.simplex import SimplexSearch
-from jaxink.stack import SolverConfig
 
 DATA, SAMPLE = map(str, simulated_example())
 FREE = tuple(SIMULATED_TRUTH)
@@ -21,7 +20,7 @@ FREE = tuple(SIMULATED_TRUTH)
 def run(monkeypatch, coarse):
     """Run the command; the test session's JAX settings stay as they are."""
     monkeypatch.setattr("jaxink.cli.commands.prepare_jax", lambda: None)
-    monkeypatch.setattr(SolverConfig, "suggested", classmethod(lambda cls, exposed: coarse))
+    monkeypatch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
 
@@ -71,6 +70,11 @@ def test_json_is_the_result_file(run, tmp_path):
     ("options", "sentence"),
     [
         (("--objective", "chi"), "objective is 'chi'; it must be one of: chi_square, absolute, relative, "),
+        (("--accuracy", "2"), "accuracy is 2; give a relative error between 1e-08 and 0.1."),
+        (
+            ("--layer-method", "mie"),
+            "layer_method is 'mie'; it must be one of: fastest, discrete_ordinates, adding_doubling.",
+        ),
         (("--profile", "some"), "profile is 'some'; it must be one of: auto, all, none."),
         (("--starts", "0"), "n_starts is 0; it must be at least 1."),
     ],

@@ -37,7 +37,7 @@ def table_after(marker):
 @pytest.fixture
 def coarsely(monkeypatch, coarse):
     """Fits with a coarse discretisation: the documents shall run, accuracy is tested elsewhere."""
-    monkeypatch.setattr(jaxink.SolverConfig, "suggested", classmethod(lambda cls, exposed: coarse))
+    monkeypatch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
 
 
 def test_notebook_example_runs(coarsely):

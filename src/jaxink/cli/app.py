@@ -45,6 +45,10 @@ WavelengthNm = Annotated[
     float | None,
     typer.Option(metavar="NM", help="Wavelength of all rows of a CSV file that does not state it."),
 ]
+Accuracy = Annotated[
+    float,
+    typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
+]
 Side = Annotated[
     str | None, typer.Option(metavar="R|T", help="Side of all rows of a CSV file that does not state it.")
 ]
@@ -77,6 +81,14 @@ def fit(
         str,
         typer.Option(metavar="auto|all|none", help="Profile likelihood of weak, all or no parameters."),
     ] = "auto",
+    accuracy: Accuracy = 1e-4,
+    layer_method: Annotated[
+        str,
+        typer.Option(
+            metavar="fastest|discrete_ordinates|adding_doubling",
+            help="How the response of a layer is computed.",
+        ),
+    ] = "fastest",
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
     which: Which = None,
@@ -96,6 +108,8 @@ def fit(
             "n_starts": starts,
             "seed": seed,
             "profile": profile,
+            "accuracy": accuracy,
+            "layer_method": layer_method,
         }
         columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
@@ -119,6 +133,14 @@ def predict(
             help="Measurement whose directions are predicted; may be left out for a result, then its own.",
         ),
     ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(
+            metavar="X",
+            help="Largest relative error of the BSDF that the discretisation may cause; default: as the "
+            "result, 1e-4 for a sample file.",
+        ),
+    ] = None,
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
     which: Which = None,
@@ -130,7 +152,7 @@ def predict(
         from jaxink.cli import commands
 
         columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
-        raise typer.Exit(commands.run_predict(source, data, out, columns, quiet))
+        raise typer.Exit(commands.run_predict(source, data, out, accuracy, columns, quiet))
 
 
 @app.command()

@@ -67,7 +67,14 @@ def run_fit(
     return EXIT_FITTED if result.converged else EXIT_NOT_CONVERGED
 
 
-def run_predict(source: Path, data_file: Path | None, out: Path, columns: dict[str, Any], quiet: bool) -> int:
+def run_predict(
+    source: Path,
+    data_file: Path | None,
+    out: Path,
+    accuracy: float | None,
+    columns: dict[str, Any],
+    quiet: bool,
+) -> int:
     """Predict at the directions of a measurement and write the prediction.
 
     Parameters
@@ -78,6 +85,8 @@ def run_predict(source: Path, data_file: Path | None, out: Path, columns: dict[s
         The measurement; None: that of the result.
     out
         File to write, ``.csv`` or ``.nc``.
+    accuracy
+        Of the discretisation; None: the sizes of the result, or the default for a sample file.
     columns
         What the CSV file does not state.
     quiet
@@ -102,11 +111,11 @@ def run_predict(source: Path, data_file: Path | None, out: Path, columns: dict[s
     if sample is None:
         result = jaxink.load_result(source)
         sample, data = result.sample, result.data if data is None else data
-        config = jaxink.SolverConfig(**result.solver)
+        config = jaxink.SolverConfig(**result.solver) if accuracy is None else None
     from jaxink.fitting import prepare_data
 
     data = prepare_data(data, sample)
-    predicted = jaxink.predict(sample, data, config)
+    predicted = jaxink.predict(sample, data, config, accuracy or 1e-4)
     _write_prediction(data, predicted, out)
     if not quiet:
         start = (

@@ -253,6 +253,8 @@ def make_objective(
     kind: str = "chi_square",
     config=None,
     noise: FitNoise | None = None,
+    accuracy: float = 1e-4,
+    layer_method: str = "fastest",
 ) -> Objective:
     """Objective of a measurement and a sample.
 
@@ -265,9 +267,11 @@ def make_objective(
     kind
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
     config
-        Sizes of the discretisation, or None for the default.
+        Sizes of the discretisation, or None to choose them for the accuracy.
     noise
         Noise, or None to take it from `noise_of`.
+    accuracy, layer_method
+        As of `ForwardModel`.
 
     Returns
     -------
@@ -307,6 +311,8 @@ def make_objective(
         data.wavelength_nm[used],
         data.is_transmission[used],
         config,
+        accuracy,
+        layer_method,
     )
     return Objective(
         model=model,

@@ -35,7 +35,9 @@ from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
 from jaxink.numerics.precision import computing
+from jaxink.resolution import require_accuracy
 from jaxink.sample import Sample, load_sample
+from jaxink.slab import LAYER_METHODS
 from jaxink.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
@@ -45,6 +47,8 @@ _WIDE = 0.1
 _CORRELATED = 0.98
 # A minimum this much higher in chi-square is three standard errors away.
 _RIVAL_RISE = 9.0
+# The sizes that a solution asks for are at rest after one refinement, unless it moves far.
+_MOST_REFINEMENTS = 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,8 +70,13 @@ class FitOptions:
         Of the random starts.
     profile
         ``auto``: for parameters that the covariance shows to be weak; ``all``; or ``none``.
+    accuracy
+        Largest relative error of the BSDF that the discretisation may cause. Sizes are chosen for it at the
+        start, and again at the solution, from where the fit goes on if that asks for larger ones.
+    layer_method
+        As of `SolverConfig`.
     config
-        Sizes of the discretisation; None: `SolverConfig.suggested`.
+        Sizes of the discretisation, instead of those for the accuracy.
     """
 
     method: str = "gradient"
@@ -76,6 +85,8 @@ class FitOptions:
     scan: bool = True
     seed: int = 0
     profile: str = "auto"
+    accuracy: float = 1e-4
+    layer_method: str = "fastest"
     config: SolverConfig | None = None
 
     def __post_init__(self):
@@ -83,11 +94,13 @@ class FitOptions:
             ("method", ("gradient", "simplex")),
             ("objective", OBJECTIVES),
             ("profile", ("auto", "all", "none")),
+            ("layer_method", ("fastest", *LAYER_METHODS)),
         ):
             if getattr(self, name) not in allowed:
                 raise InputRefusedError(
                     f"{name} is '{getattr(self, name)}'; it must be one of: {', '.join(allowed)}."
                 )
+        require_accuracy(self.accuracy)
         if self.n_starts < 1:
             raise InputRefusedError(f"n_starts is {self.n_starts}; it must be at least 1.")
 
@@ -180,29 +193,19 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
             f"{data.source or 'the measurement'}: its noise is not known ({noise.origin}) Declare it in "
             "[noise] of the sample file, or choose another objective."
         )
-    objective = make_objective(data, sample, options.objective, options.config, noise)
-    free = sample.parameters.free
-    first = objective.scale.to_unit(np.array([p.value for p in free]))
-    if options.method == "simplex":
-        searches = [SimplexSearch(objective).run(first, _named(progress, "simplex"))]
-        engine, scan_jacobians = None, 0
-    else:
-        engine, scan_jacobians = GradientSearch(objective), 0
-        points = starts(first, options.n_starts, options.seed)
-        rugged = [i for i, p in enumerate(free) if p.multimodal]
-        if rugged and options.scan:
-            more, scan_jacobians = scan(engine, first, rugged[0], _named(progress, "scan"))
-            points = more + points[1:]
-        searches = [
-            engine.run(start, progress=_named(progress, f"start {i + 1}")) for i, start in enumerate(points)
-        ]
-    best = min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
-    if not np.isfinite(best.loss):
-        raise InputRefusedError(
-            "the model is not finite at the start values: "
-            + ", ".join(f"{p.name} = {p.value:g}" for p in free)
-            + "; start elsewhere."
-        )
+    objective = make_objective(
+        data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
+    )
+    engine, searches, scan_jacobians = _search(objective, sample, options, progress)
+    best = _lowest(searches, sample)
+    for _ in range(_MOST_REFINEMENTS):
+        config = _larger_sizes(objective, best, options)
+        if config is None:
+            break
+        objective = make_objective(data, sample, options.objective, config, noise)
+        engine, refined = _search_on(objective, best.unit, options, progress)
+        searches.append(refined)
+        best = _lowest([refined], sample)
     profiles: list[Profile] = []
     spread = _covariance(best) if options.objective == "chi_square" else None
     if engine is not None and spread is not None and options.profile != "none":
@@ -210,6 +213,53 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     return _assemble(
         data, sample, options, noise, objective, best, spread, searches, profiles, scan_jacobians
     )
+
+
+def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> SolverConfig | None:
+    """Sizes that the solution asks for, where they exceed those it was found with."""
+    if options.config is not None:
+        return None
+    used = objective.model.config
+    values = {n: float(v) for n, v in objective.values(jnp.asarray(best.unit)).items()}
+    asked = used.at_least(objective.model.sizes(values, options.accuracy, options.layer_method))
+    return None if asked == used else asked
+
+
+def _search(objective, sample, options, progress):
+    """Search from several starts: the gradient engine if any, the searches, and the Jacobians of scans."""
+    free = sample.parameters.free
+    first = objective.scale.to_unit(np.array([p.value for p in free]))
+    if options.method == "simplex":
+        return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], 0
+    engine, scan_jacobians = GradientSearch(objective), 0
+    points = starts(first, options.n_starts, options.seed)
+    rugged = [i for i, p in enumerate(free) if p.multimodal]
+    if rugged and options.scan:
+        more, scan_jacobians = scan(engine, first, rugged[0], _named(progress, "scan"))
+        points = more + points[1:]
+    searches = [
+        engine.run(start, progress=_named(progress, f"start {i + 1}")) for i, start in enumerate(points)
+    ]
+    return engine, searches, scan_jacobians
+
+
+def _search_on(objective, unit, options, progress):
+    """Go on from what was found with smaller sizes."""
+    if options.method == "simplex":
+        return None, SimplexSearch(objective).run(unit, _named(progress, "simplex"))
+    engine = GradientSearch(objective)
+    return engine, engine.run(unit, progress=_named(progress, "refinement"))
+
+
+def _lowest(searches, sample) -> Search:
+    best = min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
+    if not np.isfinite(best.loss):
+        raise InputRefusedError(
+            "the model is not finite at the start values: "
+            + ", ".join(f"{p.name} = {p.value:g}" for p in sample.parameters.free)
+            + "; start elsewhere."
+        )
+    return best
 
 
 def _named(progress: Progress, what: str) -> Callable[[int, float], None]:
@@ -463,7 +513,10 @@ def _rivals(objective: Objective, best: Search, searches, spread) -> tuple[str, 
 
 
 def predict(
-    sample: Sample | str | Path, data: GonioData | str | Path, config: SolverConfig | None = None
+    sample: Sample | str | Path,
+    data: GonioData | str | Path,
+    config: SolverConfig | None = None,
+    accuracy: float = 1e-4,
 ) -> np.ndarray:
     """Predict the BSDF of a sample, without a fit, at the points of a measurement.
 
@@ -474,7 +527,9 @@ def predict(
     data
         Measurement, or its file; only its directions, sides and wavelengths are used.
     config
-        Sizes of the discretisation.
+        Sizes of the discretisation; None: those for the accuracy.
+    accuracy
+        Largest relative error of the BSDF that the discretisation may cause.
 
     Returns
     -------
@@ -492,5 +547,6 @@ def predict(
             data.wavelength_nm,
             data.is_transmission,
             config,
+            accuracy,
         )
     )

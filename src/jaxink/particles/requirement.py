@@ -9,8 +9,8 @@ from jaxink.errors import InputRefusedError
 
 
 def is_known(value) -> bool:
-    """Say whether a value can be looked at, that is whether JAX is not tracing it."""
-    return not isinstance(value, jax.core.Tracer)
+    """Say whether a value, or every one of a tree, can be looked at: whether JAX is not tracing it."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
 
 
 def require(name: str, value, is_right: Callable[[np.ndarray], np.ndarray], requirement: str) -> None:

@@ -1,0 +1,164 @@
+"""Sizes of the discretisation for an asked accuracy, from the phase functions and the geometry of a stack.
+
+What limits each size was measured with Henyey-Greenstein layers, see docs/accuracy.md: the moments that
+delta-M drops, weighted by how much light is left that was scattered into the forward peak; the polynomials in
+the cosine that a block of channels resolves, about two degrees for each node and the share of the quarter
+circle that it covers; and the azimuthal orders, which are fewer for light that refraction keeps off grazing.
+"""
+
+import math
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.particles.requirement import is_known
+from jaxink.stack import SolverConfig, Stack
+
+# Moments looked at: Henyey-Greenstein's fall below 1e-4 there up to an asymmetry parameter of 0.965.
+_MOST_MOMENTS = 256
+BEST_ACCURACY, WORST_ACCURACY = 1e-8, 0.1
+
+
+class Demand(eqx.Module):
+    """What a stack asks of the discretisation.
+
+    Parameters
+    ----------
+    phase_moments
+        Largest size of each Legendre moment among the scattering layers.
+    optical_thickness
+        Of the scattering layers together.
+    largest_sine, smallest_sine
+        Of grazing light from the surroundings, inside the scattering layers.
+    exposed
+        As of `Stack`.
+    """
+
+    phase_moments: Float[Array, "*batch moments"]
+    optical_thickness: Float[Array, "*batch"]
+    largest_sine: Float[Array, "*batch"]
+    smallest_sine: Float[Array, "*batch"]
+    exposed: bool = eqx.field(static=True)
+
+
+def demand(stack: Stack) -> Demand:
+    """Read off a stack what it asks of the discretisation."""
+    layers = [stack.layers[k] for k in stack.scattering]
+    moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
+    outside = jnp.maximum(stack.index_front, stack.index_back)
+    sines = jnp.stack([outside / layer.refractive_index for layer in layers])
+    return Demand(
+        phase_moments=jnp.max(jnp.stack(moments), axis=0),
+        optical_thickness=sum(layer.optical_thickness for layer in layers),
+        largest_sine=jnp.minimum(jnp.max(sines), 1.0),
+        smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
+        exposed=stack.exposed,
+    )
+
+
+def require_accuracy(accuracy: float) -> None:
+    """Refuse an accuracy that no sizes can be chosen for.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is not between 1e-8 and 0.1.
+    """
+    if not BEST_ACCURACY <= accuracy <= WORST_ACCURACY:
+        raise InputRefusedError(
+            f"accuracy is {accuracy:g}; "
+            f"give a relative error between {BEST_ACCURACY:g} and {WORST_ACCURACY:g}."
+        )
+
+
+def sizes_for(demand: Demand, accuracy: float = 1e-4, layer_method: str = "fastest") -> SolverConfig:
+    """Sizes that meet a demand, or several along the leading axis, within an accuracy.
+
+    Parameters
+    ----------
+    demand
+        The demand, known numbers.
+    accuracy
+        Largest relative error of the BSDF, aimed at for every direction up to 89 degrees.
+    layer_method
+        As of `SolverConfig`.
+
+    Returns
+    -------
+    SolverConfig
+
+    Raises
+    ------
+    InputRefusedError
+        If the accuracy is not between 1e-8 and 0.1.
+    """
+    require_accuracy(accuracy)
+    moments = np.atleast_2d(demand.phase_moments)
+    numbers = (demand.optical_thickness, demand.largest_sine, demand.smallest_sine)
+    each = zip(moments, *(np.ravel(number) for number in numbers), strict=True)
+    sizes = np.max([_sizes(*one, demand.exposed, accuracy) for one in each], axis=0)
+    return SolverConfig(*sizes.tolist(), layer_method=layer_method)
+
+
+def _sizes(moments, thickness, sine, smallest_sine, exposed, accuracy):
+    """Nodes of the escaping and of each trapped block, moments and orders."""
+    # Share of the light that left the forward peak at most twice: the narrow features are in it.
+    narrow = math.exp(-thickness) * (1 + thickness + thickness**2 / 2) if thickness < 700 else 0.0
+    cone, narrowest_cone = (math.asin(s) / (math.pi / 2) for s in (sine, smallest_sine))
+    digits = -math.log10(accuracy)
+
+    def degree(factor, least_narrow):
+        """Degree from which no moment exceeds the accuracy times a factor; less strict in thick layers."""
+        limit = factor * accuracy / max(narrow, least_narrow)
+        return int(np.max(np.flatnonzero(moments > limit), initial=0)) + 1
+
+    if exposed:
+        n_moments = max(degree(5, 1.0), 4)
+        escaping = max(6.2 * digits - 2, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
+    else:
+        n_moments = max(degree(1, 0.05), 4)
+        escaping = max(4 * digits - 8, 0.58 * cone * degree(1 / 3, 0.02), 6)
+    trapped = max(4 * digits - 8, (1 - narrowest_cone) / 2.7 * degree(1 / 2, 0.02), 6)
+    # All channels together have to integrate products of two polynomials of the phase function.
+    trapped = max(trapped, n_moments / 1.7 - escaping)
+    highest = degree(1 / 10, 0.02)
+    orders = max(sine / 2.2 * highest, 1.05 * digits + 1)
+    return _even(escaping), _even(trapped), _even(n_moments), min(_even(orders), highest)
+
+
+def _even(number: float) -> int:
+    """Next even number: close demands share a compiled program."""
+    return 2 * math.ceil(number / 2)
+
+
+_demand = eqx.filter_jit(demand)
+
+
+def choose_sizes(stack: Stack, accuracy: float = 1e-4, layer_method: str = "fastest") -> SolverConfig:
+    """Smallest sizes that keep the BSDF of a stack within an accuracy, as far as its phase functions tell.
+
+    Parameters
+    ----------
+    stack
+        The stack, with known numbers.
+    accuracy, layer_method
+        As of `sizes_for`.
+
+    Returns
+    -------
+    SolverConfig
+
+    Raises
+    ------
+    InputRefusedError
+        If the accuracy is not between 1e-8 and 0.1, or if the stack is being differentiated or compiled.
+    """
+    if not is_known(stack):
+        raise InputRefusedError(
+            "sizes of the discretisation cannot be chosen while a stack is being differentiated or compiled: "
+            "choose them before, with choose_sizes(stack, accuracy), and pass them as config."
+        )
+    return sizes_for(_demand(stack), accuracy, layer_method)
