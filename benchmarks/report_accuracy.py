@@ -64,10 +64,15 @@ def bsdf(layers, config):
     return diffuse_bsdf(layers, DIRECTIONS, config)
 
 
-def errors(kind, found, reference) -> tuple[float, float]:
+def errors(found, reference) -> tuple[float, float]:
     """Largest relative error to 85 degrees, and at 87.5 and 89."""
     error = np.abs(np.asarray(found) / reference - 1)
     return float(error[~IS_GRAZING].max()), float(error[IS_GRAZING].max())
+
+
+def sizes(config: SolverConfig) -> str:
+    """Sizes as printed."""
+    return f"{config.nodes_escaping} x {config.nodes_trapped} x {config.n_moments} x {config.n_orders}"
 
 
 def against_streams(kind: str, exact_once: bool, references: dict) -> str:
@@ -80,7 +85,7 @@ def against_streams(kind: str, exact_once: bool, references: dict) -> str:
             phase = HenyeyGreenstein(g)
             used = phase if exact_once else SeriesOnly(phase, config.n_moments)
             found = bsdf(stack(kind, used, 1.0), config)
-            row.append(f"{errors(kind, found, references[kind, g, 1.0])[0]:.0e}")
+            row.append(f"{errors(found, references[kind, g, 1.0])[0]:.0e}")
         rows.append(row)
     return table(["streams", *(f"g = {g:g}" for g in ASYMMETRIES)], rows)
 
@@ -94,9 +99,8 @@ def at_chosen_sizes(kind: str, references: dict) -> str:
             row = [f"{g:g}", f"{thickness:g}"]
             for accuracy in ACCURACIES:
                 c = choose_sizes(layers, accuracy)
-                inner, grazing = errors(kind, bsdf(layers, c), references[kind, g, thickness])
-                sizes = f"{c.nodes_escaping} x {c.nodes_trapped} x {c.n_moments} x {c.n_orders}"
-                row.append(f"{sizes}: {inner:.0e}, {grazing:.0e}")
+                inner, grazing = errors(bsdf(layers, c), references[kind, g, thickness])
+                row.append(f"{sizes(c)}: {inner:.0e}, {grazing:.0e}")
             rows.append(row)
     return table(["g", "thickness", *(f"asked {a:g}" for a in ACCURACIES)], rows)
 
@@ -120,11 +124,9 @@ def main() -> None:
 Largest relative error of the BSDF of a Henyey-Greenstein layer of albedo {ALBEDO:g}: incidence 0, 30 and 60
 degrees, outgoing angles 0 to 85 degrees in steps of 5 and 87.5 and 89, five azimuths, reflection and
 transmission. Relative to the value at each direction, however dim it is beside the forward peak. The reference
-is the solver itself with {REFERENCE["matched"].nodes_escaping} nodes, {REFERENCE["matched"].n_moments} moments
-and {REFERENCE["matched"].n_orders} orders (matched) or {REFERENCE["film"].nodes_escaping} +
-{REFERENCE["film"].nodes_trapped} nodes, {REFERENCE["film"].n_moments} moments and
-{REFERENCE["film"].n_orders} orders (film); that it agrees with other codes is shown by the tests in
-`tests/reference`, all {120} rows of published tables at 1e-5 and three converged tables at 1e-6. For g = 0.95 it
+is the solver itself with {sizes(REFERENCE["matched"])} (matched) or {sizes(REFERENCE["film"])}
+(film; escaping nodes x trapped nodes x moments x orders); that it agrees with other codes is shown by the tests in
+`tests/reference`, all 120 rows of published tables at 1e-5 and three converged tables at 1e-6. For g = 0.95 it
 is itself not better than about 1e-4.
 
 ## Error against streams
@@ -148,16 +150,15 @@ the matched layer. Streams count both hemispheres; those of a film are half esca
 
 {without["film"]}
 
-Without the exact part the error is that of the truncated forward peak, and more streams do not help where the
-peak is narrow. For g of 0.85 and more, thin layers: what is left is light scattered twice into the peak, and
+Without the exact part, several times as many streams are needed where the peak is narrow. For g of 0.85 and more, thin layers: what is left is light scattered twice into the peak, and
 moments beyond those that the nodes integrate make it worse: `choose_sizes` keeps the moments below 1.3 times
 the nodes of a matched layer there.
 
 ## Sizes that are chosen
 
 `jaxink.choose_sizes` (and a fit, at its start and at its solution) takes the sizes from the moments of the
-phase function, the optical thickness and the refractive index. Escaping nodes x trapped nodes x moments x
-orders: error to 85 degrees, and at 87.5 and 89 degrees.
+phase function, the optical thickness and the refractive index. Sizes: error to 85 degrees, and at 87.5 and 89
+degrees.
 
 ### Matched
 
@@ -168,8 +169,8 @@ orders: error to 85 degrees, and at 87.5 and 89 degrees.
 {chosen["film"]}
 
 Where the asked accuracy is missed: matched layers thinner than about 0.3 beyond 85 degrees, whose radiance
-varies there as exp(-thickness / cosine), down to some 1e-5; and by a factor of up to 3 here and there. When it
-matters, compare two accuracies.
+varies there as exp(-thickness / cosine), by up to ten times; and by a factor of 3 or less here and there. When
+it matters, compare two accuracies.
 
 Made by `python benchmarks/report_accuracy.py`.
 """,

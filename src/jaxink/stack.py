@@ -268,7 +268,7 @@ def _layer_matrices(truncated: TruncatedOptics, cosine, weight, table):
     n_orders, n_moments, _ = table.shape
     inside = cosine > 0
     safe_cosine = jnp.where(inside, cosine, 1.0)
-    scale = jnp.where(inside, jnp.sqrt(weight / safe_cosine), 0.0)
+    scale = jnp.where(inside, jnp.sqrt(jnp.where(inside, weight, 1.0) / safe_cosine), 0.0)
     factors = (2 * jnp.arange(n_moments) + 1) * truncated.phase_moments
     parity = (jnp.arange(n_orders)[:, None] + jnp.arange(n_moments)[None, :]) % 2
     even_table = jnp.where(parity[..., None] == 0, table, 0.0)
