@@ -3,14 +3,15 @@
 Snell's law keeps kappa = n sin(theta). Every medium uses the same channels of kappa, so a smooth interface
 is diagonal. The interval of kappa is split at each refractive index of the stack, where some medium
 begins to reflect totally; within a block the nodes are Gauss-Legendre in the cosine of the medium whose
-index ends the block, which resolves both ends. Fluxes are carried as sqrt(c) L, with the basic radiance
+index ends the block, which resolves both ends. Only where a scattering medium is a trace denser than that are
+they in its cosine, in which its own integrals are exact however small the difference. Fluxes are carried as sqrt(c) L, with the basic radiance
 L = I / n^2 and the etendue weight c = n^2 w mu, the same in every medium: reciprocity is symmetry.
 """
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from jaxink.interfaces import propagating_cosine
 from jaxink.numerics.quadrature import (
@@ -18,6 +19,10 @@ from jaxink.numerics.quadrature import (
     gauss_legendre_unit,
     logarithmic_matrix,
 )
+
+
+# A scattering medium has the nodes of a block whose end lies this close below its own index, relative.
+_CLOSE = 3e-4
 
 
 class ChannelGrid(eqx.Module):
@@ -28,6 +33,8 @@ class ChannelGrid(eqx.Module):
     block_index
         Refractive index that ends each block, ascending, shape ``(blocks,)``; block 0 begins at kappa = 0,
         each other one where the one before it ends.
+    scatters
+        Whether the medium of that index scatters, shape ``(blocks,)``.
     nodes_per_block
         Number of nodes of each block.
     exposed
@@ -36,17 +43,29 @@ class ChannelGrid(eqx.Module):
     """
 
     block_index: Float[Array, " blocks"]
+    scatters: Bool[Array, " blocks"]
     nodes_per_block: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True, default=False)
 
+    def _reference(self):
+        """For each block: index of the medium whose cosine has the nodes, cosines there at its end and start."""
+        index = self.block_index
+        denser = jnp.append(index[1:], index[-1])
+        close = (denser < index * (1 + _CLOSE)) & jnp.append(self.scatters[1:], False)
+        if self.exposed:
+            close = close.at[0].set(False)
+        reference = jnp.where(close, denser, index)
+        starts = jnp.concatenate([jnp.zeros(1), index[:-1]])
+        end, start = (propagating_cosine(1 - (kappa / reference) ** 2) for kappa in (index, starts))
+        return reference, end, start
+
     def _nodes(self):
-        """Index of the block's medium, cosine there and quadrature weight, all channels."""
+        """Index of the block's reference medium, cosine there and quadrature weight, all channels."""
         units = [gauss_legendre_unit(n_nodes) for n_nodes in self.nodes_per_block]
         block = np.repeat(np.arange(len(units)), self.nodes_per_block)
         unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
-        starts = jnp.concatenate([jnp.zeros(1), self.block_index[:-1]])
-        top = propagating_cosine(1 - (starts / self.block_index) ** 2)[block]
-        return self.block_index[block], top * unit_node, top * unit_weight
+        reference, end, start = (part[block] for part in self._reference())
+        return reference, end + (start - end) * unit_node, (start - end) * unit_weight
 
     @property
     def etendue_weight(self) -> Float[Array, " channels"]:
@@ -91,18 +110,19 @@ class ChannelGrid(eqx.Module):
             Each row has non-zero entries in the block of its kappa only.
         """
         _, nodes, _ = self._nodes()
+        reference, end, _ = self._reference()
         columns, first, start = [], 0, None
         for block, n_nodes in enumerate(self.nodes_per_block):
             index = self.block_index[block]
-            squared = 1 - (kappa / index) ** 2
-            inside = squared >= 0
-            cosine = propagating_cosine(squared)
+            inside = kappa <= index
+            cosine = propagating_cosine(1 - (kappa / reference[block]) ** 2)
             if block == 0 and self.exposed:
                 rows = logarithmic_matrix(n_nodes, cosine)
             else:
                 # The nodes of a block between equal indices coincide; no direction lies in it.
                 here = nodes[first : first + n_nodes]
-                rows = barycentric_matrix(jnp.where(here > 0, here, jnp.arange(n_nodes)), cosine)
+                wide = here[-1] > end[block]
+                rows = barycentric_matrix(jnp.where(wide, here, jnp.arange(n_nodes)), cosine)
             if start is not None:
                 inside = inside & (kappa > start)
             columns.append(jnp.where(inside[:, None], rows, 0.0))

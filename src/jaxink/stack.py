@@ -85,10 +85,16 @@ class Stack(eqx.Module):
 
     def grid(self, config: SolverConfig) -> ChannelGrid:
         """Channels for this stack."""
-        ends = jnp.sort(jnp.stack([self.indices[medium] for medium in self.block_media]))
+        scattering = {k + 1 for k in self.scattering}
+        # Of equal indices that of a scattering medium comes first: the block of the other one is then empty.
+        media = sorted(self.block_media, key=lambda medium: medium not in scattering)
+        ends = jnp.stack([self.indices[medium] for medium in media])
+        order = jnp.argsort(ends)
+        scatters = jnp.array([medium in scattering for medium in media])
         n_trapped_blocks = len(self.block_media) - 1
         return ChannelGrid(
-            ends,
+            ends[order],
+            scatters[order],
             (config.nodes_escaping,) + (config.nodes_trapped,) * n_trapped_blocks,
             self.exposed,
         )
