@@ -4,8 +4,10 @@ Snell's law keeps kappa = n sin(theta). Every medium uses the same channels of k
 is diagonal. The interval of kappa is split at each refractive index of the stack, where some medium
 begins to reflect totally; within a block the nodes are Gauss-Legendre in the cosine of the medium whose
 index ends the block, which resolves both ends. Only where a scattering medium is a trace denser than that are
-they in its cosine, in which its own integrals are exact however small the difference. Fluxes are carried as sqrt(c) L, with the basic radiance
-L = I / n^2 and the etendue weight c = n^2 w mu, the same in every medium: reciprocity is symmetry.
+they in its cosine, in which its own integrals are exact however small the difference.
+
+Fluxes are carried as sqrt(c) L, with the basic radiance L = I / n^2 and the etendue weight c = n^2 w mu, the
+same in every medium: reciprocity is symmetry.
 """
 
 import equinox as eqx
@@ -19,7 +21,6 @@ from jaxink.numerics.quadrature import (
     gauss_legendre_unit,
     logarithmic_matrix,
 )
-
 
 # A scattering medium has the nodes of a block whose end lies this close below its own index, relative.
 _CLOSE = 3e-4
@@ -48,7 +49,7 @@ class ChannelGrid(eqx.Module):
     exposed: bool = eqx.field(static=True, default=False)
 
     def _reference(self):
-        """For each block: index of the medium whose cosine has the nodes, cosines there at its end and start."""
+        """For each block: index of the medium that has the nodes, its cosines at the end and the start."""
         index = self.block_index
         denser = jnp.append(index[1:], index[-1])
         close = (denser < index * (1 + _CLOSE)) & jnp.append(self.scatters[1:], False)

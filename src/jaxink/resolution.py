@@ -105,7 +105,7 @@ def sizes_for(demand: Demand, accuracy: float = 1e-4, layer_method: str = "faste
 
 def _sizes(moments, thickness, sine, smallest_sine, exposed, accuracy):
     """Nodes of the escaping and of each trapped block, moments and orders."""
-    # How much of the narrow features is left: eight times the share of light that was scattered at most twice.
+    # How much of the narrow features is left: eight times the light that was scattered at most twice.
     few = math.exp(-thickness) * (1 + thickness + thickness**2 / 2) if thickness < 700 else 0.0
     narrow = min(1.0, 8 * few)
     cone, narrowest_cone = (math.asin(s) / (math.pi / 2) for s in (sine, smallest_sine))
