@@ -19,6 +19,15 @@ def shared_data():
     return SHARED
 
 
+@pytest.fixture(scope="module", autouse=True)
+def forget_compiled_programs():
+    """Each compiled program holds mappings of memory, of which a process may have 65530 on Linux."""
+    yield
+    import jax
+
+    jax.clear_caches()
+
+
 @pytest.fixture(scope="session")
 def coarse():
     """A coarse discretisation, for tests that need a fit but not its accuracy."""

@@ -20,7 +20,7 @@ LAYER_METHODS = ("discrete_ordinates", "adding_doubling")
 _THINNEST = 1e-14
 # Eigenvalues run from 0 to 1/mu^2 of the most grazing node, and `eigh` is exact to the rounding of the
 # largest: it is given (S + shift)^-1, in which slow modes, on which thick layers depend, are the large ones.
-_SHIFT = 16.0
+_SHIFT = 1.0
 
 
 def _even(root, half):

@@ -10,6 +10,7 @@ from jaxink.bsdf import diffuse_bsdf, hemispherical_power
 from jaxink.geometry import Directions
 from jaxink.optics import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.slab import LAYER_METHODS
 from jaxink.stack import SolverConfig, Stack
 from physics.probe import pair_angles
 
@@ -100,10 +101,10 @@ def pairs():
 
 
 @eqx.filter_jit
-def bsdf_of_pairs(make, optics):
+def bsdf_of_pairs(make, optics, config=CONFIG):
     """BSDF of the pairs, shape ``(optics, 2 sides, 2 ways, pairs)``."""
     directions = pairs()
-    values = jax.vmap(lambda x: diffuse_bsdf(make(x), directions, CONFIG))(optics)
+    values = jax.vmap(lambda x: diffuse_bsdf(make(x), directions, config))(optics)
     return values.reshape(len(optics), 2, 2, -1)
 
 
@@ -137,6 +138,18 @@ def test_reciprocity_between_media_of_different_index(order):
     there = np.asarray(bsdf_of_pairs(straight, optics))[:, 1, 0]
     back = np.asarray(bsdf_of_pairs(turned, optics))[:, 1, 1]
     close(there / 1.33**2, back, 1e-10)
+
+
+@pytest.mark.parametrize("order", ["ink", "plate, ink, second ink"])
+def test_adding_doubling_agrees_with_discrete_ordinates(order):
+    optics = jnp.asarray(seeded())
+    by_method = [
+        np.asarray(
+            bsdf_of_pairs(lambda x: make_stack(order, x), optics, SolverConfig(10, 8, 20, 6, method))
+        ).reshape(len(optics), -1)
+        for method in LAYER_METHODS
+    ]
+    close(*by_method, 1e-8)
 
 
 def test_two_layers_of_half_the_thickness_are_one_layer():

@@ -37,7 +37,7 @@ from jaxink.measurement import GonioData, MaskLimits, read
 from jaxink.numerics.precision import computing
 from jaxink.resolution import require_accuracy
 from jaxink.sample import Sample, load_sample
-from jaxink.slab import LAYER_METHODS
+from jaxink.slab import LAYER_METHODS, layer_method
 from jaxink.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
@@ -337,7 +337,8 @@ def _assemble(data, sample, options, noise, objective, best, spread, searches, p
             )
             for p in profiles
         ),
-        solver=dataclasses.asdict(objective.model.config),
+        solver=dataclasses.asdict(objective.model.config)
+        | {"layer_method": layer_method(objective.model.config.layer_method)},
         versions={name: version(name) for name in _PACKAGES},
         seed=options.seed,
         notes=tuple(data.notes)
