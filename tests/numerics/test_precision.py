@@ -1,10 +1,13 @@
 """What a fit changes in the session, and that it is undone."""
 
+from pathlib import Path
+
 import jax
+import jax.numpy as jnp
 import pytest
 from threadpoolctl import threadpool_info
 
-from jaxink.numerics.precision import computing
+from jaxink.numerics.precision import computing, release_programs
 
 
 def blas_threads():
@@ -28,3 +31,15 @@ def test_the_session_comes_back_after_an_error():
     with pytest.raises(KeyError), computing():
         raise KeyError
     assert blas_threads() == before
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="this system tells nothing of its mappings")
+def test_compiled_programs_are_dropped_before_the_mappings_run_out(caplog):
+    double = jax.jit(lambda x: 2 * x)
+    assert double(jnp.array(3.0)) == 6
+    assert not release_programs()
+    assert double._cache_size() == 1
+    assert release_programs(most_mappings=10)
+    assert double._cache_size() == 0
+    assert "memory mappings" in caplog.text
+    assert double(jnp.array(3.0)) == 6

@@ -79,8 +79,9 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
 
 def prepare_jax() -> None:
     """Import JAX quietly, with its compiled programs kept from one command to the next."""
-    # Loading a stored program prints a warning of the compiler for each of them.
-    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
+    # Loading a stored program prints a warning, on some processors an error, of tuning flags that the loader
+    # does not know; what truly fails is raised.
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import jax
 
     folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()

@@ -34,7 +34,7 @@ from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
-from jaxink.numerics.precision import computing
+from jaxink.numerics.precision import computing, release_programs
 from jaxink.resolution import require_accuracy
 from jaxink.sample import Sample, load_sample
 from jaxink.slab import LAYER_METHODS, layer_method
@@ -141,6 +141,7 @@ def fit(
     options = FitOptions() if options is None else options
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     data = prepare_data(read(data) if isinstance(data, str | Path) else data, sample)
+    release_programs()
     with computing():
         return _fit(data, sample, options, progress or _quiet)
 

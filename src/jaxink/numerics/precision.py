@@ -1,12 +1,16 @@
 """Guards that a solve is made in 64 bits, by a jaxlib that cannot deadlock, at its proper speed."""
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import jax
 import jaxlib
 
 from jaxink.errors import PrecisionError, UnsafeVersionError
+
+_LOG = logging.getLogger("jaxink")
 
 # jaxlib 0.10.0 ... 0.11.0 splits batched LAPACK calls over XLA's own thread pool and blocks there:
 # as many such calls at once as the pool has threads wait for each other for ever.
@@ -50,6 +54,35 @@ def require_float64() -> None:
             'jax.config.update("jax_enable_x64", True) before, or work inside '
             "`with jax.enable_x64(True):`; jaxink.fit and jaxink.predict do this themselves."
         )
+
+
+def release_programs(most_mappings: int | None = None) -> bool:
+    """Drop JAX's compiled programs where they have taken most of the memory mappings that Linux allows.
+
+    Every compiled program holds mappings, a fit about a thousand; a process that has used up all of them
+    (65530 unless the system says otherwise) crashes in its next compilation.
+
+    Parameters
+    ----------
+    most_mappings
+        Number from which programs are dropped; None: half of what the system allows.
+
+    Returns
+    -------
+    bool
+        Whether they were dropped; functions compiled before are compiled again when they are next called.
+    """
+    try:
+        if most_mappings is None:
+            most_mappings = int(Path("/proc/sys/vm/max_map_count").read_text(encoding="ascii")) // 2
+        used = Path("/proc/self/maps").read_bytes().count(b"\n")
+    except OSError:
+        return False
+    if used < most_mappings:
+        return False
+    _LOG.warning("compiled programs hold %d memory mappings: they are dropped, and compiled again", used)
+    jax.clear_caches()
+    return True
 
 
 @contextmanager
