@@ -1,0 +1,77 @@
+"""Table of an ink layer's BSDF between the plate (side I, inside) and the other side (A, mostly air)."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.errors import InputRefusedError
+
+# First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
+COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class InkTable:
+    """BSDF of an ink layer alone, four components; isotropic about the normal.
+
+    Parameters
+    ----------
+    wavelength_nm
+        Ascending, shape ``(wavelengths,)``.
+    theta_deg
+        Polar angles from 0 to 90, ascending, shape ``(angles,)``: of incidence and of outgoing light, each
+        from the normal in the medium of its own side.
+    phi_deg
+        Azimuth from 0 to 180, ascending, shape ``(azimuths,)``: 180 on the side of the specular or
+        undeviated direction, 0 towards the source; the other half is its mirror image.
+    bsdf_per_sr
+        Radiance over irradiance without the regular part, no cosine, shape
+        ``(4, wavelengths, angles, angles, azimuths)``: component by `COMPONENTS`, incidence before outgoing.
+    regular
+        Power that leaves in the specular (R) or refracted (T) direction over incident power, shape
+        ``(4, wavelengths, angles)``.
+    index_inside, index_outside
+        Refractive indices of side I and of side A, shape ``(wavelengths,)``.
+    bsdf_standard_error_per_sr, regular_standard_error
+        One standard error by the fit's covariance, shapes as their quantities; None where not known.
+    attrs
+        Strings and numbers that tell where the table comes from.
+    """
+
+    wavelength_nm: Float[np.ndarray, " wavelengths"]
+    theta_deg: Float[np.ndarray, " angles"]
+    phi_deg: Float[np.ndarray, " azimuths"]
+    bsdf_per_sr: Float[np.ndarray, "4 wavelengths angles angles azimuths"]
+    regular: Float[np.ndarray, "4 wavelengths angles"]
+    index_inside: Float[np.ndarray, " wavelengths"]
+    index_outside: Float[np.ndarray, " wavelengths"]
+    bsdf_standard_error_per_sr: Float[np.ndarray, "4 wavelengths angles angles azimuths"] | None = None
+    regular_standard_error: Float[np.ndarray, "4 wavelengths angles"] | None = None
+    attrs: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self):
+        n_wavelengths, n_angles, n_azimuths = (
+            len(axis) for axis in (self.wavelength_nm, self.theta_deg, self.phi_deg)
+        )
+        shapes = {
+            "bsdf_per_sr": (4, n_wavelengths, n_angles, n_angles, n_azimuths),
+            "regular": (4, n_wavelengths, n_angles),
+            "index_inside": (n_wavelengths,),
+            "index_outside": (n_wavelengths,),
+        }
+        for name, shape in shapes.items():
+            if np.shape(getattr(self, name)) != shape:
+                raise InputRefusedError(
+                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}; its axes ask for {shape}."
+                )
+        for name, last in (("theta_deg", 90.0), ("phi_deg", 180.0)):
+            axis = getattr(self, name)
+            if axis[0] != 0 or axis[-1] != last or np.any(np.diff(axis) <= 0):
+                raise InputRefusedError(f"{name} of an ink table must ascend from 0 to {last:g} degrees.")
+
+    def index_of_sides(self, component: str) -> tuple[np.ndarray, np.ndarray]:
+        """Refractive indices of the side of incidence and of the side of leaving, for a component's name."""
+        indices = {"I": self.index_inside, "A": self.index_outside}
+        return indices[component[2]], indices[component[3]]
