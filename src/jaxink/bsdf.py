@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.geometry import Directions, scattering_cosines
+from jaxink.interfaces import propagating_cosine
 from jaxink.numerics.precision import require_float64
 from jaxink.optics import ScatteringLayer
 from jaxink.particles.requirement import is_known
@@ -17,6 +18,8 @@ from jaxink.stack import (
     single_scattering_kernels,
     solve_stack,
 )
+from jaxink.surfaces.facets import FacetRule, projected_area
+from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 
 
 def diffuse_bsdf(
@@ -66,7 +69,7 @@ def _diffuse_bsdf(stack, directions, config):
 
     parts = [kappa_in.shape[0], kappa_in.shape[0] + kappa_front.shape[0]]
     rows = response.grid.interpolation(kappa)
-    to_front_of_stack, to_back_of_stack = response.fields.passage(stack.scattering)
+    to_front_of_stack, to_back_of_stack = response.fields.passage(stack)
     from_front = jnp.split(rows * to_front_of_stack[:, None], parts)
     from_back = jnp.split(rows * to_back_of_stack[:, None], parts)
     grid_kappa = response.grid.kappa
@@ -87,6 +90,8 @@ def _diffuse_bsdf(stack, directions, config):
     for k, (layer, optics) in enumerate(zip(stack.layers, response.truncated, strict=True)):
         if isinstance(layer, ScatteringLayer):
             once = once + _scattered_once(k, layer, optics, fields_in, fields_out, directions)
+    for k in stack.rough:
+        once = once + _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directions)
     index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
     return index_out**2 * (rest + once)
 
@@ -131,6 +136,27 @@ def _scattered_once(k, layer, optics, fields_in, fields_out, directions):
     return out_up * (back * down + ahead * up) + out_down * (ahead * down + back * up)
 
 
+def _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directions):
+    """Basic radiance per irradiance of light that met one facet of interface ``k`` and is regular else."""
+    density, front, back = stack.slopes[k], stack.indices[k], stack.indices[k + 1]
+
+    def cosines_and_areas(index):
+        cosine = propagating_cosine(1 - (kappa / index) ** 2)
+        safe = jnp.where(cosine > 0, cosine, 1.0)
+        sine = jnp.sqrt(jnp.maximum(1 - safe**2, 1e-12))
+        return safe, jnp.where(cosine > 0, 1 / projected_area(safe, sine, density, FacetRule()), 0.0)
+
+    cosine_front, per_area_front = cosines_and_areas(front)
+    cosine_back, per_area_back = cosines_and_areas(back)
+    side, azimuth = directions.is_transmission, directions.azimuth_rad
+    into, out = directions.incidence, to_outgoing
+    reflected = reflected_lobe((front, back), cosine_front[out], cosine_front[into], azimuth, density)
+    through = transmitted_lobe((front, back), cosine_back[out], cosine_front[into], azimuth, density)
+    reflected = reflected * per_area_front[out] * fields_out.arriving_from_front[k] / front**2
+    through = through * per_area_back[out] * fields_out.arriving_from_back[k]
+    return jnp.where(side, through, reflected) * per_area_front[into] * fields_in.arriving_from_front[k]
+
+
 def regular_power(
     stack: Stack, sin_incidence: Float[ArrayLike, " incidences"]
 ) -> tuple[Float[Array, " incidences"], Float[Array, " incidences"]]:
@@ -152,7 +178,7 @@ def regular_power(
     kappa = stack.index_front * sin_incidence
     indices = jnp.stack(stack.indices)
     thickness = jnp.stack([layer.optical_thickness for layer in stack.layers])
-    fields = regular_fields(indices, 1 - (kappa / indices[:, None]) ** 2, thickness)
+    fields = regular_fields(indices, 1 - (kappa / indices[:, None]) ** 2, thickness, stack.rough)
     return fields.reflection, fields.transmission
 
 
@@ -191,7 +217,7 @@ def _hemispherical_power(stack, sin_incidence, config):
     kappa = stack.index_front * sin_incidence
     response = solve_stack(stack, config, kappa)
     fields = response.fields
-    rows = response.grid.interpolation(kappa) * fields.passage(stack.scattering)[0][:, None]
+    rows = response.grid.interpolation(kappa) * fields.passage(stack)[0][:, None]
     reflectance = fields.reflection + rows @ response.reflected_power
     return reflectance, fields.transmission + rows @ response.transmitted_power
 

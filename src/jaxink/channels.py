@@ -48,7 +48,8 @@ class ChannelGrid(eqx.Module):
     nodes_per_block: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True, default=False)
 
-    def _reference(self):
+    @property
+    def block_cosines(self) -> tuple:
         """For each block: index of the medium that has the nodes, its cosines at the end and the start."""
         index = self.block_index
         denser = jnp.append(index[1:], index[-1])
@@ -65,7 +66,7 @@ class ChannelGrid(eqx.Module):
         units = [gauss_legendre_unit(n_nodes) for n_nodes in self.nodes_per_block]
         block = np.repeat(np.arange(len(units)), self.nodes_per_block)
         unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
-        reference, end, start = (part[block] for part in self._reference())
+        reference, end, start = (part[block] for part in self.block_cosines)
         return reference, end + (start - end) * unit_node, (start - end) * unit_weight
 
     @property
@@ -111,7 +112,7 @@ class ChannelGrid(eqx.Module):
             Each row has non-zero entries in the block of its kappa only.
         """
         _, nodes, _ = self._nodes()
-        reference, end, _ = self._reference()
+        reference, end, _ = self.block_cosines
         columns, first, start = [], 0, None
         for block, n_nodes in enumerate(self.nodes_per_block):
             index = self.block_index[block]

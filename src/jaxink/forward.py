@@ -22,8 +22,10 @@ from jaxink.particles.phase_function import (
     TwoTermHenyeyGreenstein,
 )
 from jaxink.resolution import demand, sizes_for
-from jaxink.sample import Layer, Sample
+from jaxink.sample import Layer, Roughness, Sample
 from jaxink.stack import SolverConfig, Stack, block_media
+from jaxink.surfaces.slopes import SlopeMixture, slope_density
+from jaxink.surfaces.table import RoughTable, rough_table
 
 
 class LayerCoefficients(eqx.Module):
@@ -74,6 +76,9 @@ class ForwardModel(eqx.Module):
     rays: ConeRays
     block_media: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True)
+    rarest: tuple[int, ...] = eqx.field(static=True)
+    rough_faces: tuple[tuple[str, Roughness] | None, ...] = eqx.field(static=True)
+    rough_tables: tuple[RoughTable | None, ...]
 
     def __init__(
         self,
@@ -88,7 +93,7 @@ class ForwardModel(eqx.Module):
         layer_method: str = "fastest",
     ):
         self.sample = sample
-        _require_smooth(sample)
+        self.rough_faces = _rough_faces(sample)
         self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
         columns = np.column_stack(
             [np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, is_transmission)]
@@ -100,9 +105,35 @@ class ForwardModel(eqx.Module):
         )
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
-        self.block_media, self.exposed = self._channel_layout()
+        self.block_media, self.exposed, self.rarest = self._channel_layout()
         self._check_wavelengths()
+        self.rough_tables = ()
         self.config = self.sizes({}, accuracy, layer_method) if config is None else config
+        self.rough_tables = tuple(self._rough_table(k) for k in range(len(self.rough_faces)))
+
+    def _rough_table(self, interface: int) -> RoughTable | None:
+        """An interface computed beforehand at each wavelength, where at most its angle is free."""
+        face, table = self.rough_faces[interface], self.sample.parameters
+        indices = [
+            n for n in table if n.split("@")[0].split(".")[1].startswith(("index_", "refractive_index"))
+        ]
+        moving = [n for n in indices if table[n].free or table[n].tie is not None]
+        if face is None or face[1].second_density is not None or moving:
+            return None
+        sigma = table.get(f"{face[0]}.sigma_deg")
+        if sigma is None or sigma.tie is not None:
+            return None
+        span = (sigma.minimum, sigma.maximum) if sigma.free else (sigma.value, sigma.value)
+
+        def at_wavelength(wavelength_nm, values):
+            stack = self.stack(values, wavelength_nm)
+            outer, inner, _, n_orders, sizes = stack.rough_arguments(interface, self.config)
+            grid = stack.grid(self.config)
+            return rough_table(grid, (outer, inner), face[1].density, span, n_orders, sizes.n_outer)
+
+        with computing():
+            values = self._at_each_wavelength(table.values_with({}))
+            return eqx.filter_vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values)
 
     def _channel_layout(self):
         table = self.sample.parameters
@@ -124,7 +155,10 @@ class ForwardModel(eqx.Module):
             scatters[k] and not free[k] and abs(indices[k] / indices[lowest] - 1) < 1e-5
             for k in range(len(indices))
         )
-        return chosen, exposed
+        rarest = tuple(
+            k for k, n in enumerate(indices) if not free[lowest] and not free[k] and n == indices[lowest]
+        )
+        return chosen, exposed, rarest
 
     def _check_wavelengths(self):
         named = {n.split("@")[1] for n in self.sample.parameters if "@" in n}
@@ -151,7 +185,7 @@ class ForwardModel(eqx.Module):
             )
         return result
 
-    def stack(self, values: Mapping, wavelength_nm) -> Stack:
+    def stack(self, values: Mapping, wavelength_nm, rough_tables: tuple = ()) -> Stack:
         """The stack at one wavelength.
 
         Parameters
@@ -160,6 +194,8 @@ class ForwardModel(eqx.Module):
             Value of every parameter, by plain name.
         wavelength_nm
             Wavelength in vacuum.
+        rough_tables
+            Those of the model at this wavelength; empty: rough interfaces are computed when needed.
 
         Returns
         -------
@@ -172,6 +208,12 @@ class ForwardModel(eqx.Module):
             values["surroundings.index_back"],
             self.block_media,
             self.exposed,
+            tuple(_slopes(face, values) for face in self.rough_faces),
+            tuple(
+                table and table.at(values[f"{face[0]}.sigma_deg"])
+                for table, face in zip(rough_tables, self.rough_faces, strict=bool(rough_tables))
+            ),
+            self.rarest,
         )
 
     def sizes(
@@ -221,8 +263,8 @@ class ForwardModel(eqx.Module):
         require_float64()
         values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
 
-        def at_wavelength(wavelength_nm, values_here):
-            stack = self.stack(values_here, wavelength_nm)
+        def at_wavelength(wavelength_nm, values_here, rough_tables):
+            stack = self.stack(values_here, wavelength_nm, rough_tables)
             diffuse = self.rays.average(diffuse_bsdf(stack, self.rays.directions, self.config))
             if self.cones.is_ideal:
                 return diffuse
@@ -232,7 +274,7 @@ class ForwardModel(eqx.Module):
             regular = jnp.where(side, transmitted[directions.incidence], reflected[directions.incidence])
             return diffuse + self.rays.average(regular) * self.rays.regular_share
 
-        spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values)
+        spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
         return spectrum[self.wavelength_of_point, self.pair_of_point]
 
     def coefficients(self, free_values: Mapping | None = None) -> dict[str, LayerCoefficients]:
@@ -281,15 +323,39 @@ def evaluate(model: ForwardModel) -> np.ndarray:
         return np.asarray(_compiled_bsdf(model))
 
 
-def _require_smooth(sample: Sample) -> None:
-    """Refuse what is declared but cannot be computed, instead of leaving it out silently."""
-    for layer in sample.layers:
+def _rough_faces(sample: Sample) -> tuple[tuple[str, Roughness] | None, ...]:
+    """Rough face of each interface, with the name that its parameters begin with; None where it is smooth."""
+
+    def is_smooth(name, face):
+        sigma = sample.parameters.get(f"{name}.sigma_deg")
+        always_zero = sigma is not None and sigma.value == 0 and not sigma.free and sigma.tie is None
+        return face.second_density is None and always_zero
+
+    faces: list = [None] * (len(sample.layers) + 1)
+    for k, layer in enumerate(sample.layers):
         for face in layer.roughness:
-            if face.sigma_deg > 0:
+            name = f"{layer.name}.{face.face}"
+            if is_smooth(name, face):
+                continue
+            interface = k if face.face == "front_roughness" else k + 1
+            if faces[interface] is not None:
                 raise InputRefusedError(
-                    f"layer '{layer.name}' declares {face.face} ({face.density}, {face.sigma_deg:g} deg), "
-                    "but this version computes smooth faces only; remove the key to use a smooth model."
+                    f"{faces[interface][0]} and {name} are the same interface; declare it once."
                 )
+            faces[interface] = (name, face)
+    return tuple(faces)
+
+
+def _slopes(face: tuple[str, Roughness] | None, values: Mapping):
+    """Density of the facet slopes of an interface."""
+    if face is None:
+        return None
+    name, roughness = face
+    first = slope_density(roughness.density, values[f"{name}.sigma_deg"])
+    if roughness.second_density is None:
+        return first
+    second = slope_density(roughness.second_density, values[f"{name}.second_sigma_deg"])
+    return SlopeMixture(first, second, values[f"{name}.second_weight"])
 
 
 def _layer(layer: Layer, values: Mapping, wavelength_nm):

@@ -1,21 +1,35 @@
-"""A stack of smooth-faced layers: regular light, single scattering and multiple scattering.
+"""A stack of layers: regular light, single scattering and multiple scattering.
 
 Three parts are kept apart to the very end. Regular light (undeviated or specular) is a number for each
-channel. Light scattered once, with any number of regular reflections before and after, is known exactly at
-any pair of directions. The rest is smooth: it is solved on the channels and interpolated.
+channel. Light scattered once, in a layer or by one facet of a rough interface, with any number of regular
+reflections before and after, is known exactly at any pair of directions. The rest is smooth: it is solved on
+the channels and interpolated.
 """
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.adding import (
+    NOTHING,
+    NOTHING_BELOW,
+    RoughElement,
+    add_diagonal,
+    add_layer,
+    add_rough,
+    at_least_tiny,
+    join,
+)
 from jaxink.channels import ChannelGrid
 from jaxink.interfaces import fresnel_reflectance, propagating_cosine
 from jaxink.numerics.legendre import associated_legendre
-from jaxink.numerics.linear_algebra import inverse, resolvent, transpose
+from jaxink.numerics.linear_algebra import transpose
 from jaxink.optics import ClearLayer, ScatteringLayer, TruncatedOptics, delta_m
 from jaxink.slab import doubled_response, layer_method, layer_response
+from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
+from jaxink.surfaces.slopes import SlopeDensity
 
 
 class SolverConfig(eqx.Module):
@@ -61,6 +75,15 @@ class Stack(eqx.Module):
         Which refractive indices end the blocks of channels: positions in (front, layers..., back).
     exposed
         True where a scattering layer has the index of the surroundings, see `ChannelGrid`.
+    slopes
+        Density of the facet slopes of each interface from the front to the back, None where it is smooth;
+        empty if all are.
+    known
+        For each interface, what it does between the channels where that is known beforehand; empty if
+        none is.
+    rarest
+        Positions in (front, layers..., back) of the media that have the lowest index of all, where it is
+        fixed: a rough interface then need not look at the channels that do not propagate there.
     """
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
@@ -68,6 +91,28 @@ class Stack(eqx.Module):
     index_back: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     block_media: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True, default=False)
+    slopes: tuple[SlopeDensity | None, ...] = ()
+    known: tuple[RoughInterface | None, ...] = ()
+    rarest: tuple[int, ...] = eqx.field(static=True, default=())
+
+    @property
+    def rough(self) -> list[int]:
+        """Positions of the rough interfaces."""
+        return [k for k, density in enumerate(self.slopes) if density is not None]
+
+    def outer_is_front(self, interface: int) -> bool:
+        """Whether regular light comes to a rough interface from its front side.
+
+        That is the side where no layer scatters; the front if there is none.
+        """
+        return min(self.scattering) >= interface or max(self.scattering) >= interface
+
+    def rough_arguments(self, interface: int, config: SolverConfig) -> tuple:
+        """Arguments of `rough_interface` for an interface, after the grid."""
+        sides = (interface, interface + 1) if self.outer_is_front(interface) else (interface + 1, interface)
+        outer, inner = (self.indices[side] for side in sides)
+        sizes = RoughSizes(n_outer=config.nodes_escaping if sides[0] in self.rarest else None)
+        return outer, inner, self.slopes[interface], config.n_orders, sizes
 
     @property
     def indices(self) -> list:
@@ -146,6 +191,9 @@ class RegularFields(eqx.Module):
         Cosine of the channel in each layer.
     interfaces
         Fresnel reflectance of each interface, shape ``(layers + 1, channels)``.
+    arriving_from_front, arriving_from_back
+        Flux that comes to each interface from its front, and from its back, for light that enters at the
+        front and at the back respectively, shape ``(layers + 1, channels)``.
     """
 
     reflection: Float[Array, " channels"]
@@ -156,16 +204,22 @@ class RegularFields(eqx.Module):
     up_from_back: Float[Array, "layers channels"]
     cosines: Float[Array, "layers channels"]
     interfaces: Float[Array, "interfaces channels"]
+    arriving_from_front: Float[Array, "interfaces channels"]
+    arriving_from_back: Float[Array, "interfaces channels"]
 
-    def passage(self, scattering: list[int]) -> tuple[Float[Array, " channels"], Float[Array, " channels"]]:
-        """Share of light that finds its way between scattering layers and the front, and the back.
+    def passage(self, stack: Stack) -> tuple[Float[Array, " channels"], Float[Array, " channels"]]:
+        """Share of light that finds its way between what scatters first and the front, and last and the back.
 
         Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
         reflect to and fro many times, which would spoil interpolation if they were left in.
         """
-        first, last = scattering[0], scattering[-1]
+        first, last = stack.scattering[0], stack.scattering[-1]
         front = self.down_from_front[first] + self.up_from_front[last]
         back = self.down_from_back[first] + self.up_from_back[last]
+        if stack.rough and stack.rough[0] <= first:
+            front = self.arriving_from_front[stack.rough[0]]
+        if stack.rough and stack.rough[-1] > last:
+            back = self.arriving_from_back[stack.rough[-1]]
         return front, back
 
 
@@ -179,6 +233,7 @@ def regular_fields(
     indices: Float[Array, " media"],
     squared_cosine: Float[Array, "media channels"],
     optical_thickness: Float[Array, " layers"],
+    rough: list[int],
 ) -> RegularFields:
     """Regular light in every layer, with all multiple reflections, incoherently.
 
@@ -191,6 +246,8 @@ def regular_fields(
     optical_thickness
         Optical thickness of each layer: the true one for what a detector sees in the regular direction, the
         truncated one for the light that is scattered further.
+    rough
+        Positions of the interfaces that are rough: no light comes from them regularly.
 
     Returns
     -------
@@ -202,12 +259,14 @@ def regular_fields(
     inside = _attenuation(optical_thickness[:, None], cosines[1:-1])
     # Interfaces and layers in turn, from the front to the back.
     n_layers, n_channels = inside.shape
-    r = jnp.zeros((2 * n_layers + 1, n_channels)).at[::2].set(interfaces)
-    t = jnp.zeros_like(r).at[::2].set(1 - interfaces).at[1::2].set(inside)
+    smooth = np.ones((n_layers + 1, 1))
+    smooth[rough] = 0.0
+    r = jnp.zeros((2 * n_layers + 1, n_channels)).at[::2].set(smooth * interfaces)
+    t = jnp.zeros_like(r).at[::2].set(smooth * (1 - interfaces)).at[1::2].set(inside)
 
     def put_before(beyond, element):
         (reflection, transmission), (r, t) = beyond, element
-        gain = 1 / _at_least_tiny(1 - r * reflection)
+        gain = 1 / at_least_tiny(1 - r * reflection)
         after = (r + t**2 * gain * reflection, t * gain * transmission)
         return after, after
 
@@ -217,7 +276,7 @@ def regular_fields(
     _, above = jax.lax.scan(put_before, nothing, (r, t))
     below, through_below = (jnp.concatenate([b, e[None]]) for b, e in zip(below, nothing, strict=True))
     above, through_above = (jnp.concatenate([e[None], b]) for b, e in zip(above, nothing, strict=True))
-    gain = 1 / _at_least_tiny(1 - above * below)
+    gain = 1 / at_least_tiny(1 - above * below)
     down_front, up_back = through_above * gain, through_below * gain
     # A layer's top is where the elements before it end, its bottom where those after it begin.
     top, bottom = slice(1, -1, 2), slice(2, None, 2)
@@ -230,12 +289,9 @@ def regular_fields(
         up_from_back=up_back[bottom],
         cosines=cosines[1:-1],
         interfaces=interfaces,
+        arriving_from_front=down_front[::2],
+        arriving_from_back=up_back[1::2],
     )
-
-
-def _at_least_tiny(value):
-    """Keep light that is trapped without loss, which nothing excites, from dividing by zero."""
-    return jnp.maximum(value, 1e-12)
 
 
 def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
@@ -355,43 +411,52 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     column = indices[:, None]
     # Channels and further directions in one pass: fewer operations to trace and to compile.
     squared = jnp.concatenate([grid.squared_cosine(column), 1 - (kappa / column) ** 2], axis=1)
-    everywhere = regular_fields(indices, squared, jnp.stack(thickness))
+    everywhere = regular_fields(indices, squared, jnp.stack(thickness), stack.rough)
     fields = jax.tree.map(lambda x: x[..., :n_channels], everywhere)
 
+    # A block between equal indices has no width, and its channels nothing in them.
+    scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
+    rough = {k: _rough_element(stack, k, grid, scale, config) for k in stack.rough}
+
     # From the back to the front; elements that are diagonal in the channels are joined first.
-    last = fields.interfaces[-1]
-    reflection, transmission = last, 1 - last
-    run = _NOTHING
+    below, run = NOTHING_BELOW, NOTHING
     respond = _RESPONSES[layer_method(config.layer_method)]
     once_reflected, once_transmitted = 0.0, 0.0
-    for k in reversed(range(len(stack.layers))):
-        layer, cosine = stack.layers[k], fields.cosines[k]
-        if truncated[k] is None:
-            run = _join((0.0, 0.0, _attenuation(layer.optical_thickness, cosine)), run)
+    for k in reversed(range(len(stack.layers) + 1)):
+        if k in rough:
+            below, run = add_rough(rough[k], add_diagonal(run, below)), NOTHING
         else:
-            reflection, transmission = _add_diagonal(run, reflection, transmission)
-            run = _NOTHING
+            r = fields.interfaces[k]
+            run = join((r, r, 1 - r), run)
+        if k == 0:
+            break
+        layer, optics, cosine = stack.layers[k - 1], truncated[k - 1], fields.cosines[k - 1]
+        if optics is None:
+            run = join((0.0, 0.0, _attenuation(layer.optical_thickness, cosine)), run)
+        else:
+            below, run = add_diagonal(run, below), NOTHING
             n2 = layer.refractive_index**2
             safe_cosine = jnp.where(cosine > 0, cosine, 1.0)
             table = associated_legendre(config.n_moments, config.n_orders, cosine)
             a_matrix, b_matrix, even, odd = _layer_matrices(
-                truncated[k], cosine, etendue / (n2 * safe_cosine), table
+                optics, cosine, etendue / (n2 * safe_cosine), table
             )
-            response = respond(a_matrix, b_matrix, thickness[k] / 2)
-            reflection, transmission = _add_layer(*response, reflection, transmission)
-            once = _once_on_channels(truncated[k], n2, fields, k, (even + odd, even - odd))
+            response = respond(a_matrix, b_matrix, thickness[k - 1] / 2)
+            below = add_layer(*response, below)
+            once = _once_on_channels(optics, n2, fields, k - 1, (even + odd, even - odd))
             once_reflected = once_reflected + once[0]
             once_transmitted = once_transmitted + once[1]
-        r = fields.interfaces[k]
-        run = _join((r, r, 1 - r), run)
-    reflection, transmission = _add_diagonal(run, reflection, transmission)
+    below = add_diagonal(run, below)
+    reflection, transmission = below.reflection, below.transmission
 
-    # A block between equal indices has no width, and its channels nothing in them.
-    scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
-    front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack.scattering))
+    front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack))
     reflected_power = (scale @ reflection[0] / scale - fields.reflection) / front
     transmitted_power = (scale @ transmission[0] / scale - fields.transmission) / front
     norm = scale[:, None] * scale[None, :]
+    for k, element in rough.items():
+        arriving, back_arriving = fields.arriving_from_front[k], fields.arriving_from_back[k]
+        reflection = reflection - arriving[:, None] * element.one_above * arriving
+        transmission = transmission - back_arriving[:, None] * element.one_down * arriving
     reflection = (reflection - jnp.diag(fields.reflection)) / norm - once_reflected
     transmission = (transmission - jnp.diag(fields.transmission)) / norm - once_transmitted
     reflection = reflection / (front[:, None] * front)
@@ -425,40 +490,31 @@ def _once_on_channels(optics, n2, fields: RegularFields, k, phase):
 
 _RESPONSES = {"discrete_ordinates": layer_response, "adding_doubling": doubled_response}
 
-# Reflectance seen from above and from below, and transmittance, of no element at all.
-_NOTHING = (0.0, 0.0, 1.0)
 
-
-def _join(upper, lower):
-    """Join two elements that are diagonal in the channels: (from above, from below, through)."""
-    if lower is _NOTHING:
-        return upper
-    (a, a_below, t), (b, b_below, u) = upper, lower
-    gain = 1 / _at_least_tiny(1 - a_below * b)
-    return a + t**2 * gain * b, b_below + u**2 * gain * a_below, t * gain * u
-
-
-def _add_diagonal(element, reflection, transmission):
-    """Put an element that is diagonal in the channels in front of what lies below."""
-    if element is _NOTHING:
-        return reflection, transmission
-    if reflection.ndim == 1:
-        above, _, through = _join(element, (reflection, 0.0, transmission))
-        return above, through
-    above, below, t = element
-    between = resolvent(below, reflection) * t
-    return jnp.diag(above) + t[:, None] * (reflection @ between), transmission @ between
-
-
-def _add_layer(layer_reflection, layer_transmission, reflection, transmission):
-    """Put a scattering layer in front of what lies below."""
-    if reflection.ndim == 1:
-        # (1 - R r)^-1 is the transpose of (1 - r R)^-1, for symmetric R.
-        between = transpose(resolvent(reflection, layer_reflection)) @ layer_transmission
-        onward = transmission[:, None] * between
-        back = reflection[:, None] * between
-    else:
-        identity = jnp.eye(layer_reflection.shape[-1])
-        between = inverse(identity - layer_reflection @ reflection) @ layer_transmission
-        onward, back = transmission @ between, reflection @ between
-    return layer_reflection + layer_transmission @ back, onward
+def _rough_element(stack: Stack, k, grid, scale, config) -> RoughElement:
+    """A rough interface with the side of regular light put where it is."""
+    outer_is_front = stack.outer_is_front(k)
+    interface = stack.known[k] if stack.known else None
+    if interface is None:
+        interface = rough_interface(grid, *stack.rough_arguments(k, config))
+    total, one = jax.tree.map(
+        lambda matrix: scale[:, None] * matrix / scale, (interface.total, interface.one)
+    )
+    entering = transpose(total.leaving)
+    if outer_is_front:
+        return RoughElement(
+            total.outer_reflection,
+            total.inner_reflection,
+            entering,
+            total.leaving,
+            one.outer_reflection,
+            transpose(one.leaving),
+        )
+    return RoughElement(
+        total.inner_reflection,
+        total.outer_reflection,
+        total.leaving,
+        entering,
+        one.inner_reflection,
+        one.leaving,
+    )

@@ -64,7 +64,8 @@ class InkTable:
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 raise InputRefusedError(
-                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}; its axes ask for {shape}."
+                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}; its axes ask for "
+                    f"{shape}."
                 )
         for name, last in (("theta_deg", 90.0), ("phi_deg", 180.0)):
             axis = getattr(self, name)

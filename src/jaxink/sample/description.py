@@ -19,15 +19,14 @@ class Roughness:
     ----------
     face
         ``front_roughness`` (towards the light) or ``back_roughness``.
-    density
-        One of `schema.ROUGHNESS_DENSITIES`.
-    sigma_deg
-        Its angle.
+    density, second_density
+        Of `schema.ROUGHNESS_DENSITIES`; the second is None where there is one density only. Their angles are
+        parameters: ``layer.face.sigma_deg``.
     """
 
     face: str
     density: str
-    sigma_deg: float
+    second_density: str | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -269,7 +268,7 @@ class _Reader:
             )
         where = f"layer '{name}'"
         kind = _choice(table, "kind", ("clear", "scattering"), where)
-        roughness = _roughness(table, where)
+        roughness = tuple(self._roughness(name, face, table[face]) for face in schema.FACES if face in table)
         if kind == "clear":
             _only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), where)
             for key, quantity in schema.CLEAR_LAYER.items():
@@ -297,6 +296,21 @@ class _Reader:
             self._quantity(name, key, quantity, table)
         phase_table = self._phase_table(table, where) if phase == "tabulated" else None
         return Layer(name, kind, phase, opaque, phase_table, roughness)
+
+    def _roughness(self, layer: str, face: str, given: Any) -> Roughness:
+        """A face that is declared rough; its numbers become parameters."""
+        where = f"{layer}.{face}"
+        if not isinstance(given, dict):
+            raise InputRefusedError(f'{where} must be {{ density = "...", sigma_deg = ... }}.')
+        second = given.get("second_density")
+        quantities = schema.ROUGHNESS | (schema.SECOND_ROUGHNESS if second is not None else {})
+        _only(given, ("density", "second_density", *quantities), where)
+        density = _choice(given, "density", schema.ROUGHNESS_DENSITIES, where)
+        if second is not None:
+            _choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
+        for key, quantity in quantities.items():
+            self._quantity(where, key, quantity, given)
+        return Roughness(face, density, second)
 
     def _phase_table(self, table, where):
         by_angle, by_moments = "phase_value" in table, "moments" in table
@@ -390,21 +404,6 @@ class _Reader:
             weight = _bounded(table.get("weight"), 0, math.inf, "weights.weight", "")
             result.append((angle, side, weight))
         return tuple(result)
-
-
-def _roughness(table: dict[str, Any], where: str) -> tuple[Roughness, ...]:
-    """Faces of a layer that are declared rough."""
-    faces = []
-    for face in schema.FACES:
-        given = table.get(face)
-        if given is None:
-            continue
-        if not isinstance(given, dict) or set(given) != {"density", "sigma_deg"}:
-            raise InputRefusedError(f'{where}: {face} must be {{ density = "...", sigma_deg = ... }}.')
-        density = _choice(given, "density", schema.ROUGHNESS_DENSITIES, f"{where}: {face}")
-        sigma = _bounded(given["sigma_deg"], *schema.ROUGHNESS_SIGMA_DEG, f"{where}: {face}.sigma_deg", "deg")
-        faces.append(Roughness(face, density, sigma))
-    return tuple(faces)
 
 
 def _parameter(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> Parameter:

@@ -71,9 +71,12 @@ PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
     "mie": MIE,
 }
 OPAQUE = "opaque"
-# Facet slope densities that a face may declare, each with its angle sigma_deg.
+# Facet slope densities that a face may declare.
 ROUGHNESS_DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
-ROUGHNESS_SIGMA_DEG = (0.0, 45.0)
+_SIGMA = Quantity("deg", 0.0, 45.0, scale="log")
+ROUGHNESS = {"sigma_deg": _SIGMA}
+# Of a second density that a face may have, with its share.
+SECOND_ROUGHNESS = {"second_sigma_deg": _SIGMA, "second_weight": Quantity("", 0.0, 1.0)}
 FACES = ("front_roughness", "back_roughness")
 
 # Plain settings: key -> (lowest, highest, default, unit).

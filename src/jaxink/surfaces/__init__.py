@@ -1,0 +1,1 @@
+"""Rough surfaces: facet slopes, and what an interface made of facets reflects and transmits."""

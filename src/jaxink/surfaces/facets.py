@@ -1,0 +1,193 @@
+"""Facets that a direction sees, and where light that leaves along it came from.
+
+Everything is written from the receiving end: the radiance that leaves along o is an average over the facets
+that o sees, each of which shows what comes along the direction mirrored or refracted in it. In this form
+neither reflection nor refraction has a Jacobian, and a lobe however narrow needs no fine grid of
+directions.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.surfaces.slopes import SlopeDensity
+
+
+class FacetRule(eqx.Module):
+    """Numbers of quadrature nodes over the facets that a direction sees.
+
+    Parameters
+    ----------
+    slopes
+        Over the slope, shared by the panels between the slopes at which the integrand has kinks.
+    azimuths
+        Over each panel of azimuth.
+    total_reflection
+        Whether some facets may reflect totally, so that one more kink has to be looked after.
+    """
+
+    slopes: int = eqx.field(static=True, default=24)
+    azimuths: int = eqx.field(static=True, default=6)
+    total_reflection: bool = eqx.field(static=True, default=True)
+
+    @property
+    def without_total_reflection(self) -> "FacetRule":
+        """The rule for the rarer of two media, with as many nodes."""
+        return FacetRule(self.slopes, 2 * self.azimuths, False)
+
+
+class Views(eqx.Module):
+    """What each receiving direction sees, facet by facet.
+
+    Vectors have their x axis along the receiving direction's azimuth and z along the normal on its side.
+
+    Parameters
+    ----------
+    weight
+        P(s) (o.m) / m_z with the quadrature weight, shape ``(receivers, facets)``.
+    reflectance
+        Fresnel reflectance of the facet.
+    mirrored, refracted
+        Unit vectors towards where the light came from, in the receiver's medium and in the other one, shape
+        ``(3, receivers, facets)``.
+    """
+
+    weight: Float[Array, "receivers facets"]
+    reflectance: Float[Array, "receivers facets"]
+    mirrored: Float[Array, "3 receivers facets"]
+    refracted: Float[Array, "3 receivers facets"]
+
+
+def _panels(ends, n_nodes):
+    """Gauss-Legendre nodes on panels between ends, each graded towards its start where a kink may lie."""
+    unit, weight = gauss_legendre_unit(n_nodes)
+    nodes, weights = [], []
+    for k, (start, end) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+        width, power = (end - start)[..., None], 1 if k == 0 else 2
+        nodes.append(start[..., None] + width * unit**power)
+        weights.append(width * weight * power * unit ** (power - 1))
+    return jnp.concatenate(nodes, axis=-1), jnp.concatenate(weights, axis=-1)
+
+
+def _safe_arccos(x):
+    """Arc cosine clipped to [-1, 1]; where the panels end does not change an integral: no derivative."""
+    return jnp.arccos(jnp.clip(jax.lax.stop_gradient(x), -1, 1))
+
+
+def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule):
+    """Slope, azimuth, and weight P (o.m)/m_z of the facets of each receiver, shape (receivers, facets)."""
+    scale = density.scale
+    reach = jnp.arcsinh(density.largest_slope / scale)
+    # From these slopes on some facets are turned away, and some begin or cease to reflect totally.
+    horizon = jnp.abs(cosine) / sine
+    kinks = [horizon]
+    if critical is not None:
+        towards, beside = critical, jnp.sqrt(1 - critical**2)
+        turned = jnp.abs(cosine * towards + sine * beside)
+        kinks.append(jnp.abs(sine * towards - cosine * beside) / jnp.maximum(turned, 1e-9))
+    kinks = jnp.minimum(jnp.arcsinh(jnp.sort(jnp.stack(kinks), axis=0) / scale), reach)
+    zero = jnp.zeros_like(cosine)
+    ends = [zero, *kinks, zero + reach]
+    v, step = _panels(ends, rule.slopes // (len(ends) - 1))
+    slope = scale * jnp.sinh(v)
+    weight = step * jnp.sqrt(scale**2 + slope**2) * density.radial(slope) * 2
+
+    across = sine[:, None] * slope
+    seen = _safe_arccos(-cosine[:, None] / across)
+    unit, unit_weight = gauss_legendre_unit(rule.azimuths)
+    if critical is None:
+        azimuth, share = seen[..., None] * unit, seen[..., None] * unit_weight
+    else:
+        facing = (critical * jnp.sqrt(1 + slope**2) - cosine[:, None]) / across
+        beyond = jnp.minimum(_safe_arccos(facing), seen)
+        # Near total reflection light passes as the root of the distance: graded towards the end.
+        width, rest = beyond[..., None], (seen - beyond)[..., None]
+        azimuth = jnp.concatenate([width * (1 - (1 - unit) ** 2), beyond[..., None] + rest * unit], axis=-1)
+        share = jnp.concatenate([width * 2 * (1 - unit) * unit_weight, rest * unit_weight], axis=-1)
+    projection = cosine[:, None, None] + across[..., None] * jnp.cos(azimuth)
+    n = cosine.shape[0]
+    slope = jnp.broadcast_to(slope[..., None], azimuth.shape)
+    return tuple(part.reshape(n, -1) for part in (slope, azimuth, weight[..., None] * share * projection))
+
+
+def views(
+    cosine: Float[Array, " receivers"],
+    sine: Float[Array, " receivers"],
+    index_here: Float[Array, ""],
+    index_there: Float[Array, ""],
+    density: SlopeDensity,
+    rule: FacetRule,
+) -> Views:
+    """Facets that receiving directions see.
+
+    Parameters
+    ----------
+    cosine, sine
+        Of the angle between the receiving direction and the normal on its side; a negative cosine is light
+        that leaves a facet towards the surface. The sine is above 0.
+    index_here, index_there
+        Refractive index on the receiving side and on the other.
+    density
+        Of the facets' slopes.
+    rule
+        Numbers of nodes.
+
+    Returns
+    -------
+    Views
+
+    References
+    ----------
+    Walter, Marschner, Li, Torrance 2007 EGSR, eqs. 38 to 40.
+    """
+    # Facets that the direction meets at a smaller cosine reflect totally; 0 where none does.
+    critical = jnp.sqrt(jnp.maximum(1 - (index_there / index_here) ** 2, 1e-16))
+    critical = jax.lax.stop_gradient(critical) if rule.total_reflection else None
+    slope, azimuth, weight = _visible(cosine, sine, critical, density, rule)
+    up = 1 / jnp.sqrt(1 + slope**2)
+    normal = jnp.stack([slope * up * jnp.cos(azimuth), slope * up * jnp.sin(azimuth), up])
+    receiver = jnp.stack([sine, jnp.zeros_like(sine), cosine])[:, :, None]
+    facing = jnp.maximum(receiver[0] * normal[0] + receiver[2] * normal[2], 1e-12)
+    ratio = index_here / index_there
+    squared = 1 - ratio**2 * (1 - facing**2)
+    passes = squared > 0
+    beyond = jnp.where(passes, jnp.sqrt(jnp.where(passes, squared, 1.0)), 0.0)
+    s = (ratio * facing - beyond) / (ratio * facing + beyond)
+    p = (facing - ratio * beyond) / (facing + ratio * beyond)
+    return Views(
+        weight,
+        jnp.where(passes, (s**2 + p**2) / 2, 1.0),
+        2 * facing * normal - receiver,
+        (ratio * facing - beyond) * normal - ratio * receiver,
+    )
+
+
+def projected_area(
+    cosine: Float[Array, " receivers"],
+    sine: Float[Array, " receivers"],
+    density: SlopeDensity,
+    rule: FacetRule,
+) -> Float[Array, " receivers"]:
+    """Area of the facets seen along a direction, per area of the surface: (1 + Lambda) cos(theta).
+
+    Parameters
+    ----------
+    cosine, sine
+        Of the angle with the normal, shape ``(receivers,)``; the cosine 0 or more.
+    density
+        Of the facets' slopes.
+    rule
+        Numbers of nodes.
+
+    Returns
+    -------
+    Float[Array, " receivers"]
+        Smith's masking is the cosine over it.
+
+    References
+    ----------
+    Smith 1967 IEEE Trans. Antennas Propag. 15, 668; Heitz 2014 J. Comput. Graph. Tech. 3(2), eq. 19.
+    """
+    return jnp.sum(_visible(cosine, sine, None, density, rule)[2], axis=1)

@@ -1,0 +1,241 @@
+"""A rough interface between two media: matrices between channels, and its lobes at given directions.
+
+Smith's model with uncorrelated heights: light that left a facet along a direction of cosine mu escapes with
+probability mu / A, A the projected area of the facets, and meets another one otherwise. With X the radiance
+that arrives at facets over A, and Q the average over the facets that a direction sees,
+
+    A X = mu L_incident + Q X,    L_leaving = Q X / A
+
+on the four hemispheres of directions (either medium, towards the surface or away from it). Light that meets
+one facet has sharp lobes and is computed for all azimuthal orders; the rest is smooth and takes few.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.channels import ChannelGrid
+from jaxink.interfaces import propagating_cosine
+from jaxink.numerics.linear_algebra import inverse
+from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.surfaces.facets import FacetRule, views
+from jaxink.surfaces.slopes import SlopeDensity
+
+
+class RoughResponse(eqx.Module):
+    """Basic radiance that leaves a rough interface along channels over what comes along channels.
+
+    The outer side is the one from which regular light comes. Rows belong to the leaving channel. Each row is
+    exact for smooth light; a single entry is not, for the lobes may be narrower than the distance of the
+    channels. Light that enters is therefore treated by the transpose of how light leaves.
+
+    Parameters
+    ----------
+    outer_reflection, inner_reflection
+        Light that comes from the outer, or the inner side and leaves there, shape
+        ``(orders, channels, channels)``, incident channel last.
+    leaving
+        Light that comes from the inner side and leaves on the outer one.
+    """
+
+    outer_reflection: Float[Array, "orders channels channels"]
+    inner_reflection: Float[Array, "orders channels channels"]
+    leaving: Float[Array, "orders channels channels"]
+
+
+class RoughInterface(eqx.Module):
+    """What a rough interface does between channels.
+
+    Parameters
+    ----------
+    one
+        Light that meets one facet.
+    several
+        Light that meets more, of the first azimuthal orders only; it has no others.
+    """
+
+    one: RoughResponse
+    several: RoughResponse
+
+    @property
+    def total(self) -> RoughResponse:
+        """All light."""
+        return jax.tree.map(lambda one, more: one.at[: more.shape[0]].add(more), self.one, self.several)
+
+
+class RoughSizes(eqx.Module):
+    """Sizes of the quadratures of a rough interface.
+
+    Parameters
+    ----------
+    rule, coarse_rule
+        Facets for light that meets one of them, and for light that meets several.
+    n_outer
+        Channels that propagate in the outer medium, the first ones, if it is the rarest of the stack; None if
+        it is not.
+    coarse_nodes
+        Channels of each block for light that meets several facets.
+    coarse_orders
+        Azimuthal orders of such light.
+    """
+
+    rule: FacetRule = FacetRule()
+    coarse_rule: FacetRule = FacetRule(24, 6)
+    n_outer: int | None = eqx.field(static=True, default=None)
+    coarse_nodes: int = eqx.field(static=True, default=8)
+    coarse_orders: int = eqx.field(static=True, default=4)
+
+
+def _chebyshev(x, n_terms):
+    """T_0 ... T_(n-1) along a new leading axis."""
+
+    def following(carry, _):
+        before, here = carry
+        return (here, 2 * x * here - before), here
+
+    _, rows = jax.lax.scan(following, (x, jnp.ones_like(x)), None, length=n_terms)
+    return rows
+
+
+def _at_samples(grid: ChannelGrid, kappa):
+    """For each block: Chebyshev polynomials at samples inside it, 0 outside, and coefficients by nodes."""
+    reference, end, start = grid.block_cosines
+    below = jnp.concatenate([jnp.full(1, -1.0), grid.block_index[:-1]])
+    for block, n_nodes in enumerate(grid.nodes_per_block):
+        inside = (kappa <= grid.block_index[block]) & (kappa > below[block])
+        width = start[block] - end[block]
+        cosine = propagating_cosine(1 - (kappa / reference[block]) ** 2)
+        x = 2 * (cosine - end[block]) / jnp.where(width > 0, width, 1.0) - 1
+        polynomials = jnp.where(inside, _chebyshev(jnp.where(inside, x, 0.0), n_nodes), 0.0)
+        yield polynomials, _coefficients(n_nodes)
+
+
+def _coefficients(n_nodes: int) -> np.ndarray:
+    """Chebyshev coefficients of the polynomial through values at the Gauss-Legendre nodes."""
+    nodes = 2 * gauss_legendre_unit(n_nodes)[0] - 1
+    return np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, n_nodes - 1))
+
+
+def _collect(grid: ChannelGrid, source, index, weights, n_orders):
+    """Rows that give weighted sums of a field at samples from its values at the channels, for each weight.
+
+    ``source`` are vectors towards where the light comes from; its azimuth is that of its direction of travel.
+    """
+    sine = jnp.sqrt(jnp.maximum(source[0] ** 2 + source[1] ** 2, 1e-30))
+    kappa = index * sine
+    series = _chebyshev(-source[0] / sine, n_orders)
+    # Odd orders vanish towards the normal as the sine: interpolated without it.
+    series = series * jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], kappa, 1.0)
+    series = jnp.concatenate([series * weight for weight in weights])
+    samples = list(_at_samples(grid, kappa))
+    rows = [jnp.einsum("mrq,krq->mrk", series, polynomials) @ c for polynomials, c in samples]
+    rows = jnp.concatenate(rows, axis=-1).reshape(len(weights), n_orders, kappa.shape[0], -1)
+    return rows / jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], grid.kappa, 1.0)
+
+
+def _receivers(cosine):
+    """Cosine, sine and whether the channel propagates; harmless numbers where it does not."""
+    propagates = cosine > 0
+    safe = jnp.where(propagates, cosine, 0.5)
+    return safe, jnp.sqrt(1 - safe**2), propagates
+
+
+def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
+    """Light that meets one facet."""
+    rows, leave, enter = [], [], []
+    n_channels = grid.kappa.shape[0]
+    for here, there, n in ((outer, inner, n_outer), (inner, outer, n_channels)):
+        all_cosines = propagating_cosine(grid.squared_cosine(here))
+        cosine, sine, propagates = _receivers(all_cosines[:n])
+        rarer = here is outer and n_outer < n_channels
+        view = views(cosine, sine, here, there, density, rule.without_total_reflection if rarer else rule)
+        outside = view.weight * view.reflectance * (view.mirrored[2] > 0)
+        per_area = jnp.where(propagates, 1 / jnp.sum(view.weight, axis=1), 0.0)
+        leave.append(jnp.pad(per_area, (0, n_channels - n)))
+        enter.append(leave[-1] * all_cosines)
+        rows.append(_collect(grid, view.mirrored, here, [outside], n_orders)[0])
+        if here is outer:
+            passing = view.weight * (1 - view.reflectance) * (view.refracted[2] < 0)
+            passing = _collect(grid, view.refracted, there, [passing], n_orders)[0]
+    missing = ((0, 0), (0, n_channels - n_outer), (0, 0))
+    return RoughResponse(
+        leave[0][:, None] * jnp.pad(rows[0], missing) * enter[0],
+        leave[1][:, None] * rows[1] * enter[1],
+        leave[0][:, None] * jnp.pad(passing, missing) * enter[1],
+    )
+
+
+def _several_facets(grid, outer, inner, density, rule, n_orders):
+    """Light that meets two facets or more."""
+    blocks, per_area, cosines = [], [], []
+    for here, there in ((outer, inner), (inner, outer)):
+        cosine, sine, propagates = _receivers(propagating_cosine(grid.squared_cosine(here)))
+        # Light that leaves a facet towards the surface, then light that leaves it away from the surface.
+        view = views(jnp.concatenate([-cosine, cosine]), jnp.tile(sine, 2), here, there, density, rule)
+        parts = []
+        for source, share, index, side in (
+            (view.mirrored, view.reflectance, here, 1.0),
+            (view.refracted, 1 - view.reflectance, there, -1.0),
+        ):
+            # It came from outside, or from another facet.
+            weights = [view.weight * share * (sign * source[2] > 0) for sign in (side, -side)]
+            parts += list(_collect(grid, source, index, weights, n_orders))
+        blocks.append(jnp.concatenate(parts, axis=-1))
+        area = jnp.sum(view.weight[cosine.shape[0] :], axis=1)
+        per_area.append(jnp.where(propagates, 1 / area, 0.0))
+        cosines.append(jnp.where(propagates, cosine, 0.0))
+    n = cosines[0].shape[0]
+    first, second = blocks
+    second = jnp.concatenate([second[..., 2 * n :], second[..., : 2 * n]], axis=-1)
+    per_area = jnp.concatenate([jnp.tile(part, 2) for part in per_area])
+    step = per_area[:, None] * jnp.concatenate([first, second], axis=-2)
+    # Directions towards the surface bring light in, those away from it let light out.
+    towards = np.r_[0:n, 2 * n : 3 * n]
+    away = towards + n
+    enter = jnp.concatenate(cosines) * per_area[towards]
+    twice = step @ step[..., towards]
+    whole = inverse(jnp.eye(4 * n) - step)[..., away, :] @ twice * enter
+    return RoughResponse(whole[..., :n, :n], whole[..., n:, n:], whole[..., :n, n:])
+
+
+def rough_interface(
+    grid: ChannelGrid,
+    index_outer: Float[Array, ""],
+    index_inner: Float[Array, ""],
+    density: SlopeDensity,
+    n_orders: int,
+    sizes: RoughSizes,
+) -> RoughInterface:
+    """Reflection and transmission of a rough interface between channels.
+
+    Parameters
+    ----------
+    grid
+        The channels.
+    index_outer, index_inner
+        Refractive indices of the media on either side.
+    density
+        Of the facets' slopes.
+    n_orders
+        Azimuthal orders.
+    sizes
+        Of the quadratures.
+
+    Returns
+    -------
+    RoughInterface
+
+    References
+    ----------
+    Heitz, Hanika, d'Eon, Dachsbacher 2016 ACM Trans. Graph. 35(4), 58 (multiple scattering by facets).
+    """
+    n_outer = sizes.n_outer or grid.kappa.shape[0]
+    one = _one_facet(grid, index_outer, index_inner, density, sizes.rule, n_orders, n_outer)
+    n_coarse = (sizes.coarse_nodes,) * len(grid.nodes_per_block)
+    coarse = ChannelGrid(grid.block_index, grid.scatters, n_coarse, False)
+    n_coarse_orders = min(sizes.coarse_orders, n_orders)
+    several = _several_facets(coarse, index_outer, index_inner, density, sizes.coarse_rule, n_coarse_orders)
+    to_fine, from_fine = coarse.interpolation(grid.kappa), grid.interpolation(coarse.kappa)
+    return RoughInterface(one, jax.tree.map(lambda matrix: to_fine @ matrix @ from_fine, several))

@@ -1,0 +1,110 @@
+"""Rough interfaces computed beforehand over the range of their angle, where nothing else is free."""
+
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.channels import ChannelGrid
+from jaxink.surfaces.facets import FacetRule
+from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
+from jaxink.surfaces.slopes import slope_density
+
+# Added to the angle before its logarithm: below this, in degrees, a surface is as good as smooth.
+_SMOOTH_DEG = 0.3
+# Nodes of the angle for each factor of e that its range spans; at most and at least this many.
+_NODES_PER_E, _MOST_NODES, _FEWEST_NODES = 4, 24, 6
+
+
+class RoughTable(eqx.Module):
+    """A rough interface at Chebyshev nodes of log(sigma + 0.3 deg).
+
+    Parameters
+    ----------
+    interface
+        With the nodes along its leading axis.
+    sigma_deg
+        Range of the angle.
+    """
+
+    interface: RoughInterface
+    sigma_deg: tuple[float, float] = eqx.field(static=True)
+
+    def at(self, sigma_deg: Float[Array, ""]) -> RoughInterface:
+        """Interface at an angle within the range.
+
+        Parameters
+        ----------
+        sigma_deg
+            The angle; differentiable.
+
+        Returns
+        -------
+        RoughInterface
+        """
+        n_nodes = jax.tree.leaves(self.interface)[0].shape[0]
+        if n_nodes == 1:
+            return jax.tree.map(lambda values: values[0], self.interface)
+        low, high = (math.log(limit + _SMOOTH_DEG) for limit in self.sigma_deg)
+        x = jnp.clip((2 * jnp.log(sigma_deg + _SMOOTH_DEG) - low - high) / (high - low), -1.0, 1.0)
+        # A sum of Chebyshev polynomials has finite derivatives at the nodes, which a quotient has not.
+        angle = jnp.arccos(jnp.clip(x, -1 + 1e-14, 1 - 1e-14))
+        degrees = np.arange(n_nodes)
+        share = jnp.where(degrees == 0, 1.0, 2.0) * jnp.cos(degrees * angle) / n_nodes
+        weights = share @ np.cos(np.outer(degrees, _angles(n_nodes)))
+        return jax.tree.map(lambda values: jnp.tensordot(weights, values, axes=1), self.interface)
+
+
+def _angles(n_nodes: int) -> np.ndarray:
+    return (np.arange(n_nodes) + 0.5) * np.pi / n_nodes
+
+
+def rough_table(
+    grid: ChannelGrid,
+    indices: tuple[Float[Array, ""], Float[Array, ""]],
+    density: str,
+    sigma_deg: tuple[float, float],
+    n_orders: int,
+    n_outer: int | None,
+) -> RoughTable:
+    """Compute a rough interface over the range of its angle.
+
+    Parameters
+    ----------
+    grid
+        The channels, known numbers.
+    indices
+        Refractive indices on the outer and on the inner side.
+    density
+        Name of the slope density, of `jaxink.surfaces.slopes.DENSITIES`.
+    sigma_deg
+        Range of its angle; equal limits for one that is fixed.
+    n_orders
+        Azimuthal orders.
+    n_outer
+        As of `RoughSizes`.
+
+    Returns
+    -------
+    RoughTable
+    """
+    low, high = (math.log(limit + _SMOOTH_DEG) for limit in sigma_deg)
+    if low == high:
+        nodes = np.array([sigma_deg[0]])
+    else:
+        n_nodes = min(max(round(_NODES_PER_E * (high - low)), _FEWEST_NODES), _MOST_NODES)
+        nodes = np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
+    # Computed once: quadratures may be finer than where they are computed in every step.
+    sizes = RoughSizes(FacetRule(36, 8), FacetRule(36, 8), n_outer, coarse_nodes=12)
+    return RoughTable(_at_angles(grid, indices, density, jnp.asarray(nodes), n_orders, sizes), sigma_deg)
+
+
+@eqx.filter_jit
+def _at_angles(grid, indices, density, nodes, n_orders, sizes):
+    def at(sigma_deg):
+        return rough_interface(grid, *indices, slope_density(density, sigma_deg), n_orders, sizes)
+
+    return jax.lax.map(at, nodes)
