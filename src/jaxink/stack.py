@@ -497,9 +497,9 @@ def _rough_element(stack: Stack, k, grid, scale, config) -> RoughElement:
     interface = stack.known[k] if stack.known else None
     if interface is None:
         interface = rough_interface(grid, *stack.rough_arguments(k, config))
-    total, one = jax.tree.map(
-        lambda matrix: scale[:, None] * matrix / scale, (interface.total, interface.one)
-    )
+    sides = (k, k + 1) if outer_is_front else (k + 1, k)
+    interface = interface.of_fluxes(scale, *(grid.squared_cosine(stack.indices[side]) > 0 for side in sides))
+    total, one = interface.total, interface.one
     entering = transpose(total.leaving)
     if outer_is_front:
         return RoughElement(

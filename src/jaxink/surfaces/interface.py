@@ -64,6 +64,42 @@ class RoughInterface(eqx.Module):
         """All light."""
         return jax.tree.map(lambda one, more: one.at[: more.shape[0]].add(more), self.one, self.several)
 
+    def of_fluxes(self, scale: Float[Array, " channels"], outer, inner) -> "RoughInterface":
+        """The interface in the basis of fluxes, in which no light is lost however it comes.
+
+        Rows are exact for smooth light, but light of a single channel that goes in would keep its power only
+        as exactly as the facets resolve the channels. What its column lacks is spread over all directions.
+
+        Parameters
+        ----------
+        scale
+            Root of the channels' etendue weights, above 0.
+        outer, inner
+            Whether each channel propagates on the outer and on the inner side.
+
+        Returns
+        -------
+        RoughInterface
+        """
+        fluxes = jax.tree.map(lambda matrix: scale[:, None] * matrix / scale, self)
+        total = fluxes.total
+        outer, inner = jnp.where(outer, scale, 0.0), jnp.where(inner, scale, 0.0)
+
+        def missing(matrix, column_sums, leaving):
+            return leaving[:, None] * (column_sums - leaving @ matrix) / (leaving @ leaving)
+
+        # By reciprocity light that comes along a channel is reflected as much as uniform light into it.
+        reflected = total.inner_reflection[0] @ inner
+        to_leaving = missing(total.leaving[0], inner - reflected, outer)
+        left = (total.leaving[0] + to_leaving) @ inner
+        additions = RoughResponse(
+            missing(total.outer_reflection[0], outer - left, outer),
+            missing(total.inner_reflection[0], reflected, inner),
+            to_leaving,
+        )
+        one = jax.tree.map(lambda matrix, addition: matrix.at[0].add(addition), fluxes.one, additions)
+        return RoughInterface(one, fluxes.several)
+
 
 class RoughSizes(eqx.Module):
     """Sizes of the quadratures of a rough interface.
@@ -81,7 +117,7 @@ class RoughSizes(eqx.Module):
         Azimuthal orders of such light.
     """
 
-    rule: FacetRule = FacetRule()
+    rule: FacetRule = FacetRule(36, 8)
     coarse_rule: FacetRule = FacetRule(24, 6)
     n_outer: int | None = eqx.field(static=True, default=None)
     coarse_nodes: int = eqx.field(static=True, default=8)

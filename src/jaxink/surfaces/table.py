@@ -98,7 +98,7 @@ def rough_table(
         n_nodes = min(max(round(_NODES_PER_E * (high - low)), _FEWEST_NODES), _MOST_NODES)
         nodes = np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
     # Computed once: quadratures may be finer than where they are computed in every step.
-    sizes = RoughSizes(FacetRule(36, 8), FacetRule(36, 8), n_outer, coarse_nodes=12)
+    sizes = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
     return RoughTable(_at_angles(grid, indices, density, jnp.asarray(nodes), n_orders, sizes), sigma_deg)
 
 
