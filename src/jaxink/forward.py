@@ -13,17 +13,10 @@ from jaxink.errors import InputRefusedError
 from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
-from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.phase_function import (
-    HenyeyGreenstein,
-    Rayleigh,
-    TabulatedByAngle,
-    TabulatedByMoments,
-    TwoTermHenyeyGreenstein,
-)
 from jaxink.resolution import demand, sizes_for
 from jaxink.sample import Layer, Sample
 from jaxink.stack import SolverConfig, Stack, block_media
+from jaxink.volume import MieSizes, mie_sizes, volume_scattering
 
 
 class LayerCoefficients(eqx.Module):
@@ -74,6 +67,7 @@ class ForwardModel(eqx.Module):
     rays: ConeRays
     block_media: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True)
+    mie_sizes: MieSizes = eqx.field(static=True)
 
     def __init__(
         self,
@@ -100,8 +94,9 @@ class ForwardModel(eqx.Module):
         )
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
-        self.block_media, self.exposed = self._channel_layout()
         self._check_wavelengths()
+        self.block_media, self.exposed = self._channel_layout()
+        self.mie_sizes = mie_sizes(sample, self.wavelengths_nm)
         self.config = self.sizes({}, accuracy, layer_method) if config is None else config
 
     def _channel_layout(self):
@@ -109,13 +104,11 @@ class ForwardModel(eqx.Module):
         names = ["surroundings.index_front"]
         names += [f"{layer.name}.refractive_index" for layer in self.sample.layers]
         names += ["surroundings.index_back"]
-        per_wavelength = [n for n in names if n not in table]
-        if per_wavelength:
-            first = {n: f"{n}@{self.wavelengths_nm[0]:g}" for n in per_wavelength}
-            names = [first.get(n, n) for n in names]
         start = table.values_with({})
-        indices = [float(start[n]) for n in names]
-        free = [table[n].free or table[n].tie is not None or "@" in n for n in names]
+        each = [self.sample.at_wavelength(start, w) for w in self.wavelengths_nm]
+        # An index that the wavelength changes counts where it is highest: no block may be missing there.
+        indices = [max(float(values[n]) for values in each) for n in names]
+        free = [self.sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names]
         scatters = [False, *(layer.scatters for layer in self.sample.layers), False]
         require_equal_surroundings(indices[0], indices[-1], self.cones)
         chosen = block_media(indices, scatters, free)
@@ -135,21 +128,13 @@ class ForwardModel(eqx.Module):
                     f"per-wavelength parameters at {', '.join(sorted(named))} nm only; list "
                     f"{wavelength:g} in its wavelength_nm."
                 )
+        for dispersion in self.sample.dispersions:
+            dispersion.check(self.sample.parameters, self.wavelengths_nm)
 
     def _at_each_wavelength(self, values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
         """Values by plain name, one for each wavelength."""
-        result = {}
-        for name, value in values.items():
-            stem = name.split("@")[0]
-            if stem in result:
-                continue
-            result[stem] = jnp.stack(
-                [
-                    jnp.asarray(values[f"{stem}@{w:g}"] if "@" in name else value, float)
-                    for w in self.wavelengths_nm
-                ]
-            )
-        return result
+        each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
+        return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
 
     def stack(self, values: Mapping, wavelength_nm) -> Stack:
         """The stack at one wavelength.
@@ -165,7 +150,8 @@ class ForwardModel(eqx.Module):
         -------
         Stack
         """
-        layers = tuple(_layer(layer, values, wavelength_nm)[0] for layer in self.sample.layers)
+        sizes = self.mie_sizes
+        layers = tuple(_layer(layer, values, wavelength_nm, sizes)[0] for layer in self.sample.layers)
         return Stack(
             layers,
             values["surroundings.index_front"],
@@ -251,7 +237,7 @@ class ForwardModel(eqx.Module):
         require_float64()
         values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
         return {
-            layer.name: jax.vmap(lambda w, v, layer=layer: _layer(layer, v, w)[1])(
+            layer.name: jax.vmap(lambda w, v, layer=layer: _layer(layer, v, w, self.mie_sizes)[1])(
                 jnp.asarray(self.wavelengths_nm), values
             )
             for layer in self.sample.layers
@@ -292,7 +278,7 @@ def _require_smooth(sample: Sample) -> None:
                 )
 
 
-def _layer(layer: Layer, values: Mapping, wavelength_nm):
+def _layer(layer: Layer, values: Mapping, wavelength_nm, sizes: MieSizes):
     """Optics of one layer at one wavelength, and its coefficients."""
 
     def get(key):
@@ -300,7 +286,7 @@ def _layer(layer: Layer, values: Mapping, wavelength_nm):
 
     if not layer.scatters:
         return ClearLayer(get("refractive_index"), get("absorption_per_mm") * get("thickness_mm")), None
-    phase, scattering, absorption = _volume(layer, get, wavelength_nm)
+    phase, scattering, absorption = volume_scattering(layer, values, wavelength_nm, sizes)
     extinction = scattering + absorption
     asymmetry = phase.moments(2)[1]
     if layer.opaque:
@@ -316,36 +302,3 @@ def _layer(layer: Layer, values: Mapping, wavelength_nm):
         # Only the albedo of such a layer is known: no length gives its coefficients a scale.
         scattering = absorption = jnp.asarray(jnp.nan)
     return optics, LayerCoefficients(scattering, absorption, asymmetry, scattering * (1 - asymmetry), reduced)
-
-
-def _volume(layer: Layer, get, wavelength_nm):
-    """Phase function, scattering and absorption coefficient per mm."""
-    if layer.phase_function == "mie":
-        return mie_coefficients(
-            radius_nm=get("radius_nm"),
-            particle_index=get("particle_index") + 1j * get("particle_absorption_index"),
-            volume_fraction=get("volume_fraction"),
-            binder_index=get("refractive_index"),
-            wavelength_nm=wavelength_nm,
-        )
-    if layer.opaque:
-        albedo = get("single_scattering_albedo")
-        scattering, absorption = albedo, 1 - albedo
-    else:
-        scattering, absorption = get("scattering_per_mm"), get("absorption_per_mm")
-    return _phase_function(layer, get), scattering, absorption
-
-
-def _phase_function(layer: Layer, get):
-    if layer.phase_function == "henyey_greenstein":
-        return HenyeyGreenstein(get("asymmetry_parameter"))
-    if layer.phase_function == "two_term_henyey_greenstein":
-        return TwoTermHenyeyGreenstein(
-            get("asymmetry_parameter"), get("second_asymmetry_parameter"), get("second_weight")
-        )
-    if layer.phase_function == "rayleigh":
-        return Rayleigh()
-    kind, angles, numbers = layer.phase_table
-    if kind == "moments":
-        return TabulatedByMoments(np.array(numbers))
-    return TabulatedByAngle(np.cos(np.deg2rad(angles)), np.array(numbers))

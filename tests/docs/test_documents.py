@@ -11,7 +11,7 @@ import pytest
 
 import jaxink
 from jaxink.fitting.result import SCHEMA_VERSION as RESULT_VERSION
-from jaxink.sample import description, schema
+from jaxink.sample import description, entries, schema
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -112,7 +112,7 @@ def test_top_and_parameter_keys_are_documented():
     top = {name for row in rows(table_after("## Top of the file")) for name in re.findall(r"`(\w+)`", row[0])}
     assert top == set(description._TOP_KEYS)
     numbers = {name for row in rows(table_after("## Numbers")) for name in re.findall(r"`(\w+)`", row[0])}
-    assert numbers == set(description._PARAMETER_KEYS)
+    assert numbers == set(entries.PARAMETER_KEYS)
     assert f"`schema_version` is {schema.SCHEMA_VERSION}" in SAMPLE_FILE
 
 
