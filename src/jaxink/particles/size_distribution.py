@@ -141,7 +141,7 @@ def sizes_needed(median_size_parameter: float, variance_ln: float) -> int:
     return 2 * (min(max(ceil(wanted), FEWEST_SIZES), MOST_SIZES) // 2) + 1
 
 
-def discrete(radii_nm: Float[ArrayLike, " sizes"], number_weights: Float[ArrayLike, " sizes"]):
+def discrete(radii_nm, number_weights) -> SizeDistribution:
     """Spheres of a table of radii.
 
     Parameters
