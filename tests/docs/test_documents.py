@@ -16,6 +16,7 @@ from jaxink.sample import description, entries, schema
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SAMPLE_FILE = (ROOT / "docs" / "sample-file.md").read_text(encoding="utf-8")
+PARTICLES = (ROOT / "docs" / "particles.md").read_text(encoding="utf-8")
 RESULT = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
 
 
@@ -108,6 +109,27 @@ def test_complete_sample_file_can_be_predicted():
     assert model.wavelengths_nm == (450.0, 550.0)
 
 
+def test_example_of_particles_has_all_of_them_and_optics():
+    from jaxink.volume import mie_sizes, volume_scattering
+
+    (text,) = blocks(PARTICLES, "toml")
+    sample = jaxink.parse_sample(text)
+    ink = sample.layers[1]
+    assert {d.formula for d in sample.dispersions} == {"cauchy", "table"}
+    for key in (*schema.SIZE_DISTRIBUTION, *schema.MIE_LAYER):
+        assert any(name.startswith(f"ink.{key}") for name in sample.parameters), key
+    values = sample.at_wavelength(sample.parameters.values_with({}), 550.0)
+    optics = volume_scattering(ink, values, 550.0, mie_sizes(sample, (550.0,)))
+    assert 1e3 < float(optics.scattering_per_mm) < 4e3
+    assert float(optics.absorption_per_mm) == pytest.approx(0.1 * (1 - 0.18))
+
+
+def test_keys_of_particles_and_dispersion_are_named():
+    for key in (*schema.RADIUS_TABLE, "populations", "dispersion"):
+        assert re.search(rf"`{key}\b|\[{key}|layers\.{key}", SAMPLE_FILE), key
+    assert f"up to {schema.MOST_TABULATED_RADII}" in SAMPLE_FILE
+
+
 def test_top_and_parameter_keys_are_documented():
     top = {name for row in rows(table_after("## Top of the file")) for name in re.findall(r"`(\w+)`", row[0])}
     assert top == set(description._TOP_KEYS)
@@ -118,8 +140,20 @@ def test_top_and_parameter_keys_are_documented():
 
 TABLES = {
     name: getattr(schema, name)
-    for name in ("SURROUNDINGS", "CLEAR_LAYER", "SCATTERING_LAYER", "COEFFICIENTS", "ALBEDO")
-} | {name: quantities for name, quantities in schema.PHASE_FUNCTIONS.items() if quantities}
+    for name in (
+        "SURROUNDINGS",
+        "CLEAR_LAYER",
+        "SCATTERING_LAYER",
+        "COEFFICIENTS",
+        "ALBEDO",
+        "SIZE_DISTRIBUTION",
+        "MIE_LAYER",
+    )
+} | {
+    name: quantities
+    for name, quantities in (schema.PHASE_FUNCTIONS | schema.DISPERSIONS).items()
+    if quantities
+}
 
 
 def span(lowest, highest):
@@ -154,6 +188,7 @@ def test_every_choice_is_named():
     for choice in (
         *schema.PHASE_FUNCTIONS,
         *schema.ROUGHNESS_DENSITIES,
+        *schema.DISPERSIONS,
         *schema.FACES,
         "clear",
         "scattering",

@@ -353,10 +353,9 @@ class _Reader:
                         "which is scattering / (scattering + absorption)."
                     )
         extra = ("angle_deg", "moments", "phase_value") if phase == "tabulated" else ()
-        radii, populations = None, ()
+        radii = None
         if phase == "mie":
             radii = radius_table(table, where)
-            populations = self._populations(name, table, {**quantities, **schema.MIE_LAYER})
             quantities |= {k: q for k, q in schema.MIE_LAYER.items() if k in table}
             quantities = _particles(quantities, table)
             extra = (*schema.RADIUS_TABLE, *schema.SIZE_DISTRIBUTION, *schema.MIE_LAYER, "populations")
@@ -364,6 +363,7 @@ class _Reader:
         only(table, keys, where)
         for key, quantity in quantities.items():
             self._quantity(name, key, quantity, table)
+        populations = self._populations(name, table, keys) if phase == "mie" else ()
         phase_table = self._phase_table(table, where) if phase == "tabulated" else None
         return Layer(name, kind, phase, opaque, phase_table, roughness, radii, populations)
 

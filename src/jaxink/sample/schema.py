@@ -63,7 +63,8 @@ MIE = {
 }
 # Keys that bring a parameter only where a file has them: without them the model is the smaller, quicker one.
 # The first go with every population of a Mie layer, the second with the layer.
-SIZE_DISTRIBUTION = {"radius_variance_ln": Quantity("", 0.0, 0.5, 0.0)}
+# Scattering first grows and then falls with the variance: more than one value may fit.
+SIZE_DISTRIBUTION = {"radius_variance_ln": Quantity("", 0.0, 0.5, 0.0, multimodal=True)}
 MIE_LAYER = {
     "structure_factor_weight": Quantity("", 0.0, 1.0, 0.0),
     "binder_absorption_per_mm": Quantity("1/mm", 0.0, 1e6, 0.0, "log"),
