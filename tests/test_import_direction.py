@@ -11,9 +11,10 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 # From the bottom to the top; rooms of one floor do not import each other, unless the second table says so.
 FLOORS = (
     ("errors",),
+    ("materials",),
     ("numerics", "measurement", "sample", "data"),
     ("geometry", "interfaces", "particles"),
-    ("channels", "optics"),
+    ("channels", "optics", "volume"),
     ("slab", "surfaces"),
     ("adding",),
     ("stack",),
@@ -63,7 +64,7 @@ def test_imports_point_down(path):
         assert allowed, f"{path.relative_to(SOURCE)} imports {other}, which is not below {room}"
 
 
-@pytest.mark.parametrize("room", ["measurement", "sample", "errors"])
+@pytest.mark.parametrize("room", ["measurement", "sample", "materials", "errors"])
 def test_reading_needs_no_jax(room):
     code = (
         f"import sys, jaxink.{room}; sys.exit(any(m in sys.modules for m in ('jax', 'xarray', 'matplotlib')))"

@@ -13,19 +13,12 @@ from jaxink.errors import InputRefusedError
 from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
-from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.phase_function import (
-    HenyeyGreenstein,
-    Rayleigh,
-    TabulatedByAngle,
-    TabulatedByMoments,
-    TwoTermHenyeyGreenstein,
-)
 from jaxink.resolution import demand, sizes_for
 from jaxink.sample import Layer, Roughness, Sample
 from jaxink.stack import SolverConfig, Stack, block_media
 from jaxink.surfaces.slopes import SlopeMixture, slope_density
 from jaxink.surfaces.table import RoughTable, rough_table
+from jaxink.volume import MieSizes, mie_sizes, volume_scattering
 
 
 class LayerCoefficients(eqx.Module):
@@ -79,6 +72,7 @@ class ForwardModel(eqx.Module):
     rarest: tuple[int, ...] = eqx.field(static=True)
     rough_faces: tuple[tuple[str, Roughness] | None, ...] = eqx.field(static=True)
     rough_tables: tuple[RoughTable | None, ...]
+    mie_sizes: MieSizes = eqx.field(static=True)
 
     def __init__(
         self,
@@ -93,7 +87,6 @@ class ForwardModel(eqx.Module):
         layer_method: str = "fastest",
     ):
         self.sample = sample
-        self.rough_faces = _rough_faces(sample)
         self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
         columns = np.column_stack(
             [np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, is_transmission)]
@@ -105,8 +98,9 @@ class ForwardModel(eqx.Module):
         )
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
-        self.block_media, self.exposed, self.rarest = self._channel_layout()
         self._check_wavelengths()
+        self.block_media, self.exposed, self.rarest, self.rough_faces = self._channel_layout()
+        self.mie_sizes = mie_sizes(sample, self.wavelengths_nm)
         self.rough_tables = ()
         self.config = self.sizes({}, accuracy, layer_method) if config is None else config
         self.rough_tables = tuple(self._rough_table(k) for k in range(len(self.rough_faces)))
@@ -114,11 +108,10 @@ class ForwardModel(eqx.Module):
     def _rough_table(self, interface: int) -> RoughTable | None:
         """An interface computed beforehand at each wavelength, where at most its angle is free."""
         face, table = self.rough_faces[interface], self.sample.parameters
-        indices = [
-            n for n in table if n.split("@")[0].split(".")[1].startswith(("index_", "refractive_index"))
-        ]
-        moving = [n for n in indices if table[n].free or table[n].tie is not None]
-        if face is None or face[1].second_density is not None or moving:
+        if face is None or face[1].second_density is not None:
+            return None
+        names = self._index_names()
+        if any((p.free or p.tie is not None) and p.name.startswith(names) for p in table.values()):
             return None
         sigma = table.get(f"{face[0]}.sigma_deg")
         if sigma is None or sigma.tie is not None:
@@ -135,18 +128,18 @@ class ForwardModel(eqx.Module):
             values = self._at_each_wavelength(table.values_with({}))
             return eqx.filter_vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values)
 
+    def _index_names(self) -> tuple[str, ...]:
+        """Names of the refractive indices of front, layers and back."""
+        inside = (f"{layer.name}.refractive_index" for layer in self.sample.layers)
+        return "surroundings.index_front", *inside, "surroundings.index_back"
+
     def _channel_layout(self):
-        table = self.sample.parameters
-        names = ["surroundings.index_front"]
-        names += [f"{layer.name}.refractive_index" for layer in self.sample.layers]
-        names += ["surroundings.index_back"]
-        per_wavelength = [n for n in names if n not in table]
-        if per_wavelength:
-            first = {n: f"{n}@{self.wavelengths_nm[0]:g}" for n in per_wavelength}
-            names = [first.get(n, n) for n in names]
+        table, names = self.sample.parameters, self._index_names()
         start = table.values_with({})
-        indices = [float(start[n]) for n in names]
-        free = [table[n].free or table[n].tie is not None or "@" in n for n in names]
+        each = [self.sample.at_wavelength(start, w) for w in self.wavelengths_nm]
+        # An index that the wavelength changes counts where it is highest: no block may be missing there.
+        indices = [max(float(values[n]) for values in each) for n in names]
+        free = [self.sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names]
         scatters = [False, *(layer.scatters for layer in self.sample.layers), False]
         require_equal_surroundings(indices[0], indices[-1], self.cones)
         chosen = block_media(indices, scatters, free)
@@ -158,7 +151,12 @@ class ForwardModel(eqx.Module):
         rarest = tuple(
             k for k, n in enumerate(indices) if not free[lowest] and not free[k] and n == indices[lowest]
         )
-        return chosen, exposed, rarest
+        # Facets between equal media neither reflect nor refract.
+        faces = tuple(
+            None if indices[k] == indices[k + 1] and not (free[k] or free[k + 1]) else face
+            for k, face in enumerate(_rough_faces(self.sample))
+        )
+        return chosen, exposed, rarest, faces
 
     def _check_wavelengths(self):
         named = {n.split("@")[1] for n in self.sample.parameters if "@" in n}
@@ -169,21 +167,13 @@ class ForwardModel(eqx.Module):
                     f"per-wavelength parameters at {', '.join(sorted(named))} nm only; list "
                     f"{wavelength:g} in its wavelength_nm."
                 )
+        for dispersion in self.sample.dispersions:
+            dispersion.check(self.sample.parameters, self.wavelengths_nm)
 
     def _at_each_wavelength(self, values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
         """Values by plain name, one for each wavelength."""
-        result = {}
-        for name, value in values.items():
-            stem = name.split("@")[0]
-            if stem in result:
-                continue
-            result[stem] = jnp.stack(
-                [
-                    jnp.asarray(values[f"{stem}@{w:g}"] if "@" in name else value, float)
-                    for w in self.wavelengths_nm
-                ]
-            )
-        return result
+        each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
+        return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
 
     def stack(self, values: Mapping, wavelength_nm, rough_tables: tuple = ()) -> Stack:
         """The stack at one wavelength.
@@ -201,7 +191,8 @@ class ForwardModel(eqx.Module):
         -------
         Stack
         """
-        layers = tuple(_layer(layer, values, wavelength_nm)[0] for layer in self.sample.layers)
+        sizes = self.mie_sizes
+        layers = tuple(_layer(layer, values, wavelength_nm, sizes)[0] for layer in self.sample.layers)
         return Stack(
             layers,
             values["surroundings.index_front"],
@@ -293,7 +284,7 @@ class ForwardModel(eqx.Module):
         require_float64()
         values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
         return {
-            layer.name: jax.vmap(lambda w, v, layer=layer: _layer(layer, v, w)[1])(
+            layer.name: jax.vmap(lambda w, v, layer=layer: _layer(layer, v, w, self.mie_sizes)[1])(
                 jnp.asarray(self.wavelengths_nm), values
             )
             for layer in self.sample.layers
@@ -358,7 +349,7 @@ def _slopes(face: tuple[str, Roughness] | None, values: Mapping):
     return SlopeMixture(first, second, values[f"{name}.second_weight"])
 
 
-def _layer(layer: Layer, values: Mapping, wavelength_nm):
+def _layer(layer: Layer, values: Mapping, wavelength_nm, sizes: MieSizes):
     """Optics of one layer at one wavelength, and its coefficients."""
 
     def get(key):
@@ -366,7 +357,7 @@ def _layer(layer: Layer, values: Mapping, wavelength_nm):
 
     if not layer.scatters:
         return ClearLayer(get("refractive_index"), get("absorption_per_mm") * get("thickness_mm")), None
-    phase, scattering, absorption = _volume(layer, get, wavelength_nm)
+    phase, scattering, absorption = volume_scattering(layer, values, wavelength_nm, sizes)
     extinction = scattering + absorption
     asymmetry = phase.moments(2)[1]
     if layer.opaque:
@@ -382,36 +373,3 @@ def _layer(layer: Layer, values: Mapping, wavelength_nm):
         # Only the albedo of such a layer is known: no length gives its coefficients a scale.
         scattering = absorption = jnp.asarray(jnp.nan)
     return optics, LayerCoefficients(scattering, absorption, asymmetry, scattering * (1 - asymmetry), reduced)
-
-
-def _volume(layer: Layer, get, wavelength_nm):
-    """Phase function, scattering and absorption coefficient per mm."""
-    if layer.phase_function == "mie":
-        return mie_coefficients(
-            radius_nm=get("radius_nm"),
-            particle_index=get("particle_index") + 1j * get("particle_absorption_index"),
-            volume_fraction=get("volume_fraction"),
-            binder_index=get("refractive_index"),
-            wavelength_nm=wavelength_nm,
-        )
-    if layer.opaque:
-        albedo = get("single_scattering_albedo")
-        scattering, absorption = albedo, 1 - albedo
-    else:
-        scattering, absorption = get("scattering_per_mm"), get("absorption_per_mm")
-    return _phase_function(layer, get), scattering, absorption
-
-
-def _phase_function(layer: Layer, get):
-    if layer.phase_function == "henyey_greenstein":
-        return HenyeyGreenstein(get("asymmetry_parameter"))
-    if layer.phase_function == "two_term_henyey_greenstein":
-        return TwoTermHenyeyGreenstein(
-            get("asymmetry_parameter"), get("second_asymmetry_parameter"), get("second_weight")
-        )
-    if layer.phase_function == "rayleigh":
-        return Rayleigh()
-    kind, angles, numbers = layer.phase_table
-    if kind == "moments":
-        return TabulatedByMoments(np.array(numbers))
-    return TabulatedByAngle(np.cos(np.deg2rad(angles)), np.array(numbers))

@@ -11,11 +11,12 @@ import pytest
 
 import jaxink
 from jaxink.fitting.result import SCHEMA_VERSION as RESULT_VERSION
-from jaxink.sample import description, schema
+from jaxink.sample import description, entries, schema
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SAMPLE_FILE = (ROOT / "docs" / "sample-file.md").read_text(encoding="utf-8")
+PARTICLES = (ROOT / "docs" / "particles.md").read_text(encoding="utf-8")
 RESULT = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
 
 
@@ -108,18 +109,53 @@ def test_complete_sample_file_can_be_predicted():
     assert model.wavelengths_nm == (450.0, 550.0)
 
 
+def test_example_of_particles_has_all_of_them_and_optics():
+    from jaxink.volume import mie_sizes, volume_scattering
+
+    (text,) = blocks(PARTICLES, "toml")
+    sample = jaxink.parse_sample(text)
+    ink = sample.layers[1]
+    assert {d.formula for d in sample.dispersions} == {"cauchy", "table"}
+    for key in (*schema.SIZE_DISTRIBUTION, *schema.MIE_LAYER):
+        assert any(name.startswith(f"ink.{key}") for name in sample.parameters), key
+    values = sample.at_wavelength(sample.parameters.values_with({}), 550.0)
+    optics = volume_scattering(ink, values, 550.0, mie_sizes(sample, (550.0,)))
+    assert 1e3 < float(optics.scattering_per_mm) < 4e3
+    assert float(optics.absorption_per_mm) == pytest.approx(0.1 * (1 - 0.18))
+
+
+def test_keys_of_particles_and_dispersion_are_named():
+    for key in (*schema.RADIUS_TABLE, "populations", "dispersion"):
+        assert re.search(rf"`{key}\b|\[{key}|layers\.{key}", SAMPLE_FILE), key
+    assert f"up to {schema.MOST_TABULATED_RADII}" in SAMPLE_FILE
+
+
 def test_top_and_parameter_keys_are_documented():
     top = {name for row in rows(table_after("## Top of the file")) for name in re.findall(r"`(\w+)`", row[0])}
     assert top == set(description._TOP_KEYS)
     numbers = {name for row in rows(table_after("## Numbers")) for name in re.findall(r"`(\w+)`", row[0])}
-    assert numbers == set(description._PARAMETER_KEYS)
+    assert numbers == set(entries.PARAMETER_KEYS)
     assert f"`schema_version` is {schema.SCHEMA_VERSION}" in SAMPLE_FILE
 
 
 TABLES = {
     name: getattr(schema, name)
-    for name in ("SURROUNDINGS", "CLEAR_LAYER", "SCATTERING_LAYER", "COEFFICIENTS", "ALBEDO")
-} | {name: quantities for name, quantities in schema.PHASE_FUNCTIONS.items() if quantities}
+    for name in (
+        "SURROUNDINGS",
+        "CLEAR_LAYER",
+        "SCATTERING_LAYER",
+        "COEFFICIENTS",
+        "ALBEDO",
+        "SIZE_DISTRIBUTION",
+        "MIE_LAYER",
+        "ROUGHNESS",
+        "SECOND_ROUGHNESS",
+    )
+} | {
+    name: quantities
+    for name, quantities in (schema.PHASE_FUNCTIONS | schema.DISPERSIONS).items()
+    if quantities
+}
 
 
 def span(lowest, highest):
@@ -154,14 +190,13 @@ def test_every_choice_is_named():
     for choice in (
         *schema.PHASE_FUNCTIONS,
         *schema.ROUGHNESS_DENSITIES,
+        *schema.DISPERSIONS,
         *schema.FACES,
         "clear",
         "scattering",
     ):
         assert f"`{choice}`" in SAMPLE_FILE, choice
     assert f'`"{schema.OPAQUE}"`' in SAMPLE_FILE
-    low, high = schema.ROUGHNESS_SIGMA_DEG
-    assert f"sigma {span(low, high)} deg" in SAMPLE_FILE
 
 
 # Tables whose keys are names of parameters or packages, or that hold what the sample file says.

@@ -258,8 +258,22 @@ BAD_SAMPLES = [
     (
         "roughness of unknown kind",
         ("thickness_mm = 1.0", 'thickness_mm = 1.0\nfront_roughness = { density = "gauss", sigma_deg = 3 }'),
-        "layer 'plate': front_roughness has density = 'gauss'; it must be one of: cauchy, cauchy_angle, "
-        "cauchy2d, beckmann, ggx.",
+        "plate.front_roughness has density = 'gauss'; it must be one of: cauchy, cauchy_angle, cauchy2d, "
+        "beckmann, ggx.",
+    ),
+    (
+        "roughness without its angle",
+        ("thickness_mm = 1.0", 'thickness_mm = 1.0\nfront_roughness = { density = "ggx" }'),
+        "plate.front_roughness.sigma_deg is missing; write sigma_deg = <number in deg>.",
+    ),
+    (
+        "second roughness without its weight",
+        (
+            "thickness_mm = 1.0",
+            'thickness_mm = 1.0\nfront_roughness = { density = "ggx", sigma_deg = 3, second_density = "ggx", '
+            "second_sigma_deg = 9 }",
+        ),
+        "plate.front_roughness.second_weight is missing; write second_weight = <number>.",
     ),
     (
         "noise in per cent",

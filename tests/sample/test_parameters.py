@@ -115,12 +115,31 @@ def test_plain_data_and_back(sample):
     assert again.parameters.values_with({}) == sample.parameters.values_with({})
 
 
-def test_roughness_is_read_and_refused_by_the_model(sample):
+def test_numbers_of_a_rough_face_are_parameters(sample):
+    face = sample.layers[1].roughness[0]
+    assert (face.face, face.density, face.second_density) == ("front_roughness", "ggx", None)
+    assert sample.parameters["red.front_roughness.sigma_deg"].value == 4
+    twice = SAMPLE.replace(
+        'density = "ggx", sigma_deg = 4',
+        'density = "ggx", sigma_deg = 4, second_density = "beckmann", second_sigma_deg = 20, '
+        "second_weight = { free = true, min = 0, max = 1 }",
+    )
+    table = parse_sample(twice).parameters
+    assert table["red.front_roughness.second_sigma_deg"].value == 20
+    assert table["red.front_roughness.second_weight"].free
+
+
+def test_the_same_interface_is_rough_once(sample):
     from jaxink import ForwardModel
 
-    assert sample.layers[1].roughness[0].sigma_deg == 4
-    with pytest.raises(InputRefusedError, match="smooth faces only"):
-        ForwardModel(sample, [0.0], [10.0], [0.0], [450.0], [False])
+    text = SAMPLE.replace(
+        'front_roughness = { density = "ggx", sigma_deg = 4 }',
+        'front_roughness = { density = "ggx", sigma_deg = 4 }\n',
+    ).replace(
+        'name = "blue"', 'name = "blue"\nback_roughness = { density = "ggx", sigma_deg = 4 }'
+    )
+    with pytest.raises(InputRefusedError, match="blue.back_roughness and red.front_roughness are the same"):
+        ForwardModel(parse_sample(text), [0.0], [10.0], [0.0], [450.0], [False])
 
 
 @pytest.mark.parametrize(

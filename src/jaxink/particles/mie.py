@@ -103,12 +103,25 @@ class MieSphere(PhaseFunction):
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
         """Legendre moments, exact: the phase function is a polynomial in the cosine."""
         n_orders = self.electric_coefficients.shape[0]
-        nodes, weights, plus, minus = _quadrature(n_orders, n_orders + n_moments // 2 + 1)
+        nodes, weights, plus, minus = angular_quadrature(n_orders, n_orders + n_moments // 2 + 1)
         values = self._from_angular_functions(plus, minus)
         return moments_of_function(values, nodes, weights, n_moments)
 
-    def _from_angular_functions(self, plus, minus):
-        """(|S_1|^2 + |S_2|^2) over its mean, from (S_1 + S_2) and (S_1 - S_2), BH eq. 4.74."""
+    def intensity(
+        self, plus: Float[ArrayLike, "orders *points"], minus: Float[ArrayLike, "orders *points"]
+    ) -> Float[Array, "*points"]:
+        """Twice |S_1|^2 + |S_2|^2, that is |S_1 + S_2|^2 + |S_1 - S_2|^2, BH eq. 4.74.
+
+        Parameters
+        ----------
+        plus, minus
+            pi_n + tau_n and pi_n - tau_n at the wanted directions, such as `angular_quadrature` gives.
+
+        Returns
+        -------
+        Float[Array, "*points"]
+            Over the square of the size parameter: scattering efficiency times phase function.
+        """
         a, b = self.electric_coefficients, self.magnetic_coefficients
         n = np.arange(1, a.shape[0] + 1)
         factor = (2 * n + 1) / (n * (n + 1))
@@ -118,8 +131,11 @@ class MieSphere(PhaseFunction):
             # Two real products: the angular functions are real.
             parts = jnp.stack([jnp.real(weighted), jnp.imag(weighted)])
             total += jnp.sum(jnp.tensordot(parts, functions, 1) ** 2, axis=0)
+        return total
+
+    def _from_angular_functions(self, plus, minus):
         norm = self._scattering_sum
-        return jnp.where(norm == 0, 1.0, total / (2 * _nonzero(norm)))
+        return jnp.where(norm == 0, 1.0, self.intensity(plus, minus) / (2 * _nonzero(norm)))
 
 
 class MieCoefficients(NamedTuple):
@@ -317,8 +333,20 @@ def _angular_functions(n_orders: int, cosine):
 
 
 @lru_cache(maxsize=16)
-def _quadrature(n_orders: int, n_nodes: int):
-    """Gauss-Legendre nodes and weights with the angular functions there, as constants."""
+def angular_quadrature(n_orders: int, n_nodes: int) -> tuple[np.ndarray, ...]:
+    """Gauss-Legendre quadrature over the cosine with the angular functions of the Mie series there.
+
+    Parameters
+    ----------
+    n_orders, n_nodes
+        Orders of the series and nodes.
+
+    Returns
+    -------
+    tuple[np.ndarray, ...]
+        Nodes and weights, shape ``(nodes,)``, pi_n + tau_n and pi_n - tau_n, shape ``(orders, nodes)``:
+        constants of a compiled program.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
     order = np.arange(1, n_orders + 1)[:, None]
     # pi_n = P_n', tau_n = cos pi_n - sin^2 pi_n' = n cos pi_n - (n + 1) pi_{n-1}.

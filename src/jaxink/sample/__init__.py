@@ -2,13 +2,17 @@
 
 from jaxink.sample.archive import sample_from_dict, sample_to_dict
 from jaxink.sample.description import Layer, Noise, Roughness, Sample, load_sample, parse_sample
+from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
+from jaxink.sample.populations import Population
 
 __all__ = [
+    "Dispersion",
     "Layer",
     "Noise",
     "Parameter",
     "ParameterTable",
+    "Population",
     "Prior",
     "Roughness",
     "Sample",

@@ -5,7 +5,9 @@ import math
 from typing import Any
 
 from jaxink.sample.description import Layer, Noise, Roughness, Sample
+from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
+from jaxink.sample.populations import Population
 
 
 def sample_to_dict(sample: Sample) -> dict[str, Any]:
@@ -24,6 +26,7 @@ def sample_to_dict(sample: Sample) -> dict[str, Any]:
     plain = {f.name: getattr(sample, f.name) for f in dataclasses.fields(sample)}
     plain["layers"] = [dataclasses.asdict(layer) for layer in sample.layers]
     plain["noise"] = dataclasses.asdict(sample.noise)
+    plain["dispersions"] = [dataclasses.asdict(dispersion) for dispersion in sample.dispersions]
     plain["parameters"] = [
         {k: _finite_or_none(v) for k, v in dataclasses.asdict(p).items()} for p in sample.parameters.values()
     ]
@@ -47,7 +50,12 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
         table = layer["phase_table"]
         table = table and (table[0], tuple(table[1]), tuple(table[2]))
         faces = tuple(Roughness(**face) for face in layer["roughness"])
-        layers.append(Layer(**{**layer, "phase_table": table, "roughness": faces}))
+        # Results of before there were several kinds of particles lack these keys.
+        populations = tuple(
+            Population(p["name"], _pair(p["radius_table"])) for p in layer.get("populations", ())
+        )
+        particles = {"radius_table": _pair(layer.get("radius_table")), "populations": populations}
+        layers.append(Layer(**{**layer, "phase_table": table, "roughness": faces, **particles}))
     parameters = []
     for p in plain["parameters"]:
         limits = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}
@@ -63,8 +71,19 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
             "wavelengths_nm": tuple(plain["wavelengths_nm"]),
             "masks": tuple((k, v) for k, v in plain["masks"]),
             "weights": tuple(tuple(w) for w in plain["weights"]),
+            "dispersions": tuple(_dispersion(d) for d in plain.get("dispersions", ())),
         }
     )
+
+
+def _pair(columns):
+    """A table of two columns, or None."""
+    return columns and tuple(tuple(column) for column in columns)
+
+
+def _dispersion(plain: dict[str, Any]) -> Dispersion:
+    columns = {key: tuple(plain[key]) for key in ("wavelength_nm", "value")}
+    return Dispersion(**{**plain, **columns})
 
 
 def _finite_or_none(value):

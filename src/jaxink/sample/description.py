@@ -3,12 +3,25 @@
 import dataclasses
 import math
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
-from jaxink.sample.parameters import Parameter, ParameterTable, Prior, unknown_name
+from jaxink.sample.dispersion import Dispersion, read_dispersion
+from jaxink.sample.entries import (
+    bounded,
+    choice,
+    is_number,
+    missing,
+    only,
+    parameter_entry,
+    parameter_of,
+    table_of,
+)
+from jaxink.sample.parameters import Parameter, ParameterTable
+from jaxink.sample.populations import Population, check_volume, population_tables, radius_table
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,6 +60,10 @@ class Layer:
         For ``tabulated``: ("angle_deg" or "moments", abscissae or None, values).
     roughness
         Faces that are declared rough.
+    radius_table
+        For ``mie``: tabulated radii in nm and their relative numbers, or None.
+    populations
+        For ``mie``: further kinds of particles.
     """
 
     name: str
@@ -55,6 +72,14 @@ class Layer:
     opaque: bool = False
     phase_table: tuple[str, tuple[float, ...], tuple[float, ...]] | None = None
     roughness: tuple[Roughness, ...] = ()
+    radius_table: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    populations: tuple[Population, ...] = ()
+
+    @property
+    def particles(self) -> dict[str, tuple[tuple[float, ...], tuple[float, ...]] | None]:
+        """Table of radii, or None, of each kind of Mie particles, by the stem of its parameters' names."""
+        further = {f"{self.name}.{p.name}": p.radius_table for p in self.populations}
+        return {self.name: self.radius_table, **further}
 
     @property
     def scatters(self) -> bool:
@@ -104,6 +129,8 @@ class Sample:
         Half-angles and limits of the masks, by key of `schema.MASKS`.
     weights
         (incidence in degrees or None for all, side or None for both, weight) for residuals.
+    dispersions
+        Refractive indices given as functions of the wavelength.
     """
 
     layers: tuple[Layer, ...]
@@ -115,6 +142,34 @@ class Sample:
     noise: Noise = Noise()
     masks: tuple[tuple[str, float], ...] = ()
     weights: tuple[tuple[float | None, str | None, float], ...] = ()
+    dispersions: tuple[Dispersion, ...] = ()
+
+    def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
+        """Values that hold at one wavelength, by plain name.
+
+        Parameters
+        ----------
+        values
+            Value of every parameter; traced ones are welcome.
+        wavelength_nm
+            One of the wavelengths at which the parameters are given.
+
+        Returns
+        -------
+        dict[str, Any]
+            ``layer.quantity``, whether the file gives one value, one for each wavelength or a dispersion.
+        """
+        at = f"@{wavelength_nm:g}"
+        plain = {n.removesuffix(at): v for n, v in values.items() if "@" not in n or n.endswith(at)}
+        return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
+
+    def varies(self, name: str) -> bool:
+        """Whether a fit, a tie or the wavelength may change a quantity, by its plain name."""
+        return any(
+            p.free or p.tie is not None or "@" in p.name
+            for p in self.parameters.values()
+            if p.name.split("@")[0] == name or p.name.startswith(f"{name}.")
+        )
 
 
 def load_sample(path: str | Path) -> Sample:
@@ -180,7 +235,6 @@ _TOP_KEYS = (
     "masks",
     "weights",
 )
-_PARAMETER_KEYS = ("value", "free", "min", "max", "unit", "tie", "prior", "per_wavelength")
 
 
 class _Reader:
@@ -189,10 +243,11 @@ class _Reader:
     def __init__(self, document: dict[str, Any]):
         self.document = document
         self.parameters: list[Parameter] = []
+        self.dispersions: list[Dispersion] = []
 
     def sample(self) -> Sample:
         document = self.document
-        _only(document, _TOP_KEYS, "the file")
+        only(document, _TOP_KEYS, "the file")
         version = document.get("schema_version")
         if version != schema.SCHEMA_VERSION:
             raise InputRefusedError(
@@ -200,8 +255,8 @@ class _Reader:
                 f"`schema_version = {schema.SCHEMA_VERSION}` at the top."
             )
         self.wavelengths = self._wavelengths()
-        surroundings = _table(document, "surroundings")
-        _only(surroundings, schema.SURROUNDINGS, "[surroundings]")
+        surroundings = table_of(document, "surroundings")
+        only(surroundings, schema.SURROUNDINGS, "[surroundings]")
         for key, quantity in schema.SURROUNDINGS.items():
             self._quantity("surroundings", key, quantity, surroundings)
         layers = tuple(self._layer(i, table) for i, table in enumerate(self._layer_tables()))
@@ -226,9 +281,15 @@ class _Reader:
                 "in which light meets them."
             )
         instrument = self._settings("instrument", schema.INSTRUMENT)
+        parameters = ParameterTable(self.parameters)
+        for dispersion in self.dispersions:
+            dispersion.check(parameters, self.wavelengths)
+        for layer in layers:
+            if layer.phase_function == "mie":
+                check_volume(layer.name, list(layer.particles), parameters)
         return Sample(
             layers=layers,
-            parameters=ParameterTable(self.parameters),
+            parameters=parameters,
             title=str(document.get("title", "")),
             wavelengths_nm=self.wavelengths,
             source_half_angle_deg=instrument["source_half_angle_deg"],
@@ -236,12 +297,13 @@ class _Reader:
             noise=self._noise(),
             masks=tuple(self._settings("masks", schema.MASKS).items()),
             weights=self._weights(),
+            dispersions=tuple(self.dispersions),
         )
 
     def _wavelengths(self) -> tuple[float, ...]:
         given = self.document.get("wavelength_nm", [])
         given = given if isinstance(given, list) else [given]
-        if not all(_is_number(w) and 100 <= w <= 1e5 for w in given):
+        if not all(is_number(w) and 100 <= w <= 1e5 for w in given):
             raise InputRefusedError(
                 f"wavelength_nm is {given}; it must be a number or a list of numbers, in nanometres "
                 "(100 ... 100000)."
@@ -267,14 +329,14 @@ class _Reader:
                 'underscores, such as name = "ink".'
             )
         where = f"layer '{name}'"
-        kind = _choice(table, "kind", ("clear", "scattering"), where)
+        kind = choice(table, "kind", ("clear", "scattering"), where)
         roughness = tuple(self._roughness(name, face, table[face]) for face in schema.FACES if face in table)
         if kind == "clear":
-            _only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), where)
+            only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), where)
             for key, quantity in schema.CLEAR_LAYER.items():
                 self._quantity(name, key, quantity, table)
             return Layer(name, kind, roughness=roughness)
-        phase = _choice(table, "phase_function", tuple(schema.PHASE_FUNCTIONS), where)
+        phase = choice(table, "phase_function", tuple(schema.PHASE_FUNCTIONS), where)
         opaque = table.get("thickness_um") == schema.OPAQUE
         quantities = dict(schema.SCATTERING_LAYER)
         if opaque:
@@ -290,12 +352,31 @@ class _Reader:
                         "which is scattering / (scattering + absorption)."
                     )
         extra = ("angle_deg", "moments", "phase_value") if phase == "tabulated" else ()
+        radii = None
+        if phase == "mie":
+            radii = radius_table(table, where)
+            quantities |= {k: q for k, q in schema.MIE_LAYER.items() if k in table}
+            quantities = _particles(quantities, table)
+            extra = (*schema.RADIUS_TABLE, *schema.SIZE_DISTRIBUTION, *schema.MIE_LAYER, "populations")
         keys = ("name", "kind", "phase_function", "thickness_um", *schema.FACES, *quantities, *extra)
-        _only(table, keys, where)
+        only(table, keys, where)
         for key, quantity in quantities.items():
             self._quantity(name, key, quantity, table)
+        populations = self._populations(name, table, keys) if phase == "mie" else ()
         phase_table = self._phase_table(table, where) if phase == "tabulated" else None
-        return Layer(name, kind, phase, opaque, phase_table, roughness)
+        return Layer(name, kind, phase, opaque, phase_table, roughness, radii, populations)
+
+    def _populations(self, layer: str, table: dict[str, Any], taken) -> tuple[Population, ...]:
+        """Further kinds of Mie particles."""
+        populations = []
+        for inner in population_tables(table, layer, taken):
+            name = f"{layer}.{inner['name']}"
+            where = f"population '{name}'"
+            only(inner, ("name", *schema.MIE, *schema.SIZE_DISTRIBUTION, *schema.RADIUS_TABLE), where)
+            populations.append(Population(inner["name"], radius_table(inner, where)))
+            for key, quantity in _particles(schema.MIE, inner).items():
+                self._quantity(name, key, quantity, inner)
+        return tuple(populations)
 
     def _roughness(self, layer: str, face: str, given: Any) -> Roughness:
         """A face that is declared rough; its numbers become parameters."""
@@ -304,10 +385,10 @@ class _Reader:
             raise InputRefusedError(f'{where} must be {{ density = "...", sigma_deg = ... }}.')
         second = given.get("second_density")
         quantities = schema.ROUGHNESS | (schema.SECOND_ROUGHNESS if second is not None else {})
-        _only(given, ("density", "second_density", *quantities), where)
-        density = _choice(given, "density", schema.ROUGHNESS_DENSITIES, where)
+        only(given, ("density", "second_density", *quantities), where)
+        density = choice(given, "density", schema.ROUGHNESS_DENSITIES, where)
         if second is not None:
-            _choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
+            choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
         for key, quantity in quantities.items():
             self._quantity(where, key, quantity, given)
         return Roughness(face, density, second)
@@ -321,7 +402,7 @@ class _Reader:
             )
         columns = [table.get(k) for k in (("angle_deg", "phase_value") if by_angle else ("moments",))]
         for column in columns:
-            if not isinstance(column, list) or not all(_is_number(v) for v in column):
+            if not isinstance(column, list) or not all(is_number(v) for v in column):
                 raise InputRefusedError(f"{where}: the table of the phase function must be numbers.")
         if by_moments:
             return "moments", (), tuple(map(float, columns[0]))
@@ -333,24 +414,21 @@ class _Reader:
         return "angle_deg", tuple(map(float, columns[0])), tuple(map(float, columns[1]))
 
     def _quantity(self, layer: str, key: str, quantity: schema.Quantity, table: dict) -> None:
-        """Read one number, or one for each wavelength, into the parameter table."""
+        """Read one number, one for each wavelength, or a dispersion into the parameter table."""
         name, given = f"{layer}.{key}", table.get(key, quantity.default)
         if given is None:
-            raise InputRefusedError(
-                f"{name} is missing; write {key} = <number{' in ' + quantity.unit if quantity.unit else ''}>."
-            )
-        entry = given if isinstance(given, dict) else {"value": given}
-        _only(entry, _PARAMETER_KEYS, name)
-        if entry.get("unit", quantity.unit) != quantity.unit:
-            raise InputRefusedError(
-                f"{name} has unit = {entry['unit']!r}; it is always in "
-                f"{quantity.unit or 'no unit (a pure number)'}, as its name says."
-            )
+            raise missing(name, key, quantity)
+        if isinstance(given, dict) and "dispersion" in given:
+            dispersion, coefficients = read_dispersion(name, given, quantity)
+            self.dispersions.append(dispersion)
+            self.parameters.extend(coefficients)
+            return
+        entry = parameter_entry(given, name, quantity)
         each = entry.get("per_wavelength", False)
         if not isinstance(each, bool):
             raise InputRefusedError(f"{name}: per_wavelength is {each!r}; it must be true or false.")
         if not each:
-            self.parameters.append(_parameter(name, entry, quantity))
+            self.parameters.append(parameter_of(name, entry, quantity))
             return
         if not self.wavelengths:
             raise InputRefusedError(
@@ -367,23 +445,23 @@ class _Reader:
         for wavelength, value in zip(self.wavelengths, values, strict=True):
             one = {k: v for k, v in entry.items() if k not in ("per_wavelength", "value")}
             one |= {} if value is None else {"value": value}
-            self.parameters.append(_parameter(f"{name}@{wavelength:g}", one, quantity))
+            self.parameters.append(parameter_of(f"{name}@{wavelength:g}", one, quantity))
 
     def _settings(self, table_name: str, keys: dict) -> dict[str, float]:
-        table = _table(self.document, table_name)
-        _only(table, keys, f"[{table_name}]")
+        table = table_of(self.document, table_name)
+        only(table, keys, f"[{table_name}]")
         return {
-            key: _bounded(table.get(key, default), lowest, highest, f"{table_name}.{key}", unit)
+            key: bounded(table.get(key, default), lowest, highest, f"{table_name}.{key}", unit)
             for key, (lowest, highest, default, unit) in keys.items()
         }
 
     def _noise(self) -> Noise:
-        table = _table(self.document, "noise")
-        _only(table, (*schema.NOISE, "use_file_sigma"), "[noise]")
+        table = table_of(self.document, "noise")
+        only(table, (*schema.NOISE, "use_file_sigma"), "[noise]")
         values = {}
         for key, (lowest, highest, default, unit) in schema.NOISE.items():
             value = table.get(key, default)
-            values[key] = None if value is None else _bounded(value, lowest, highest, f"noise.{key}", unit)
+            values[key] = None if value is None else bounded(value, lowest, highest, f"noise.{key}", unit)
         use = table.get("use_file_sigma", True)
         if not isinstance(use, bool):
             raise InputRefusedError(f"noise.use_file_sigma is {use!r}; it must be true or false.")
@@ -395,111 +473,18 @@ class _Reader:
             raise InputRefusedError("weights must be [[weights]] tables.")
         result = []
         for table in tables:
-            _only(table, ("theta_i_deg", "side", "weight"), "[[weights]]")
+            only(table, ("theta_i_deg", "side", "weight"), "[[weights]]")
             side, angle = table.get("side"), table.get("theta_i_deg")
             if side not in (None, "R", "T"):
                 raise InputRefusedError(f'weights.side is {side!r}; it must be "R" or "T".')
             if angle is not None:
-                angle = _bounded(angle, 0, 90, "weights.theta_i_deg", "deg")
-            weight = _bounded(table.get("weight"), 0, math.inf, "weights.weight", "")
+                angle = bounded(angle, 0, 90, "weights.theta_i_deg", "deg")
+            weight = bounded(table.get("weight"), 0, math.inf, "weights.weight", "")
             result.append((angle, side, weight))
         return tuple(result)
 
 
-def _parameter(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> Parameter:
-    """One checked parameter."""
-    unit = quantity.unit
-    tie, free = entry.get("tie"), entry.get("free", False)
-    if not isinstance(free, bool):
-        raise InputRefusedError(f"{name}: free is {free!r}; it must be true or false.")
-    if tie is not None:
-        if free or "value" in entry or not isinstance(tie, str):
-            raise InputRefusedError(
-                f'{name} has a tie, which gives its value: write tie = "expression" without value and free.'
-            )
-        if "prior" in entry:
-            raise InputRefusedError(
-                f"{name} has a tie and a prior; give the prior to the parameter it follows."
-            )
-        return Parameter(name, math.nan, False, quantity.lowest, quantity.highest, unit, tie)
-    if "prior" in entry and not free:
-        raise InputRefusedError(f"{name} has a prior but is fixed; write free = true, or remove the prior.")
-    lowest, highest = entry.get("min"), entry.get("max")
-    if free and (lowest is None or highest is None):
-        raise InputRefusedError(f"{name} is free and needs a range: give min and max.")
-    lowest = quantity.lowest if lowest is None else lowest
-    highest = quantity.highest if highest is None else highest
-    for key, value in (("min", lowest), ("max", highest)):
-        _bounded(value, quantity.lowest, quantity.highest, f"{name}: {key}", unit)
-    if not lowest < highest:
-        raise InputRefusedError(f"{name}: min = {lowest:g} is not below max = {highest:g}.")
-    value = entry.get("value", (lowest + highest) / 2 if free else None)
-    if value is None:
-        raise InputRefusedError(f"{name} is fixed and has no value.")
-    value = _bounded(value, quantity.lowest, quantity.highest, name, unit)
-    if free and not lowest <= value <= highest:
-        raise InputRefusedError(
-            f"{name}: the start value {value:g} lies outside its range {lowest:g} ... {highest:g}."
-        )
-    prior = _prior(name, entry)
-    return Parameter(
-        name,
-        value,
-        free,
-        float(lowest),
-        float(highest),
-        unit,
-        prior=prior,
-        scale=quantity.scale,
-        multimodal=quantity.multimodal,
-    )
-
-
-def _prior(name: str, entry: dict[str, Any]) -> Prior | None:
-    prior = entry.get("prior")
-    if prior is None:
-        return None
-    if not isinstance(prior, dict) or set(prior) != {"mean", "standard_deviation"}:
-        raise InputRefusedError(f"{name}: prior must be {{ mean = ..., standard_deviation = ... }}.")
-    mean = _bounded(prior["mean"], -math.inf, math.inf, f"{name}: prior.mean", "")
-    deviation = _bounded(prior["standard_deviation"], 0, math.inf, f"{name}: prior.standard_deviation", "")
-    if deviation == 0:
-        raise InputRefusedError(f"{name}: prior.standard_deviation is 0; fix the parameter instead.")
-    return Prior(mean, deviation)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _bounded(value: Any, lowest: float, highest: float, name: str, unit: str) -> float:
-    """A finite number within limits, or a sentence."""
-    unit = f" {unit}" if unit else ""
-    if not _is_number(value):
-        raise InputRefusedError(f"{name} is {value!r}; it must be a finite number{unit and ' in' + unit}.")
-    if not lowest <= value <= highest:
-        raise InputRefusedError(
-            f"{name} is {value:g}{unit}; it must lie between {lowest:g} and {highest:g}{unit}."
-        )
-    return float(value)
-
-
-def _only(table: dict[str, Any], known, where: str) -> None:
-    """Refuse keys that mean nothing, with the nearest that would."""
-    for key in table:
-        if key not in known:
-            raise InputRefusedError(f"{where} has the key '{key}', {unknown_name(key, known)}")
-
-
-def _table(document: dict[str, Any], name: str) -> dict[str, Any]:
-    table = document.get(name, {})
-    if not isinstance(table, dict):
-        raise InputRefusedError(f"{name} must be a table: write [{name}] and its keys below.")
-    return table
-
-
-def _choice(table: dict[str, Any], key: str, known: tuple[str, ...], where: str) -> str:
-    value = table.get(key)
-    if value not in known:
-        raise InputRefusedError(f"{where} has {key} = {value!r}; it must be one of: {', '.join(known)}.")
-    return value
+def _particles(quantities: dict[str, schema.Quantity], table: dict[str, Any]) -> dict[str, schema.Quantity]:
+    """Quantities of one kind of particles: what the file has of the size distribution decides."""
+    spread = {k: q for k, q in schema.SIZE_DISTRIBUTION.items() if k in table}
+    return {k: q for k, q in (quantities | spread).items() if k != "radius_nm" or "radii_nm" not in table}

@@ -20,6 +20,8 @@ class Quantity:
         Value if the file is silent; None: the file must say it.
     scale, multimodal
         For fits, see `Parameter`.
+    dispersive
+        Whether it may be given as a dispersion, see `DISPERSIONS`.
     """
 
     unit: str
@@ -28,9 +30,10 @@ class Quantity:
     default: float | None = None
     scale: str = "linear"
     multimodal: bool = False
+    dispersive: bool = False
 
 
-_INDEX = Quantity("", 1.0, 4.0)
+_INDEX = Quantity("", 1.0, 4.0, dispersive=True)
 _LARGEST_ASYMMETRY = 0.9999
 
 SURROUNDINGS = {
@@ -55,8 +58,37 @@ ALBEDO = {"single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus")}
 MIE = {
     "radius_nm": Quantity("nm", 1.0, 1e5, scale="log", multimodal=True),
     "volume_fraction": Quantity("", 0.0, 0.74, scale="log"),
-    "particle_index": Quantity("", 0.5, 5.0),
+    "particle_index": Quantity("", 0.5, 5.0, dispersive=True),
     "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log"),
+}
+# Keys that bring a parameter only where a file has them: without them the model is the smaller, quicker one.
+# The first go with every population of a Mie layer, the second with the layer.
+# Scattering first grows and then falls with the variance: more than one value may fit.
+SIZE_DISTRIBUTION = {"radius_variance_ln": Quantity("", 0.0, 0.5, 0.0, multimodal=True)}
+MIE_LAYER = {
+    "structure_factor_weight": Quantity("", 0.0, 1.0, 0.0),
+    "binder_absorption_per_mm": Quantity("1/mm", 0.0, 1e6, 0.0, "log"),
+}
+# A table of sizes, in place of radius_nm.
+RADIUS_TABLE = ("radii_nm", "number_weights")
+MOST_TABULATED_RADII = 400
+_STRENGTH, _RESONANCE = Quantity("", -10.0, 100.0), Quantity("um^2", 0.0, 1e4)
+# Formulas of the index against the wavelength, each with its coefficients.
+DISPERSIONS: dict[str, dict[str, Quantity]] = {
+    "cauchy": {
+        "a": Quantity("", 0.5, 5.0),
+        "b_um2": Quantity("um^2", -1.0, 1.0, 0.0),
+        "c_um4": Quantity("um^4", -1.0, 1.0, 0.0),
+    },
+    "sellmeier": {
+        "b1": _STRENGTH,
+        "c1_um2": _RESONANCE,
+        "b2": dataclasses.replace(_STRENGTH, default=0.0),
+        "c2_um2": dataclasses.replace(_RESONANCE, default=0.0),
+        "b3": dataclasses.replace(_STRENGTH, default=0.0),
+        "c3_um2": dataclasses.replace(_RESONANCE, default=0.0),
+    },
+    "table": {"offset": Quantity("", -1.0, 1.0, 0.0)},
 }
 _ASYMMETRY = Quantity("", -_LARGEST_ASYMMETRY, _LARGEST_ASYMMETRY, scale="one_minus")
 PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {

@@ -1,0 +1,1 @@
+"""Refractive indices of materials as functions of the wavelength; no JAX is needed for them."""

@@ -1,0 +1,196 @@
+"""Spheres of many sizes and kinds in one binder: their coefficients and their common phase function."""
+
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Complex, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.numerics.legendre import legendre_series
+from jaxink.particles.mie import (
+    DEFAULT_MAX_SIZE_PARAMETER,
+    MAX_RELATIVE_INDEX,
+    angular_quadrature,
+    mie_orders,
+    mie_sphere,
+)
+from jaxink.particles.phase_function import PhaseFunction
+from jaxink.particles.requirement import is_known, require
+from jaxink.particles.size_distribution import SizeDistribution
+from jaxink.particles.structure_factor import InterferingPhaseFunction, interfering, nodes_needed
+
+
+class Population(eqx.Module):
+    """Spheres of one material.
+
+    Parameters
+    ----------
+    sizes
+        Distribution of their radius.
+    particle_index
+        Complex refractive index n + ik.
+    volume_fraction
+        Share of the layer's volume that they take.
+    """
+
+    sizes: SizeDistribution
+    particle_index: Complex[Array, ""] = eqx.field(converter=lambda v: jnp.asarray(v, complex))
+    volume_fraction: Float[Array, ""] = eqx.field(converter=lambda v: jnp.asarray(v, float))
+
+
+class LegendrePhaseFunction(PhaseFunction):
+    """Phase function that is the sum of its Legendre moments.
+
+    Parameters
+    ----------
+    phase_moments
+        Moments without the factor 2l + 1, the first is 1, shape ``(moments,)``; those beyond are zero.
+    """
+
+    phase_moments: Float[Array, " moments"]
+
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
+        """See `PhaseFunction.value`."""
+        return legendre_series(self.phase_moments, scattering_cosine)
+
+    def moments(self, n_moments: int) -> Float[Array, " moments"]:
+        """See `PhaseFunction.moments`."""
+        missing = max(0, n_moments - self.phase_moments.shape[0])
+        return jnp.pad(self.phase_moments, (0, missing))[:n_moments]
+
+
+class MixtureCoefficients(NamedTuple):
+    """Scattering of all spheres of a layer together.
+
+    Parameters
+    ----------
+    phase_function
+        Weighted by what each sphere scatters.
+    scattering_coefficient_per_mm, absorption_coefficient_per_mm
+        Sums over the spheres.
+    """
+
+    phase_function: LegendrePhaseFunction | InterferingPhaseFunction
+    scattering_coefficient_per_mm: Float[Array, ""]
+    absorption_coefficient_per_mm: Float[Array, ""]
+
+
+def mixture_coefficients(
+    populations: tuple[Population, ...],
+    binder_index,
+    wavelength_nm,
+    structure_factor_weight=None,
+    max_size_parameter: float = DEFAULT_MAX_SIZE_PARAMETER,
+) -> MixtureCoefficients:
+    """Scattering and absorption of populations of spheres in one binder.
+
+    Parameters
+    ----------
+    populations
+        The spheres.
+    binder_index
+        Real refractive index of the binder.
+    wavelength_nm
+        Wavelength in vacuum.
+    structure_factor_weight
+        s in 0 ... 1: every population's phase function is multiplied by 1 + s (S - 1) and its scattering
+        by the mean of that product. S is `percus_yevick` for spheres of the population's mean volume
+        at the volume fraction of all populations together. None: independent scattering.
+    max_size_parameter
+        As in `mie_sphere`; larger spheres in the tail of a distribution scatter as efficiently, and in the
+        same directions, as one of this size.
+
+    Returns
+    -------
+    MixtureCoefficients
+        Differentiable in every number, forward and reverse. All NaN where a radius outside a tail
+        leaves the range served.
+
+    Raises
+    ------
+    InputRefusedError
+        If an argument is known and outside its range.
+
+    Notes
+    -----
+    Interference between particles of unlike size or material is that of like ones at the same total
+    volume fraction (local monodisperse approximation): to divide a population in two changes nothing.
+    It overstates the order around a few large spheres among many small ones.
+
+    References
+    ----------
+    Pedersen 1994 J. Appl. Cryst. 27, 595 (local monodisperse approximation).
+    """
+    if not populations:
+        raise InputRefusedError("there are no populations of particles; give at least one.")
+    for name, value in (("binder_index", binder_index), ("wavelength_nm", wavelength_nm)):
+        require(name, value, lambda v: v > 0, "be above 0")
+    fractions = [p.volume_fraction for p in populations]
+    if is_known(fractions):
+        require("a volume_fraction", jnp.stack(fractions), lambda v: v >= 0, "be 0 or more")
+        require("the volume fraction of all particles", sum(fractions), lambda v: v < 1, "be below 1")
+    if structure_factor_weight is not None:
+        require(
+            "structure_factor_weight",
+            structure_factor_weight,
+            lambda v: (v >= 0) & (v <= 1),
+            "lie in 0 ... 1",
+        )
+    return _mixture(populations, binder_index, wavelength_nm, structure_factor_weight, max_size_parameter)
+
+
+@partial(jax.jit, static_argnums=4)
+def _mixture(populations, binder_index, wavelength_nm, weight, max_size_parameter):
+    wavenumber = 2 * jnp.pi * binder_index / wavelength_nm
+    fractions = jnp.stack([p.volume_fraction for p in populations])
+    total = jnp.sum(fractions)
+    # Without any particles the coefficients still have a slope, and that needs a phase function.
+    parts = jnp.where(total > 0, fractions / jnp.where(total > 0, total, 1.0), 1 / len(populations))
+    radius = jnp.concatenate([p.sizes.radius_nm for p in populations])
+    share = jnp.concatenate([part * p.sizes.volume_share for part, p in zip(parts, populations, strict=True)])
+    index = jnp.concatenate(
+        [jnp.full(p.sizes.radius_nm.shape, p.particle_index / binder_index) for p in populations]
+    )
+    is_tail = jnp.concatenate([p.sizes.is_tail for p in populations])
+    x = wavenumber * radius
+    largest = max_size_parameter * jnp.minimum(1.0, MAX_RELATIVE_INDEX / jnp.real(index))
+    x = jnp.where(is_tail, jnp.minimum(x, largest), x)
+    spheres = jax.vmap(lambda x, m: mie_sphere(x, m, max_size_parameter))(x, index)
+    per_mm = 0.75 * share / (radius * 1e-6)
+    absorption = jnp.sum(per_mm * spheres.absorption_efficiency)
+
+    nodes, weights, plus, minus, polynomials = _quadrature(max_size_parameter)
+    intensity = jax.vmap(lambda sphere: sphere.intensity(plus, minus))(spheres)
+    intensity = (per_mm / x**2)[:, None] * intensity
+    sizes = [p.sizes.radius_nm.shape[0] for p in populations]
+    of_population = np.repeat(np.arange(len(sizes)), sizes)
+    angular = jax.ops.segment_sum(intensity, of_population, len(sizes))
+    scattering = jnp.sum(angular @ weights) / 2
+    # Spheres of the binder's own index scatter nothing, in all directions alike.
+    angular = jnp.where(
+        scattering == 0, 1 / len(sizes), angular / jnp.where(scattering == 0, 1.0, scattering)
+    )
+    moments = (angular * weights / 2) @ polynomials
+    if weight is None:
+        phase_function = LegendrePhaseFunction(jnp.sum(moments, axis=0))
+    else:
+        diameter = 2 * jnp.stack([p.sizes.volume_mean_radius_nm for p in populations])
+        squared_phase = 2 * (wavenumber * diameter) ** 2
+        n_nodes = nodes_needed(max_size_parameter)
+        phase_function, left = interfering(moments, squared_phase, total, weight, n_nodes)
+        scattering = scattering * left
+    return MixtureCoefficients(phase_function, total * scattering, total * absorption)
+
+
+@lru_cache(maxsize=8)
+def _quadrature(max_size_parameter: float):
+    """Nodes, weights, angular functions and Legendre polynomials, shape ``(nodes, moments)``."""
+    n_orders = mie_orders(max_size_parameter)
+    # The phase function of a sphere is a polynomial of degree 2 n_orders: its moments are exact.
+    n_moments = 2 * n_orders + 1
+    quadrature = angular_quadrature(n_orders, n_moments)
+    return *quadrature, np.polynomial.legendre.legvander(quadrature[0], n_moments - 1)

@@ -1,0 +1,175 @@
+"""Refractive indices that a sample file gives as functions of the wavelength."""
+
+import dataclasses
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.materials.refractive_index import cauchy_index, sellmeier_index, tabulated_index
+from jaxink.sample import schema
+from jaxink.sample.entries import choice, is_number, missing, only, parameter_entry, parameter_of
+from jaxink.sample.parameters import Parameter, ParameterTable
+
+
+@dataclasses.dataclass(frozen=True)
+class Dispersion:
+    """A refractive index against the wavelength; its coefficients are parameters ``name.coefficient``.
+
+    Parameters
+    ----------
+    name
+        Name of the index, such as ``ink.refractive_index``.
+    formula
+        A key of `schema.DISPERSIONS`.
+    lowest, highest
+        What the index may be.
+    wavelength_nm, value
+        Of a table, by ascending wavelength; else empty.
+    """
+
+    name: str
+    formula: str
+    lowest: float
+    highest: float
+    wavelength_nm: tuple[float, ...] = ()
+    value: tuple[float, ...] = ()
+
+    def index(self, values: Mapping[str, Any], wavelength_nm: float) -> Any:
+        """Refractive index at a wavelength.
+
+        Parameters
+        ----------
+        values
+            Values of parameters by name; traced ones are welcome.
+        wavelength_nm
+            Wavelength in vacuum, a known number.
+
+        Returns
+        -------
+        Any
+            The index.
+        """
+        get = {key: values[f"{self.name}.{key}"] for key in schema.DISPERSIONS[self.formula]}
+        if self.formula == "cauchy":
+            return cauchy_index(wavelength_nm, get["a"], get["b_um2"], get["c_um4"])
+        if self.formula == "sellmeier":
+            return sellmeier_index(
+                wavelength_nm,
+                (get["b1"], get["b2"], get["b3"]),
+                (get["c1_um2"], get["c2_um2"], get["c3_um2"]),
+            )
+        return tabulated_index(wavelength_nm, self.wavelength_nm, self.value) + get["offset"]
+
+    def check(self, table: ParameterTable, wavelengths_nm: tuple[float, ...]) -> None:
+        """Refuse a dispersion that has no sensible index at some wavelength, at the start or in a fit.
+
+        Parameters
+        ----------
+        table
+            The parameters.
+        wavelengths_nm
+            Wavelengths at which the index is wanted.
+
+        Raises
+        ------
+        InputRefusedError
+            Naming the wavelength and the coefficients.
+        """
+        names = [f"{self.name}.{key}" for key in schema.DISPERSIONS[self.formula]]
+        free = [table[name] for name in names if table[name].free]
+        for wavelength in wavelengths_nm:
+            if self.formula == "table" and not self.wavelength_nm[0] <= wavelength <= self.wavelength_nm[-1]:
+                raise InputRefusedError(
+                    f"{self.name} is given from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm, "
+                    f"but {wavelength:g} nm is asked for; give a table that holds every wavelength."
+                )
+            if self.formula == "sellmeier":
+                self._check_resonances(table, wavelength)
+            # The formulas are monotone in each coefficient: their extremes lie in the corners of the ranges.
+            for ends in itertools.product(*((p.minimum, p.maximum) for p in free)):
+                corner = {p.name: end for p, end in zip(free, ends, strict=True)}
+                self._check_range(table.values_with(corner), wavelength, names)
+
+    def _check_resonances(self, table: ParameterTable, wavelength: float) -> None:
+        """No resonance lies at the wavelength, nor may a fit move one across it."""
+        start, square = table.values_with({}), (wavelength / 1000) ** 2
+        for key in ("c1_um2", "c2_um2", "c3_um2"):
+            name = f"{self.name}.{key}"
+            parameter = table[name]
+            ends = (parameter.minimum, parameter.maximum) if parameter.free else (start[name], start[name])
+            if ends[0] <= square <= ends[1]:
+                raise InputRefusedError(
+                    f"{name} may be {square:g} um^2, a resonance at the very wavelength of {wavelength:g} "
+                    "nm; keep it, and its range, on one side of that."
+                )
+
+    def _check_range(self, values, wavelength, names):
+        index = self.index(values, wavelength)
+        if isinstance(index, complex) or not self.lowest <= index <= self.highest:
+            said = "no real index" if isinstance(index, complex) else f"{index:g}"
+            given = ", ".join(f"{name.rsplit('.', 1)[1]} = {values[name]:g}" for name in names)
+            raise InputRefusedError(
+                f"{self.name} gives {said} at {wavelength:g} nm with {given}; it must lie between "
+                f"{self.lowest:g} and {self.highest:g}: change the coefficients, or narrow their ranges."
+            )
+
+
+def read_dispersion(
+    name: str, given: dict[str, Any], quantity: schema.Quantity
+) -> tuple[Dispersion, list[Parameter]]:
+    """Read an index that is given as a dispersion.
+
+    Parameters
+    ----------
+    name
+        Name of the index.
+    given
+        Its table in the file.
+    quantity
+        What the index may be.
+
+    Returns
+    -------
+    Dispersion, list[Parameter]
+        The dispersion and its coefficients.
+    """
+    if not quantity.dispersive:
+        raise InputRefusedError(
+            f"{name} has a dispersion, which only refractive indices have; give a number, or one for each "
+            "wavelength with per_wavelength."
+        )
+    formula = choice(given, "dispersion", tuple(schema.DISPERSIONS), name)
+    coefficients = schema.DISPERSIONS[formula]
+    columns = ("wavelength_nm", "value") if formula == "table" else ()
+    only(given, ("dispersion", *columns, *coefficients), name)
+    parameters = []
+    for key, coefficient in coefficients.items():
+        each, value = f"{name}.{key}", given.get(key, coefficient.default)
+        if value is None:
+            raise missing(each, key, coefficient)
+        entry = parameter_entry(value, each, coefficient)
+        if "per_wavelength" in entry:
+            raise InputRefusedError(
+                f"{each} has per_wavelength, but a dispersion already says what the index is at each "
+                "wavelength; remove it."
+            )
+        parameters.append(parameter_of(each, entry, coefficient))
+    wavelengths, values = _columns(name, given) if columns else ((), ())
+    return Dispersion(name, formula, quantity.lowest, quantity.highest, wavelengths, values), parameters
+
+
+def _columns(name: str, given: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Wavelengths and indices of a table."""
+    wavelengths, values = given.get("wavelength_nm"), given.get("value")
+    for key, column in (("wavelength_nm", wavelengths), ("value", values)):
+        if not isinstance(column, list) or len(column) < 2 or not all(is_number(v) for v in column):
+            raise InputRefusedError(f"{name}: {key} must be a list of two numbers or more.")
+    if len(wavelengths) != len(values):
+        raise InputRefusedError(
+            f"{name}: wavelength_nm has {len(wavelengths)} entries and value {len(values)}; they must be "
+            "equally many."
+        )
+    if wavelengths[0] <= 0 or any(b <= a for a, b in itertools.pairwise(wavelengths)):
+        raise InputRefusedError(f"{name}: wavelength_nm must ascend, from a number above 0.")
+    return tuple(map(float, wavelengths)), tuple(map(float, values))

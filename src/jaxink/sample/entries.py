@@ -1,0 +1,159 @@
+"""Checks of single entries of a sample file: each passes on a value or refuses it with a sentence."""
+
+import math
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.sample import schema
+from jaxink.sample.parameters import Parameter, Prior, unknown_name
+
+PARAMETER_KEYS = ("value", "free", "min", "max", "unit", "tie", "prior", "per_wavelength")
+
+
+def parameter_entry(given: Any, name: str, quantity: schema.Quantity) -> dict[str, Any]:
+    """What a file says of a number, as a table with known keys and the right unit.
+
+    Parameters
+    ----------
+    given
+        A number or a table.
+    name
+        Dotted name.
+    quantity
+        What it may be.
+
+    Returns
+    -------
+    dict
+    """
+    entry = given if isinstance(given, dict) else {"value": given}
+    only(entry, PARAMETER_KEYS, name)
+    if entry.get("unit", quantity.unit) != quantity.unit:
+        raise InputRefusedError(
+            f"{name} has unit = {entry['unit']!r}; it is always in "
+            f"{quantity.unit or 'no unit (a pure number)'}, as its name says."
+        )
+    return entry
+
+
+def missing(name: str, key: str, quantity: schema.Quantity) -> InputRefusedError:
+    """The refusal of a file that lacks a number."""
+    return InputRefusedError(
+        f"{name} is missing; write {key} = <number{' in ' + quantity.unit if quantity.unit else ''}>."
+    )
+
+
+def parameter_of(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> Parameter:
+    """One checked parameter.
+
+    Parameters
+    ----------
+    name
+        Its dotted name.
+    entry
+        What the file says of it, keys of `PARAMETER_KEYS`.
+    quantity
+        What it may be.
+
+    Returns
+    -------
+    Parameter
+    """
+    unit = quantity.unit
+    tie, free = entry.get("tie"), entry.get("free", False)
+    if not isinstance(free, bool):
+        raise InputRefusedError(f"{name}: free is {free!r}; it must be true or false.")
+    if tie is not None:
+        if free or "value" in entry or not isinstance(tie, str):
+            raise InputRefusedError(
+                f'{name} has a tie, which gives its value: write tie = "expression" without value and free.'
+            )
+        if "prior" in entry:
+            raise InputRefusedError(
+                f"{name} has a tie and a prior; give the prior to the parameter it follows."
+            )
+        return Parameter(name, math.nan, False, quantity.lowest, quantity.highest, unit, tie)
+    if "prior" in entry and not free:
+        raise InputRefusedError(f"{name} has a prior but is fixed; write free = true, or remove the prior.")
+    lowest, highest = entry.get("min"), entry.get("max")
+    if free and (lowest is None or highest is None):
+        raise InputRefusedError(f"{name} is free and needs a range: give min and max.")
+    lowest = quantity.lowest if lowest is None else lowest
+    highest = quantity.highest if highest is None else highest
+    for key, value in (("min", lowest), ("max", highest)):
+        bounded(value, quantity.lowest, quantity.highest, f"{name}: {key}", unit)
+    if not lowest < highest:
+        raise InputRefusedError(f"{name}: min = {lowest:g} is not below max = {highest:g}.")
+    value = entry.get("value", (lowest + highest) / 2 if free else None)
+    if value is None:
+        raise InputRefusedError(f"{name} is fixed and has no value.")
+    value = bounded(value, quantity.lowest, quantity.highest, name, unit)
+    if free and not lowest <= value <= highest:
+        raise InputRefusedError(
+            f"{name}: the start value {value:g} lies outside its range {lowest:g} ... {highest:g}."
+        )
+    prior = _prior(name, entry)
+    return Parameter(
+        name,
+        value,
+        free,
+        float(lowest),
+        float(highest),
+        unit,
+        prior=prior,
+        scale=quantity.scale,
+        multimodal=quantity.multimodal,
+    )
+
+
+def _prior(name: str, entry: dict[str, Any]) -> Prior | None:
+    prior = entry.get("prior")
+    if prior is None:
+        return None
+    if not isinstance(prior, dict) or set(prior) != {"mean", "standard_deviation"}:
+        raise InputRefusedError(f"{name}: prior must be {{ mean = ..., standard_deviation = ... }}.")
+    mean = bounded(prior["mean"], -math.inf, math.inf, f"{name}: prior.mean", "")
+    deviation = bounded(prior["standard_deviation"], 0, math.inf, f"{name}: prior.standard_deviation", "")
+    if deviation == 0:
+        raise InputRefusedError(f"{name}: prior.standard_deviation is 0; fix the parameter instead.")
+    return Prior(mean, deviation)
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value of a file is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def bounded(value: Any, lowest: float, highest: float, name: str, unit: str) -> float:
+    """A finite number within limits, or a sentence."""
+    unit = f" {unit}" if unit else ""
+    if not is_number(value):
+        raise InputRefusedError(f"{name} is {value!r}; it must be a finite number{unit and ' in' + unit}.")
+    if not lowest <= value <= highest:
+        raise InputRefusedError(
+            f"{name} is {value:g}{unit}; it must lie between {lowest:g} and {highest:g}{unit}."
+        )
+    return float(value)
+
+
+def only(table: dict[str, Any], known, where: str) -> None:
+    """Refuse keys that mean nothing, with the nearest that would."""
+    for key in table:
+        if key not in known:
+            raise InputRefusedError(f"{where} has the key '{key}', {unknown_name(key, known)}")
+
+
+def table_of(document: dict[str, Any], name: str) -> dict[str, Any]:
+    """A table of a document, empty where the file is silent."""
+    table = document.get(name, {})
+    if not isinstance(table, dict):
+        raise InputRefusedError(f"{name} must be a table: write [{name}] and its keys below.")
+    return table
+
+
+def choice(table: dict[str, Any], key: str, known: tuple[str, ...], where: str) -> str:
+    """One of a few words."""
+    value = table.get(key)
+    if value not in known:
+        raise InputRefusedError(f"{where} has {key} = {value!r}; it must be one of: {', '.join(known)}.")
+    return value

@@ -1,0 +1,332 @@
+"""Several kinds of particles and dispersion in sample files: what is read, what is kept, what is refused."""
+
+import dataclasses
+import json
+
+import pytest
+
+from jaxink.errors import InputRefusedError
+from jaxink.sample import Population, load_sample, parse_sample, sample_from_dict, sample_to_dict
+
+GOOD = """\
+schema_version = 1
+wavelength_nm = [450, 550]
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = { dispersion = "cauchy", a = 1.47766, b_um2 = 0.004479 }
+thickness_mm = 1.0
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "mie"
+refractive_index = { dispersion = "sellmeier", b1 = 1.2, c1_um2 = 0.011 }
+thickness_um = 80
+radius_nm = 120
+radius_variance_ln = { value = 0.05, free = true, min = 0, max = 0.2 }
+volume_fraction = { value = 0.2, free = true, min = 0.05, max = 0.3 }
+particle_index = { dispersion = "table", wavelength_nm = [400, 700], value = [2.9, 2.6] }
+structure_factor_weight = 1
+binder_absorption_per_mm = { per_wavelength = true, value = [0.2, 0.1] }
+[[layers.populations]]
+name = "filler"
+radii_nm = [300, 500, 700]
+number_weights = [1, 2, 1]
+volume_fraction = 0.1
+particle_index = { tie = "ink.particle_index.offset + 1.58" }
+[noise]
+scan_relative = 0.002
+"""
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return parse_sample(GOOD)
+
+
+def test_parameters_have_the_names_of_layer_population_and_coefficient(sample):
+    assert list(sample.parameters) == [
+        "surroundings.index_front",
+        "surroundings.index_back",
+        "plate.refractive_index.a",
+        "plate.refractive_index.b_um2",
+        "plate.refractive_index.c_um4",
+        "plate.thickness_mm",
+        "plate.absorption_per_mm",
+        "ink.refractive_index.b1",
+        "ink.refractive_index.c1_um2",
+        "ink.refractive_index.b2",
+        "ink.refractive_index.c2_um2",
+        "ink.refractive_index.b3",
+        "ink.refractive_index.c3_um2",
+        "ink.thickness_um",
+        "ink.radius_nm",
+        "ink.volume_fraction",
+        "ink.particle_index.offset",
+        "ink.particle_absorption_index",
+        "ink.structure_factor_weight",
+        "ink.binder_absorption_per_mm@450",
+        "ink.binder_absorption_per_mm@550",
+        "ink.radius_variance_ln",
+        "ink.filler.volume_fraction",
+        "ink.filler.particle_index",
+        "ink.filler.particle_absorption_index",
+    ]
+    assert [p.name for p in sample.parameters.free] == ["ink.volume_fraction", "ink.radius_variance_ln"]
+    ink = sample.layers[1]
+    assert ink.populations == (Population("filler", ((300.0, 500.0, 700.0), (1.0, 2.0, 1.0))),)
+    assert list(ink.particles) == ["ink", "ink.filler"]
+
+
+def test_values_at_a_wavelength(sample):
+    values = sample.at_wavelength(sample.parameters.values_with({"ink.particle_index.offset": 0.06}), 450.0)
+    assert values["plate.refractive_index"] == pytest.approx(1.4998, abs=1e-4)
+    assert values["ink.refractive_index"] == pytest.approx((1 + 1.2 * 0.2025 / (0.2025 - 0.011)) ** 0.5)
+    # Linear in 1 / wavelength^2.
+    share = (1 / 450**2 - 1 / 700**2) / (1 / 400**2 - 1 / 700**2)
+    assert values["ink.particle_index"] == pytest.approx(2.6 + 0.3 * share + 0.06)
+    assert values["ink.filler.particle_index"] == pytest.approx(1.64)
+    assert values["ink.binder_absorption_per_mm"] == 0.2
+    assert "ink.binder_absorption_per_mm@550" not in values
+
+
+def test_what_may_change(sample):
+    assert not sample.varies("plate.refractive_index")
+    assert sample.varies("ink.binder_absorption_per_mm")
+    assert sample.varies("ink.filler.particle_index")
+    free = sample.parameters.replace("plate.refractive_index.a", free=True, minimum=1.4, maximum=1.5)
+    assert dataclasses.replace(sample, parameters=free).varies("plate.refractive_index")
+
+
+def test_plain_data_and_back(sample):
+    again = sample_from_dict(json.loads(json.dumps(sample_to_dict(sample), allow_nan=False)))
+    assert again.layers == sample.layers
+    assert again.dispersions == sample.dispersions
+    assert hash(again.layers) == hash(sample.layers)
+    assert sample_to_dict(again) == sample_to_dict(sample)
+    assert again.at_wavelength(again.parameters.values_with({}), 450.0) == sample.at_wavelength(
+        sample.parameters.values_with({}), 450.0
+    )
+
+
+def test_results_of_before_are_still_read(sample):
+    plain = sample_to_dict(sample)
+    del plain["dispersions"]
+    for layer in plain["layers"]:
+        del layer["radius_table"], layer["populations"]
+    again = sample_from_dict(plain)
+    assert again.dispersions == ()
+    assert again.layers[1].populations == ()
+
+
+def test_keys_that_are_absent_bring_no_parameter():
+    text = GOOD
+    for key in ("radius_variance_ln", "structure_factor_weight", "binder_absorption_per_mm"):
+        line = next(line for line in text.splitlines() if line.startswith(key))
+        text = text.replace(line + "\n", "")
+    names = list(parse_sample(text).parameters)
+    assert not [n for n in names if "variance" in n or "structure" in n or "binder" in n]
+
+
+CAUCHY = "a = 1.47766, b_um2 = 0.004479"
+FILLER = 'name = "filler"\nradii_nm = [300, 500, 700]\nnumber_weights = [1, 2, 1]'
+BAD_SAMPLES = [
+    (
+        "formula that does not exist",
+        ('"cauchy"', '"conrady"'),
+        "plate.refractive_index has dispersion = 'conrady'; it must be one of: cauchy, sellmeier, table.",
+    ),
+    (
+        "coefficient in another unit",
+        ("b_um2", "b_nm2"),
+        "plate.refractive_index has the key 'b_nm2', which does not exist; did you mean b_um2?",
+    ),
+    (
+        "coefficient that is missing",
+        (CAUCHY, "b_um2 = 0.004"),
+        "plate.refractive_index.a is missing; write a = <number>.",
+    ),
+    (
+        "coefficient by wavelength",
+        ("b_um2 = 0.004479", "b_um2 = { per_wavelength = true, value = [0.004, 0.005] }"),
+        "plate.refractive_index.b_um2 has per_wavelength, but a dispersion already says what the index is at "
+        "each wavelength; remove it.",
+    ),
+    (
+        "coefficient out of its range",
+        ("a = 1.47766", "a = 14.7"),
+        "plate.refractive_index.a is 14.7; it must lie between 0.5 and 5.",
+    ),
+    (
+        "index below one",
+        ("a = 1.47766", "a = 0.9"),
+        "plate.refractive_index gives 0.922119 at 450 nm with a = 0.9, b_um2 = 0.004479, c_um4 = 0; it must "
+        "lie between 1 and 4: change the coefficients, or narrow their ranges.",
+    ),
+    (
+        "range that reaches below one",
+        ("b_um2 = 0.004479", "b_um2 = { free = true, min = -0.2, max = 0.01 }"),
+        "plate.refractive_index gives 0.490006 at 450 nm with a = 1.47766, b_um2 = -0.2, c_um4 = 0; it must "
+        "lie between 1 and 4: change the coefficients, or narrow their ranges.",
+    ),
+    (
+        "resonance in a range",
+        ("c1_um2 = 0.011", "c1_um2 = { free = true, min = 0, max = 1 }"),
+        "ink.refractive_index.c1_um2 may be 0.2025 um^2, a resonance at the very wavelength of 450 nm; keep "
+        "it, and its range, on one side of that.",
+    ),
+    (
+        "no real index",
+        ("b1 = 1.2, c1_um2 = 0.011", "b1 = -2, c1_um2 = 0.011"),
+        "ink.refractive_index gives no real index at 450 nm with b1 = -2, c1_um2 = 0.011, b2 = 0, "
+        "c2_um2 = 0, b3 = 0, c3_um2 = 0; it must lie between 1 and 4: change the coefficients, or narrow "
+        "their ranges.",
+    ),
+    (
+        "table that is too short",
+        ("[400, 700]", "[500, 700]"),
+        "ink.particle_index is given from 500 to 700 nm, but 450 nm is asked for; give a table that holds "
+        "every wavelength.",
+    ),
+    (
+        "table out of order",
+        ("[400, 700]", "[700, 400]"),
+        "ink.particle_index: wavelength_nm must ascend, from a number above 0.",
+    ),
+    (
+        "table of unequal columns",
+        ("[2.9, 2.6]", "[2.9, 2.7, 2.6]"),
+        "ink.particle_index: wavelength_nm has 2 entries and value 3; they must be equally many.",
+    ),
+    (
+        "table of words",
+        ("[2.9, 2.6]", '"rutile"'),
+        "ink.particle_index: value must be a list of two numbers or more.",
+    ),
+    (
+        "dispersion of a length",
+        ("thickness_um = 80", 'thickness_um = { dispersion = "cauchy", a = 1 }'),
+        "ink.thickness_um has a dispersion, which only refractive indices have; give a number, or one for "
+        "each wavelength with per_wavelength.",
+    ),
+    (
+        "standard deviation in place of the variance",
+        ("radius_variance_ln = {", "sigma_ln = {"),
+        "layer 'ink' has the key 'sigma_ln', which does not exist; known are:",
+    ),
+    (
+        "variance too large",
+        ("value = 0.05, free = true, min = 0, max = 0.2", "value = 1.6"),
+        "ink.radius_variance_ln is 1.6; it must lie between 0 and 0.5.",
+    ),
+    (
+        "weight of the structure factor in per cent",
+        ("structure_factor_weight = 1", "structure_factor_weight = 100"),
+        "ink.structure_factor_weight is 100; it must lie between 0 and 1.",
+    ),
+    (
+        "negative absorption of the binder",
+        ("value = [0.2, 0.1]", "value = [0.2, -0.1]"),
+        "ink.binder_absorption_per_mm@550 is -0.1 1/mm; it must lie between 0 and 1e+06 1/mm.",
+    ),
+    (
+        "populations that are no tables",
+        (
+            "binder_absorption_per_mm",
+            'populations = ["filler"]\nbinder_absorption_per_mm',
+            f"[[layers.populations]]\n{FILLER}\n"
+            'volume_fraction = 0.1\nparticle_index = { tie = "ink.particle_index.offset + 1.58" }\n',
+            "",
+        ),
+        "layer 'ink': populations must be [[layers.populations]] tables, one for each further kind of "
+        "particles.",
+    ),
+    (
+        "population without a name",
+        ('name = "filler"', "name = 3"),
+        "layer 'ink': population 1 has name = 3; it needs a name of letters, digits and underscores, such as "
+        'name = "filler".',
+    ),
+    (
+        "population named as a key",
+        ('name = "filler"', 'name = "radius_nm"'),
+        "layer 'ink': a population is named 'radius_nm', which is a key of the layer; name it otherwise.",
+    ),
+    (
+        "two populations of one name",
+        (
+            "[noise]",
+            f"[[layers.populations]]\n{FILLER}\nvolume_fraction = 0.1\nparticle_index = 1.6\n[noise]",
+        ),
+        "layer 'ink': two populations are named 'filler'; give each a name of its own.",
+    ),
+    (
+        "key of the layer in a population",
+        (FILLER, FILLER + "\nthickness_um = 3"),
+        "population 'ink.filler' has the key 'thickness_um', which does not exist; known are:",
+    ),
+    (
+        "population without a radius",
+        (FILLER, 'name = "filler"'),
+        "ink.filler.radius_nm is missing; write radius_nm = <number in nm>.",
+    ),
+    (
+        "radii without weights",
+        ("number_weights = [1, 2, 1]\n", ""),
+        "population 'ink.filler': radii_nm and number_weights go together; give both, or radius_nm.",
+    ),
+    (
+        "radii and a radius",
+        (FILLER, FILLER + "\nradius_nm = 300"),
+        "population 'ink.filler' has both radii_nm and radius_nm; the table says all, so remove radius_nm.",
+    ),
+    (
+        "unequal radii and weights",
+        ("number_weights = [1, 2, 1]", "number_weights = [1, 2]"),
+        "population 'ink.filler': radii_nm has 3 entries and number_weights 2; they must be equally many.",
+    ),
+    (
+        "radius of zero",
+        ("radii_nm = [300, 500, 700]", "radii_nm = [0, 500, 700]"),
+        "population 'ink.filler': radii_nm must be a list of numbers within 1 ... 100000.",
+    ),
+    (
+        "no spheres at all",
+        ("number_weights = [1, 2, 1]", "number_weights = [0, 0, 0]"),
+        "population 'ink.filler': radii_nm needs 1 ... 400 radii, at least one with a number_weight above 0.",
+    ),
+    (
+        "more particles than room",
+        ("volume_fraction = 0.1\n", "volume_fraction = 0.5\n"),
+        "layer 'ink': its particles may take 0.8 of the volume together, but equal spheres leave room for "
+        "0.74 at most; lower their volume_fraction, or its max.",
+    ),
+    (
+        "tie to an index with a dispersion",
+        ("ink.particle_index.offset + 1.58", "plate.refractive_index + 0.1"),
+        "the tie 'plate.refractive_index + 0.1' names plate.refractive_index, which does not exist; did you "
+        "mean plate.refractive_index.a?",
+    ),
+]
+
+
+def edited(changes) -> str:
+    text = GOOD
+    for old, new in zip(changes[::2], changes[1::2], strict=True):
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"), [bad[1:] for bad in BAD_SAMPLES], ids=[bad[0] for bad in BAD_SAMPLES]
+)
+def test_sentence(changes, sentence, tmp_path):
+    path = tmp_path / "sample.toml"
+    path.write_text(edited(changes))
+    with pytest.raises(InputRefusedError) as caught:
+        load_sample(path)
+    if sentence.endswith("known are:"):
+        assert str(caught.value).startswith(f"{path}: {sentence}")
+    else:
+        assert str(caught.value) == f"{path}: {sentence}"
