@@ -61,7 +61,7 @@ class _Photons:
         theta = np.deg2rad(theta_deg)
         self.direction = np.repeat([[np.sin(theta)], [0.0], [np.cos(theta)]], n, axis=1)
         radius, turn = sample.beam_radius_mm * np.sqrt(random.random(n)), 2 * np.pi * random.random(n)
-        self.place = radius * np.stack([np.cos(turn), np.sin(turn)])
+        self.place = radius * np.stack([np.cos(turn) / np.cos(theta), np.sin(turn)])
         self.depth = np.zeros(n)
         self.medium = np.zeros(n, int)
         self.face = np.zeros(n, int)
@@ -109,7 +109,7 @@ def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=No
     in_batch = n_photons // N_BATCHES
     photons = _Photons(sample, theta_deg, N_BATCHES * in_batch, random)
     events = None if detectors is None else NextEvents(sample, detectors)
-    counts = _Counts(ring_edges)
+    counts = _Counts(ring_edges, sample.axis_offset(theta_deg))
     for _ in range(MOST_STEPS):
         _pass_faces(sample, photons, events, random)
         counts.leave(sample, photons, events, random)
@@ -154,7 +154,8 @@ def _cross_smooth(direction, above, indices, random):
 class _Counts:
     """What has left, by batch."""
 
-    def __init__(self, ring_edges):
+    def __init__(self, ring_edges, axis_offset):
+        self.axis_offset = axis_offset
         names = [f"{side}_{kind}" for side in "RT" for kind in ("regular", "surface", "diffuse")]
         self.powers = {name: np.zeros(N_BATCHES) for name in (*names, "absorbed", "lost", "backing")}
         self.edges = None if ring_edges is None else [np.deg2rad(np.asarray(e, float)) for e in ring_edges]
@@ -178,7 +179,8 @@ class _Counts:
         weight, batch, kind = photons.weight[out], photons.batch[out], photons.kind[out]
         code = np.where(back[out], 3, 0) + kind
         if sample.seen_radius_mm is not None:
-            unseen = np.hypot(*photons.place[:, out]) > sample.seen_radius_mm
+            x, y = photons.place[:, out]
+            unseen = np.hypot(x - np.where(back[out], self.axis_offset, 0.0), y) > sample.seen_radius_mm
             code[unseen] = 7
         for n, name in enumerate(self.powers):
             self.add(name, batch[code == n], weight[code == n])

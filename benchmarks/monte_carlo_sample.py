@@ -80,7 +80,8 @@ class Sample:
     backing_albedo
         Of a Lambertian backing behind the sample, in the surroundings at the back; None without.
     beam_radius_mm, seen_radius_mm
-        Uniform disc beam, and radius around its axis within which light that leaves is seen; None: all.
+        Uniform disc across the beam, so an ellipse on the sample; and radius around the place where its axis
+        enters (in R) or leaves (in T) within which light that leaves is seen; None: all.
     """
 
     layers: tuple[Layer, ...]
@@ -95,6 +96,14 @@ class Sample:
     def indices(self):
         """Of all media, from front to back."""
         return np.array([self.index_front, *(layer.index for layer in self.layers), self.index_back])
+
+    def axis_offset(self, theta_deg):
+        """Shift along x of the axis of the beam on its way through all layers; 0 if it does not get through."""
+        sines = self.index_front * np.sin(np.deg2rad(theta_deg)) / self.indices[1:-1]
+        thickness = self.per_medium("thickness_mm")[1:-1]
+        if np.any(sines >= 1) or np.any(np.isinf(thickness)):
+            return 0.0
+        return np.sum(thickness * sines / np.sqrt(1 - sines**2))
 
     def rough(self, face):
         """Facets of a face; None where smooth or where the index does not change."""
