@@ -15,7 +15,8 @@ import numpy as np
 
 from monte_carlo_facets import N_BATCHES, fresnel
 
-CHUNK = 2**17
+# Numbers handled at once: they stay in the cache.
+CHUNK = 2**15
 
 
 class _Beam:
@@ -108,20 +109,27 @@ class NextEvents:
             if not use.any():
                 continue
             cosine, flat = cosine[use], flat[use] / layer.index
+            towards = np.concatenate([flat, z * cosine[:, None]], axis=1)
+            from_far = towards * [1.0, 1.0, -1.0]
             factor = (self._outside(z) / layer.index) ** 2 / cosine
-            near = (factor * beam.entering[own][use])[:, None]
-            far = (factor * beam.returning[own][use])[:, None]
-            steep = -self._extinction[number] / cosine[:, None]
+            near, far = factor * beam.entering[own][use], factor * beam.returning[own][use]
+            # Attenuation depends on the polar angle only.
+            distinct, which_polar = np.unique(cosine, return_inverse=True)
+            steep = -self._extinction[number] / distinct[:, None]
             from_near = depth if z < 0 else self._thickness[number] - depth
             size = max(1, CHUNK // cosine.size)
             for start in range(0, at.size, size):
                 part = slice(start, start + size)
-                level = flat @ direction[:2, part]
-                rise = z * cosine[:, None] * direction[2, part]
-                sent = layer.phase.value(level + rise) * (near * np.exp(steep * from_near[part]))
+                passage = np.exp(steep * from_near[part])[which_polar]
+                sent = layer.phase.value(towards @ direction[:, part])
+                sent *= passage
+                sent *= near[:, None]
                 if far.any():
                     to_far = self._thickness[number] - from_near[part]
-                    sent += layer.phase.value(level - rise) * (far * np.exp(steep * to_far))
+                    returned = layer.phase.value(from_far @ direction[:, part])
+                    returned *= np.exp(steep * to_far)[which_polar]
+                    returned *= far[:, None]
+                    sent += returned
                 self._add(which[use], weight[part] * sent, batch[part])
 
     def _outside(self, z):

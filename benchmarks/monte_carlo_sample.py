@@ -18,7 +18,8 @@ class HenyeyGreenstein:
         total = 0.0
         for g, share in zip(self.asymmetries, self.shares, strict=True):
             base = (1 + g * g) - (2 * g) * cosine
-            total = total + share * (1 - g * g) / (4 * np.pi) / (base * np.sqrt(base))
+            base *= np.sqrt(base)
+            total = total + share * (1 - g * g) / (4 * np.pi) / base
         return total
 
     def draw(self, n, random):
@@ -98,7 +99,7 @@ class Sample:
         return np.array([self.index_front, *(layer.index for layer in self.layers), self.index_back])
 
     def axis_offset(self, theta_deg):
-        """Shift along x of the axis of the beam on its way through all layers; 0 if it does not get through."""
+        """Shift along x of the axis of the beam on its way through all layers; 0 if it does not pass."""
         sines = self.index_front * np.sin(np.deg2rad(theta_deg)) / self.indices[1:-1]
         thickness = self.per_medium("thickness_mm")[1:-1]
         if np.any(sines >= 1) or np.any(np.isinf(thickness)):
