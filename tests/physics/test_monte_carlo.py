@@ -1,0 +1,187 @@
+"""The solver against photons, and photons against quadratures: benchmarks/monte_carlo.py imports no jaxink.
+
+Seeded. Standard errors are those of 20 batches; 4 of them is the limit everywhere.
+"""
+
+import ast
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+from jaxink.geometry import Directions
+from jaxink.particles.phase_function import HenyeyGreenstein
+from physics.probe import SMALL, ink, printed
+
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
+sys.path.append(str(BENCHMARKS))
+
+import monte_carlo  # noqa: E402
+import monte_carlo_facets  # noqa: E402
+import monte_carlo_sample as described  # noqa: E402
+
+LIMIT = 4.0
+THETA_DEG = 35.0
+ALBEDO, THICKNESS = 0.995, 8.0
+LOOKED_AT = described.Detectors(
+    np.tile([10.0, 45.0, 75.0], 4), np.repeat([0.0, 90.0, 180.0, 60.0], 3), np.repeat([False, True], 6)
+)
+
+
+def white_ink(albedo=ALBEDO):
+    return printed(ink(1.5, THICKNESS, albedo, 0.6))
+
+
+@pytest.fixture(scope="module")
+def photons():
+    """What 40 000 photons make of a plate with a white ink on its exit face."""
+    extinction = THICKNESS / 0.08
+    phase = described.HenyeyGreenstein(0.6)
+    layer = described.Layer(1.5, 0.08, ALBEDO * extinction, (1 - ALBEDO) * extinction, phase)
+    sample = described.Sample((described.Layer(1.5, 1.0), layer))
+    return monte_carlo.simulate(sample, THETA_DEG, 40_000, seed=11, detectors=LOOKED_AT)
+
+
+def deviations(batches, expected):
+    value, error = monte_carlo.Result.mean_and_error(batches)
+    return (value - expected) / error
+
+
+def solved_powers(stack):
+    """Diffuse reflectance and transmittance, what is absorbed, and both regular parts."""
+    sine = np.sin(np.deg2rad([THETA_DEG]))
+    r, t = (float(x[0]) for x in hemispherical_power(stack, sine, SMALL))
+    regular_r, regular_t = (float(x[0]) for x in regular_power(stack, sine))
+    return {
+        "R_diffuse": r - regular_r,
+        "T_diffuse": t - regular_t,
+        "absorbed": 1 - r - t,
+        "R_regular": regular_r,
+    }
+
+
+def test_the_photons_import_nothing_of_the_solver():
+    for path in BENCHMARKS.glob("monte_carlo*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) else []
+            assert not [n for n in names if n.startswith(("jax", "equinox"))], path.name
+
+
+def test_totals(photons):
+    for name, expected in solved_powers(white_ink()).items():
+        assert abs(deviations(photons.powers[name], expected)) < LIMIT, name
+
+
+def test_an_albedo_wrong_by_one_per_cent_shows_in_the_totals(photons):
+    wrong = solved_powers(white_ink(0.99 * ALBEDO))
+    for name in ("R_diffuse", "T_diffuse", "absorbed"):
+        assert abs(deviations(photons.powers[name], wrong[name])) > 5 * LIMIT, name
+
+
+def test_bsdf_at_given_directions(photons):
+    points = Directions.from_degrees(
+        np.full(12, THETA_DEG), LOOKED_AT.theta_deg, LOOKED_AT.phi_deg, LOOKED_AT.is_transmission
+    )
+    expected = np.asarray(diffuse_bsdf(white_ink(), points, SMALL))
+    assert np.max(np.abs(deviations(photons.bsdf, expected))) < LIMIT
+    wrong = np.asarray(diffuse_bsdf(white_ink(0.99 * ALBEDO), points, SMALL))
+    assert np.min(np.abs(deviations(photons.bsdf, wrong))) > LIMIT
+
+
+def test_photons_draw_the_phase_function_that_they_value():
+    cosines = np.linspace(-1, 1, 401)
+    table = described.Tabulated(cosines, np.asarray(HenyeyGreenstein(0.5).value(cosines)))
+    edges = np.linspace(-1, 1, 9)
+    for phase in (described.HenyeyGreenstein(0.7, -0.4, shares=(0.6, 0.4)), table):
+        drawn = phase.draw(40_000, np.random.default_rng(2))
+        share = np.histogram(drawn, edges)[0] / drawn.size
+        fine = np.linspace(-1, 1, 8001)
+        cumulative = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(fine) * _pairs(phase.value(fine)))])
+        expected = 2 * np.pi * np.diff(np.interp(edges, fine, cumulative))
+        assert expected.sum() == pytest.approx(1.0, rel=1e-5)
+        error = np.sqrt(expected * (1 - expected) / drawn.size)
+        assert np.max(np.abs(share - expected) / error) < LIMIT
+
+
+def _pairs(values):
+    return values[1:] + values[:-1]
+
+
+def polar_slopes(facets):
+    """Slopes (p along the ray, q across), and weights P(s) ds of a product rule in log(s) and azimuth."""
+    radius = np.geomspace(1e-6 * facets.scale, facets.steepest, 2001)
+    azimuth = (np.arange(240) + 0.5) * 2 * np.pi / 240
+    step = np.log(radius[1] / radius[0])
+    weight = 2 * np.pi * facets.density(radius) * radius**2 * step / azimuth.size
+    weight[[0, -1]] *= 0.5
+    return radius[:, None] * np.cos(azimuth), radius[:, None] * np.sin(azimuth), weight[:, None]
+
+
+@pytest.mark.parametrize("kind", sorted(monte_carlo_facets.DENSITIES))
+def test_visible_facets_fill_the_projected_area(kind):
+    """The integral of P(s) (i.m)+ / m_z is (1 + Lambda) cos(theta), or |cos(theta)| Lambda from below."""
+    facets = monte_carlo_facets.Facets(kind, 0.2)
+    p, _, weight = polar_slopes(facets)
+    assert weight.sum() * p.shape[1] == pytest.approx(1.0, abs=3e-6)
+    for theta in np.deg2rad([20.0, 70.0, 88.0, 110.0]):
+        seen = np.sum(weight * np.maximum(np.cos(theta) + p * np.sin(theta), 0))
+        area = max(np.cos(theta), 0) + facets.excess(np.cos(theta), np.sin(theta))
+        assert area == pytest.approx(seen, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("indices", "theta_deg"), [((1.0, 1.5), 60.0), ((1.5, 1.0), 20.0), ((1.5, 1.0), 50.0)]
+)
+def test_light_after_one_facet_is_a_quadrature(indices, theta_deg):
+    facets = monte_carlo_facets.Facets("cauchy", np.tan(np.deg2rad(3.2)))
+    cosine, sine = np.cos(np.deg2rad(theta_deg)), np.sin(np.deg2rad(theta_deg))
+    p, q, weight = polar_slopes(facets)
+    rise = 1 / np.sqrt(1 + p**2 + q**2)
+    with_facet = np.maximum((cosine + p * sine) * rise, 1e-12)
+    met = weight * with_facet / rise / (cosine + facets.excess(cosine, sine))
+    reflectance, refracted = monte_carlo_facets.fresnel(*indices, with_facet)
+    up = 2 * with_facet * rise - cosine
+    ratio = indices[0] / indices[1]
+    down = ratio * cosine - (ratio * with_facet - refracted) * rise
+    expected = [
+        np.sum(met * share * facets.escape(away, np.sqrt(np.maximum(1 - away**2, 0))))
+        for share, away in ((reflectance, up), (1 - reflectance, down))
+    ]
+    result = monte_carlo_facets.interface_alone(indices, theta_deg, facets, 60_000, seed=3)
+    for name, value in zip(("R_single", "T_single"), expected, strict=True):
+        assert abs(result[name][0] - value) < LIMIT * result[name][1], name
+    assert result["R"][0] + result["T"][0] == pytest.approx(1.0, abs=1e-12)
+
+
+def test_reference_of_one_interface_is_what_the_script_makes():
+    reference = json.loads((BENCHMARKS / "reference_interface.json").read_text(encoding="utf-8"))
+    for case in reference["cases"]:
+        assert case["R"] + case["T"] == pytest.approx(1.0, abs=2e-6)
+    case = next(c for c in reference["cases"] if c["density"] == "ggx" and c["theta_i_deg"] == 50)
+    facets = monte_carlo_facets.Facets("ggx", case["t"])
+    result = monte_carlo_facets.interface_alone((case["n_from"], case["n_to"]), 50, facets, 60_000, seed=5)
+    for name in ("R", "R_single", "T_single"):
+        error = np.hypot(result[name][1], case[f"{name}_se"])
+        assert abs(result[name][0] - case[name]) < LIMIT * error, name
+
+
+def test_next_events_through_a_rough_face_add_up_to_the_photons_that_leave():
+    """Integral of the BSDF over both hemispheres against counting, all facet events and scatterings in it."""
+    sine_squared, weight = np.polynomial.legendre.leggauss(8)
+    theta = np.rad2deg(np.arcsin(np.sqrt((sine_squared + 1) / 2)))
+    azimuth = (np.arange(8) + 0.5) * 22.5
+    grid = [axis.ravel() for axis in np.meshgrid(theta, azimuth, [False, True], indexing="ij")]
+    etendue = np.repeat(weight / 2 * np.pi, 16) / 8
+    rough = monte_carlo_facets.Facets("beckmann", 0.4)
+    layer = described.Layer(1.5, 0.08, 25.0, 1.0, described.HenyeyGreenstein(0.4))
+    sample = described.Sample((described.Layer(1.4, 1.0), layer), faces=(None, None, rough))
+    result = monte_carlo.simulate(sample, 30.0, 5_000, seed=4, detectors=described.Detectors(*grid))
+    for name, side in (("R", ~grid[2]), ("T", grid[2])):
+        counted = result.powers[f"{name}_diffuse"] + result.powers[f"{name}_surface"]
+        difference = etendue[side] @ result.bsdf[side] - counted
+        assert abs(deviations(difference, 0.0)) < LIMIT, name
+        assert difference.std(ddof=1) / 20**0.5 < 0.04 * counted.mean()
