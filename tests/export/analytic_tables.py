@@ -1,7 +1,7 @@
 """Ink tables given by formulas, and directions about the ink in one system for all formats.
 
-z points from the inside of the plate (I) to the other side (A). Directions point away from the ink: towards the
-source, or along the outgoing light.
+z points from the inside of the plate (I) to the other side (A). Directions point away from the ink: towards
+the source, or along the outgoing light.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ def lambertian(**fields):
 
 
 def lobe(component, wavelength_nm, theta_i, theta_o, phi):
-    """Gaussian about one direction off the plane of incidence, and its mirror image; the same for each incidence."""
+    """Gaussian about one direction off the plane of incidence, and its mirror image."""
     t, o = np.deg2rad(LOBE_THETA_DEG), np.deg2rad(theta_o)
     cosine = np.cos(t) * np.cos(o) + np.sin(t) * np.sin(o) * np.cos(np.deg2rad(phi - LOBE_PHI_DEG))
     return np.exp(-0.5 * (np.degrees(np.arccos(np.clip(cosine, -1, 1))) / LOBE_WIDTH_DEG) ** 2)

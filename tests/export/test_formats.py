@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from export import tracer_files
 from export.analytic_tables import (
     CRITICAL_DEG,
@@ -16,7 +17,6 @@ from export.analytic_tables import (
     tilted_lobe,
     vector,
 )
-
 from jaxink.export import COMPONENTS, ExportOptions, write
 from jaxink.export.sampling import diffuse_totals
 

@@ -215,6 +215,6 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
         regular_standard_error=None,
         attrs={
             **table.attrs,
-            "regular": f"in bins, cones of {width_deg:g} degrees full width at half maximum",
+            "regular": f"in cones of {width_deg:g} degrees full width at half maximum",
         },
     )

@@ -82,7 +82,10 @@ def _file(table: InkTable, component: str, w: int, radial, azimuth) -> str:
     values = np.zeros(theta.shape)
     values[above] = interpolated(table, component, w, angles[above], theta[above], phi[above])
     totals = _totals(table, component, w, incidence)
-    _require_resolved(table, component, w, leaving, totals, (azimuth, radial, values))
+    # At grazing incidence no power arrives, and what leaves on the horizon is between the file's angles.
+    arriving = incidence < 90
+    sampled = (azimuth, radial, values[arriving])
+    _require_resolved(table, component, w, leaving[arriving], totals[arriving], sampled)
     for total, rows in zip(totals, values, strict=True):
         lines += [f"TIS {total:.9g}", block(rows)]
     return "\n".join([*lines, "DataEnd", ""])

@@ -41,6 +41,19 @@ def _at(buffer, index, active=True):
     return buffer[int(index)] if _SCALAR else dr.gather(mi.Float, buffer, mi.UInt32(index), active)
 
 
+def _within(value, low, high):
+    """The value, or the bound that it passes; LLVM 15 cannot compile minimum and maximum."""
+    return dr.select(value < low, low, dr.select(value > high, high, value))
+
+
+def _arccos(cosine):
+    return dr.acos(_within(cosine, -1.0, 1.0))
+
+
+def _root(value):
+    return dr.sqrt(dr.select(value > 0, value, 0.0))
+
+
 def _pick(lobe, values):
     """The value of a lobe, by its number."""
     return dr.select(
@@ -56,7 +69,7 @@ def _search(buffer, start, size: int, value):
         step //= 2
         further = position + step
         inside = further < size
-        entry = _at(buffer, start + dr.minimum(further, size - 1))
+        entry = _at(buffer, start + dr.select(inside, further, size - 1))
         position = dr.select(inside & (entry <= value), further, position)
     return position
 
@@ -71,9 +84,9 @@ class _Axis:
 
     def find(self, value):
         """Cell and fraction of it."""
-        cell = dr.minimum(_search(self.buffer, 0, self.size, value), self.size - 2)
+        cell = _search(self.buffer, 0, self.size - 1, value)
         low, high = _at(self.buffer, cell), _at(self.buffer, cell + 1)
-        return cell, dr.clip((value - low) / (high - low), 0, 1)
+        return cell, _within((value - low) / (high - low), 0, 1)
 
 
 class JaxinkTable(mi.BSDF):
@@ -177,7 +190,7 @@ class JaxinkTable(mi.BSDF):
         values = [at(k) for k in range(len(self.wavelengths))]
         result = mi.Spectrum(values[0])
         for k, (low, high) in enumerate(zip(self.wavelengths, self.wavelengths[1:], strict=False)):
-            fraction = dr.clip((si.wavelengths - float(low)) / float(high - low), 0, 1)
+            fraction = _within((si.wavelengths - float(low)) / float(high - low), 0, 1)
             result = result + mi.Spectrum(fraction) * (values[k + 1] - values[k])
         return result
 
@@ -204,11 +217,11 @@ class JaxinkTable(mi.BSDF):
     @staticmethod
     def _angles(wi, wo):
         """Polar angles from the normal of the own side, and relative azimuth folded to half a circle."""
-        theta_i = dr.safe_acos(dr.abs(wi.z))
-        theta_o = dr.safe_acos(dr.abs(wo.z))
+        theta_i = _arccos(dr.abs(wi.z))
+        theta_o = _arccos(dr.abs(wo.z))
         length = dr.sqrt((wi.x * wi.x + wi.y * wi.y) * (wo.x * wo.x + wo.y * wo.y))
         cosine = (wi.x * wo.x + wi.y * wo.y) / dr.select(length > 0, length, 1.0)
-        return theta_i, theta_o, dr.safe_acos(dr.select(length > 0, cosine, -1.0))
+        return theta_i, theta_o, _arccos(dr.select(length > 0, cosine, -1.0))
 
     def _scaling(self, ctx, wi):
         """Square of the index on the side of wi over that beyond: what radiance gains by refraction.
@@ -263,14 +276,14 @@ class JaxinkTable(mi.BSDF):
         """Direction, and BSDF times cosine over its density."""
         wi = si.wi
         side = dr.select(wi.z > 0, 0, 1)
-        theta_i = dr.safe_acos(dr.abs(wi.z))
+        theta_i = _arccos(dr.abs(wi.z))
         shares, total = self._chosen_powers(ctx, side, theta_i, active)
         active = active & (total > 0) & (wi.z != 0)
         draw = sample1 * total
         edges = [shares[0], shares[0] + shares[1], shares[0] + shares[1] + shares[2]]
         lobe = dr.select(draw < edges[0], 0, dr.select(draw < edges[1], 1, dr.select(draw < edges[2], 2, 3)))
         start, share = _pick(lobe, [0.0, *edges]), _pick(lobe, shares)
-        rest = dr.clip((draw - start) / dr.select(share > 0, share, 1.0), 0, 1)
+        rest = _within((draw - start) / dr.select(share > 0, share, 1.0), 0, 1)
         transmitted, is_regular = (lobe == 1) | (lobe == 3), lobe >= 2
         component = 2 * side + dr.select(transmitted, 1, 0)
         # Index on the side of wi over that beyond.
@@ -304,7 +317,7 @@ class JaxinkTable(mi.BSDF):
     def _straight(wi, transmitted, ratio):
         """Specular or refracted direction."""
         sine2 = ratio * ratio * (1 - wi.z * wi.z)
-        beyond = dr.safe_sqrt(1 - sine2)
+        beyond = _root(1 - sine2)
         z = dr.select(transmitted, -dr.sign(wi.z) * beyond, wi.z)
         scale = dr.select(transmitted, ratio, 1.0)
         return mi.Vector3f(-scale * wi.x, -scale * wi.y, z)
@@ -320,10 +333,8 @@ class JaxinkTable(mi.BSDF):
         row = first + dr.select(upper, 1, 0)
         chance = dr.select(upper, 1 - split, split)
         rest = (rest - dr.select(upper, split, 0.0)) / dr.select(chance > 0, chance, 1.0)
-        rest = dr.clip(rest, 0.0, 1 - 1e-7)
-        cell = dr.minimum(
-            _search(self.cumulated, row * (self.n_cells + 1), self.n_cells + 1, rest), self.n_cells - 1
-        )
+        rest = _within(rest, 0.0, 1 - 1e-7)
+        cell = _search(self.cumulated, row * (self.n_cells + 1), self.n_cells, rest)
         n_phi = self.phi.size - 1
         o = cell // n_phi
         p = cell - o * n_phi
@@ -333,8 +344,8 @@ class JaxinkTable(mi.BSDF):
         sine2 = dr.lerp(_at(self.sine2, o), _at(self.sine2, o + 1), sample2.x)
         phi = dr.lerp(_at(self.phi.buffer, p), _at(self.phi.buffer, p + 1), across)
         phi = dr.select(mirrored, -phi, phi)
-        sine, cosine = dr.safe_sqrt(sine2), dr.safe_sqrt(1 - sine2)
-        length = dr.safe_sqrt(wi.x * wi.x + wi.y * wi.y)
+        sine, cosine = _root(sine2), _root(1 - sine2)
+        length = _root(wi.x * wi.x + wi.y * wi.y)
         safe = dr.select(length > 0, length, 1.0)
         x, y = dr.select(length > 0, wi.x / safe, 1.0), dr.select(length > 0, wi.y / safe, 0.0)
         z = dr.sign(wi.z) * dr.select(transmitted, -cosine, cosine)
