@@ -185,7 +185,7 @@ def export(
         float | None,
         typer.Option(
             metavar="DEG",
-            help="Spread the regular part over cones of this full width, for formats that cannot keep it apart.",
+            help="Spread the regular part over cones of this full width, where it cannot be kept apart.",
         ),
     ] = None,
     basis: Annotated[

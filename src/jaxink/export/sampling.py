@@ -42,7 +42,8 @@ def interpolated(
     turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
     points = np.broadcast_arrays(np.asarray(theta_i_deg, float), theta_o_deg, turned)
     values = table.bsdf_per_sr[COMPONENTS.index(component), wavelength]
-    return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1))
+    # Without the reshape a single point would come back as a row of one.
+    return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1)).reshape(points[0].shape)
 
 
 def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarray, " angles"]:
