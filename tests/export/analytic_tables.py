@@ -60,7 +60,7 @@ def lobe(component, wavelength_nm, theta_i, theta_o, phi):
 
 def tilted_lobe():
     """The lobe on a grid that resolves it."""
-    return table_of(lobe, np.linspace(0, 90, 37), np.linspace(0, 180, 73))
+    return table_of(lobe, np.linspace(0, 90, 31), np.linspace(0, 180, 61))
 
 
 def smooth(component, wavelength_nm, theta_i, theta_o, phi):

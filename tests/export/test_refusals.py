@@ -1,6 +1,8 @@
 """What a format cannot hold is refused by name, and files are written whole or not at all."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,8 +10,9 @@ import pytest
 from export.analytic_tables import lambertian, smooth_table, table_of
 from export.tracer_files import lighttools, read_zemax, zemax
 from jaxink.errors import InputRefusedError
-from jaxink.export import FORMATS, ExportOptions, write
+from jaxink.export import FORMATS, LOSSES, ExportOptions, write
 from jaxink.export.sampling import diffuse_totals, regular_in_bins
+from jaxink.export.writing import _FORMATS
 
 TITLES = {
     "zemax": "Zemax .bsdf",
@@ -17,6 +20,9 @@ TITLES = {
     "speos": "Speos .anisotropicbsdf",
     "radiance": "Radiance XML",
 }
+
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "export.md"
 
 
 def with_regular(share=0.25):
@@ -185,3 +191,12 @@ def test_failed_writing_leaves_the_folder_as_it_was(tmp_path, monkeypatch):
     with pytest.raises(InputRefusedError, match="cannot be written there .No space left on device."):
         write(smooth_table(), "csv", tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_the_document_names_every_format_and_its_losses():
+    lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
+    rows = [re.findall(r"`(\w+)`", line) for line in lines if line.startswith("| `")]
+    assert [row[0] for row in rows if row[0] in LOSSES] == list(LOSSES)
+    formats = {row[0]: row[1:] for row in rows}
+    for name in FORMATS:
+        assert [loss for loss in formats[name] if loss in LOSSES] == list(_FORMATS[name].lost)

@@ -43,13 +43,16 @@ def run_export(
     int
         Exit code.
     """
+    is_table = source.suffix == ".nc" and not source.is_dir()
+    if not is_table:
+        prepare_jax()
     from jaxink.export import ExportOptions, write
     from jaxink.export.writing import require_format
 
     require_format(format)
     options = ExportOptions(**choices)
     require_folder(out)
-    table = _ink_table(source, layers)
+    table = _read(source) if is_table else _compute(source, layers)
     with whole_folder(out) as folder:
         files = [out / file.name for file in write(table, format, folder, options)]
     if not quiet:
@@ -63,13 +66,13 @@ def run_export(
     return EXIT_FITTED
 
 
-def _ink_table(source: Path, layers: Sequence[str]) -> "InkTable":
-    """Read or compute the table."""
-    if source.suffix == ".nc" and not source.is_dir():
-        from jaxink.export.netcdf import read_ink_table
+def _read(source: Path) -> "InkTable":
+    from jaxink.export.netcdf import read_ink_table
 
-        return read_ink_table(source)
-    prepare_jax()
+    return read_ink_table(source)
+
+
+def _compute(source: Path, layers: Sequence[str]) -> "InkTable":
     import jaxink
     from jaxink.export.inside import ink_table
 

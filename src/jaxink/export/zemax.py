@@ -21,6 +21,9 @@ _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange
 _AZIMUTH_DEG = np.linspace(0, 180, 37)
 # Largest difference, of the incident power, between the table's hemispherical total and that of the file.
 _TOTAL_TOLERANCE = 0.02
+# Beyond this incidence hardly any power arrives, and scatter along the horizon is between the file's angles:
+# the stated total is exact there, the shape is not checked.
+_GRAZING_DEG = 85.0
 
 
 def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
@@ -82,8 +85,7 @@ def _file(table: InkTable, component: str, w: int, radial, azimuth) -> str:
     values = np.zeros(theta.shape)
     values[above] = interpolated(table, component, w, angles[above], theta[above], phi[above])
     totals = _totals(table, component, w, incidence)
-    # At grazing incidence no power arrives, and what leaves on the horizon is between the file's angles.
-    arriving = incidence < 90
+    arriving = incidence <= _GRAZING_DEG
     sampled = (azimuth, radial, values[arriving])
     _require_resolved(table, component, w, leaving[arriving], totals[arriving], sampled)
     for total, rows in zip(totals, values, strict=True):
