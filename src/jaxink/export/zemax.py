@@ -129,8 +129,9 @@ def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, 
     from scipy.interpolate import RegularGridInterpolator
 
     azimuth, radial, values = file
-    theta, phi = np.meshgrid(table.theta_deg, table.phi_deg, indexing="ij")
-    weights = np.outer(projected_weights(table.theta_deg), azimuth_weights(table.phi_deg))
+    axes = _refined(table.theta_deg), _refined(table.phi_deg)
+    theta, phi = np.meshgrid(*axes, indexing="ij")
+    weights = np.outer(projected_weights(axes[0]), azimuth_weights(axes[1]))
     for angle, total, rows in zip(leaving, totals, values, strict=True):
         r, a = _scatter_deg(angle, theta, phi)
         back = np.sum(weights * RegularGridInterpolator((azimuth, radial), rows)((a, r)))
@@ -140,3 +141,8 @@ def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, 
                 f"{table.wavelength_nm[w]:g} nm would scatter {back:.4g} instead of {total:.4g} of the "
                 f"incident power towards {angle:.4g} degrees; give finer axes (radial_deg, azimuth_deg)."
             )
+
+
+def _refined(axis: np.ndarray) -> np.ndarray:
+    """Every step in three: what the file holds bends between the entries of the table."""
+    return np.interp(np.arange(3 * len(axis) - 2) / 3, np.arange(len(axis)), axis)
