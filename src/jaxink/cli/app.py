@@ -156,6 +156,58 @@ def predict(
 
 
 @app.command()
+def export(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RESULT", help="Folder or result.json of a fit, or an ink table of jaxink (.nc)."
+        ),
+    ],
+    format: Annotated[
+        str,
+        typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="For which program."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")],
+    layer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Layer that is the ink; repeat it for an ink of several layers."),
+    ] = None,
+    name: Annotated[str, typer.Option(metavar="NAME", help="First part of the files' names.")] = "ink",
+    allow_loss: Annotated[
+        str,
+        typer.Option(
+            metavar="LOSS,...",
+            help="What may be lost where the format cannot hold it: regular, beyond_critical, "
+            "standard_errors, index_step.",
+        ),
+    ] = "",
+    regular_bin_deg: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="Spread the regular part over cones of this full width, where it cannot be kept apart.",
+        ),
+    ] = None,
+    basis: Annotated[
+        str, typer.Option(metavar="klems|tensor_tree", help="Basis of Radiance files.")
+    ] = "klems",
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write the BSDF of a fitted ink, as seen from inside its plate, for a ray tracer."""
+    with one_sentence(debug):
+        from jaxink.cli.export import run_export
+
+        choices = {
+            "name": name,
+            "drop": tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip()),
+            "regular_bin_deg": regular_bin_deg,
+            "basis": basis,
+        }
+        raise typer.Exit(run_export(source, format, out, layer or (), choices, quiet))
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for everything that is written.")] = Path(
         "jaxink-demo"

@@ -1,0 +1,70 @@
+"""Edge-lit plate with ink on its lower face, seen from above.
+
+Run as ``python example_scene.py ink.nc picture.exr``, with the variant as an optional third argument.
+"""
+
+import sys
+
+import mitsuba as mi
+
+
+def plate_with_ink(filename, index=1.49, size=(64, 48), samples=64, **table):
+    """Scene dictionary.
+
+    Parameters
+    ----------
+    filename
+        netCDF file of jaxink.
+    index
+        Refractive index of the plate: that inside of the table.
+    size
+        Width and height of the picture in pixels.
+    samples
+        Of each pixel.
+    table
+        Further properties of ``jaxink_table``, such as ``wavelength_nm``.
+
+    Returns
+    -------
+    dict
+        For ``mi.load_dict``.
+    """
+    to = mi.ScalarTransform4f()
+    glass = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0}
+    ink = {"type": "jaxink_table", "filename": filename, **table}
+    # Faces of a plate of 10 by 6 by 0.6, outward normals; the ink is on the lower one.
+    half = to.scale([5, 3, 1])
+    faces = {
+        "lower": (to.translate([0, 0, -0.3]) @ to.rotate([1, 0, 0], 180) @ half, ink),
+        "upper": (to.translate([0, 0, 0.3]) @ half, glass),
+        "left": (to.translate([-5, 0, 0]) @ to.rotate([0, 1, 0], -90) @ to.scale([0.3, 3, 1]), glass),
+        "right": (to.translate([5, 0, 0]) @ to.rotate([0, 1, 0], 90) @ to.scale([0.3, 3, 1]), glass),
+        "near": (to.translate([0, -3, 0]) @ to.rotate([1, 0, 0], 90) @ to.scale([5, 0.3, 1]), glass),
+        "far": (to.translate([0, 3, 0]) @ to.rotate([1, 0, 0], -90) @ to.scale([5, 0.3, 1]), glass),
+    }
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 24},
+        "lamp": {
+            "type": "rectangle",
+            "to_world": to.translate([-5.2, 0, 0]) @ to.rotate([0, 1, 0], 90) @ to.scale([0.3, 3, 1]),
+            "emitter": {"type": "area", "radiance": {"type": "spectrum", "value": 10.0}},
+        },
+        "sensor": {
+            "type": "perspective",
+            "fov": 50,
+            "to_world": to.look_at(origin=[0, -9, 9], target=[0, 0, 0], up=[0, 0, 1]),
+            "film": {"type": "hdrfilm", "width": size[0], "height": size[1]},
+            "sampler": {"type": "independent", "sample_count": samples},
+        },
+    }
+    for name, (to_world, bsdf) in faces.items():
+        scene[name] = {"type": "rectangle", "to_world": to_world, "bsdf": bsdf}
+    return scene
+
+
+if __name__ == "__main__":
+    mi.set_variant(sys.argv[3] if len(sys.argv) > 3 else "scalar_rgb")
+    import jaxink_table  # noqa: F401
+
+    mi.util.write_bitmap(sys.argv[2], mi.render(mi.load_dict(plate_with_ink(sys.argv[1]))))

@@ -1,0 +1,62 @@
+"""BSDF files of LightTools."""
+
+from pathlib import Path
+
+import numpy as np
+
+from jaxink.export.losses import ExportOptions
+from jaxink.export.sampling import diffuse_totals, interpolated
+from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.export.text import block, provenance, row, stem
+
+# Light comes from the side that the outward normal of the plate points to: front.
+_SIDES = {"I": "Back", "A": "Front"}
+# Azimuth at which the light arrives in files of isotropic samples.
+_INCIDENCE_AZIMUTH_DEG = 90.0
+
+
+def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> None:
+    """Write one ``.bsdf`` file a wavelength, with all four components.
+
+    Parameters
+    ----------
+    table
+        The table.
+    folder
+        Where to write.
+    options
+        Name.
+    """
+    totals = diffuse_totals(table)
+    # A full circle in the file's azimuths, each entry of the table and its mirror image once.
+    own = np.concatenate([table.phi_deg, 360 - table.phi_deg[::-1]])
+    azimuth = np.unique(np.round(np.append((own + _INCIDENCE_AZIMUTH_DEG) % 360, [0.0, 360.0]), 9))
+    phi = azimuth - _INCIDENCE_AZIMUTH_DEG
+    for w, wavelength_nm in enumerate(table.wavelength_nm):
+        lines = [f"# {line}" for line in provenance(table, w)]
+        lines += [
+            "# Side: that of incidence; Front: light from side A, Back: light from side I, inside the plate",
+            "# AOI and ScatterRadial: from the normal, each in the medium of its own side",
+            "# ScatterAzimuth: light arrives from azimuth 90, its specular or undeviated direction is at 270",
+            "Symmetry Asymmetric",
+            "SpectralContent Monochrome",
+            f"ScatterAzimuth {len(azimuth)}",
+            row(azimuth),
+            f"ScatterRadial {len(table.theta_deg)}",
+            row(table.theta_deg),
+            "DataBegin",
+        ]
+        for c, component in enumerate(COMPONENTS):
+            for i, theta_i in enumerate(table.theta_deg):
+                values = interpolated(table, component, w, theta_i, table.theta_deg, phi[:, None])
+                lines += [
+                    f"AOI {theta_i:.9g}",
+                    "POI 0",
+                    f"Side {_SIDES[component[2]]}",
+                    f"Wavelength {wavelength_nm:.10g}",
+                    f"ScatterType {'BRDF' if component[0] == 'R' else 'BTDF'}",
+                    f"TIS {totals[c, w, i]:.9g}",
+                    block(values),
+                ]
+        path = folder / f"{stem(table, w, options.name)}.bsdf"
+        path.write_text("\n".join([*lines, "DataEnd", ""]), encoding="ascii", errors="replace")

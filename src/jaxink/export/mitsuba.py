@@ -1,0 +1,27 @@
+"""The ink for Mitsuba 3: its table, a plug-in that reads it, and an example scene."""
+
+from importlib.resources import files
+from pathlib import Path
+
+from jaxink.export.losses import ExportOptions
+from jaxink.export.table import InkTable
+
+_PROGRAMS = ("jaxink_table.py", "example_scene.py")
+
+
+def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> None:
+    """Write the canonical netCDF file and the Python files that use it; they need no jaxink.
+
+    Parameters
+    ----------
+    table
+        The table.
+    folder
+        Where to write.
+    options
+        Name.
+    """
+    table.to_netcdf(folder / f"{options.name}.nc")
+    for name in _PROGRAMS:
+        source = files("jaxink.export") / "for_mitsuba" / name
+        (folder / name).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")

@@ -1,0 +1,90 @@
+"""Anisotropic BSDF text files of Ansys Speos."""
+
+from pathlib import Path
+
+import numpy as np
+
+from jaxink.export.losses import ExportOptions
+from jaxink.export.sampling import diffuse_totals
+from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.export.text import block, provenance, row, stem
+
+_SIDES = {"I": "inside", "A": "outside"}
+# Half the width of the band for which the file gives a total, so that it has the two entries of a spectrum.
+_HALF_BAND_NM = 0.5
+
+
+def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
+    """Write two ``.anisotropicbsdf`` files a wavelength, one for light from each side.
+
+    Parameters
+    ----------
+    table
+        The table.
+    folder
+        Where to write.
+    options
+        Name.
+
+    Notes
+    -----
+    Values are intensities f |cos(theta)|: in transmission the software does not read BSDF values properly.
+    It scales a table so that its total at the reference incidence is the stated percentage.
+    """
+    for w in range(len(table.wavelength_nm)):
+        for side, name in _SIDES.items():
+            path = folder / f"{stem(table, w, options.name)}_{name}.anisotropicbsdf"
+            path.write_text(_file(table, w, side), encoding="ascii", errors="replace")
+
+
+def _file(table: InkTable, w: int, side: str) -> str:
+    totals = diffuse_totals(table)
+    # In the order of the format, reflection first; what is zero throughout has no shape to scale.
+    components = [c for c, name in enumerate(COMPONENTS) if name[2] == side]
+    components.sort(key=lambda c: COMPONENTS[c][0])
+    present = [c for c in components if totals[c, w].max() > 0]
+    description = "\n".join(
+        [
+            *provenance(table, w),
+            f"light from side {side}; transmission: theta beyond 90, towards the other side",
+            "values in the tables: BSDF times |cos(theta)|; phi 0: specular or undeviated direction",
+        ]
+    )
+    lines = [
+        "OPTIS - Anisotropic BSDF surface file v8.0",
+        "0",
+        "Comment",
+        str(len(description)),
+        description,
+        "0 1 0",
+        " ".join(str(int(c in present)) for c in components),
+        "0",
+    ]
+    for _ in present:
+        lines += ["1", "0", str(len(table.theta_deg)), row(table.theta_deg)]
+    for c in present:
+        # The incidence with most light, so that the scale has the fewest relative errors.
+        reference = int(np.argmax(totals[c, w]))
+        percent = f"{100 * totals[c, w, reference]:.9g}"
+        band = (table.wavelength_nm[w] + shift for shift in (-_HALF_BAND_NM, _HALF_BAND_NM))
+        lines += [f"{table.theta_deg[reference]:.9g} 0", "Comment", "2"]
+        lines += [f"{wavelength_nm:.10g} {percent}" for wavelength_nm in band]
+    for c in present:
+        lines += _tables(table, w, c)
+    return "\n".join([*lines, "End of file", ""])
+
+
+def _tables(table: InkTable, w: int, c: int) -> list[str]:
+    """One table an incidence, rows by polar angle."""
+    cosine = np.cos(np.deg2rad(table.theta_deg))
+    cosine[-1] = 0.0
+    # Azimuths from the undeviated direction, all round: those of the table run from the source.
+    azimuth = np.concatenate([180 - table.phi_deg[::-1], 180 + table.phi_deg[1:]])
+    theta = table.theta_deg if COMPONENTS[c][0] == "R" else 180 - table.theta_deg[::-1]
+    lines = []
+    for values in table.bsdf_per_sr[c, w] * cosine[:, None]:
+        around = np.concatenate([values[:, ::-1], values[:, 1:]], axis=1)
+        upwards = around if COMPONENTS[c][0] == "R" else around[::-1]
+        lines += [f"{len(theta)} {len(azimuth)}", row(azimuth)]
+        lines.append(block(np.column_stack([theta, upwards])))
+    return lines

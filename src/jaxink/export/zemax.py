@@ -1,0 +1,148 @@
+"""Tabulated BSDF files of Zemax OpticStudio."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.export.losses import ExportOptions
+from jaxink.export.sampling import (
+    azimuth_weights,
+    critical_angle_deg,
+    exit_angles_deg,
+    interpolated,
+    projected_weights,
+)
+from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.export.text import block, provenance, row, stem
+
+_RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
+_AZIMUTH_DEG = np.linspace(0, 180, 37)
+# Largest difference, of the incident power, between the table's hemispherical total and that of the file.
+_TOTAL_TOLERANCE = 0.02
+# Beyond this incidence hardly any power arrives, and scatter along the horizon is between the file's angles:
+# the stated total is exact there, the shape is not checked.
+_GRAZING_DEG = 85.0
+
+
+def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
+    """Write one ``.bsdf`` file a component and wavelength.
+
+    Parameters
+    ----------
+    table
+        The table.
+    folder
+        Where to write.
+    options
+        Name and axes.
+
+    Raises
+    ------
+    InputRefusedError
+        If the axes are too coarse for the table.
+
+    Notes
+    -----
+    ``AngleOfIncidence`` holds the angle of the specular or refracted direction about which the file's
+    scatter angles are taken: a transmission from the denser side has rows up to the critical angle only.
+    """
+    radial = np.asarray(_RADIAL_DEG if options.radial_deg is None else options.radial_deg, float)
+    azimuth = np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
+    for w in range(len(table.wavelength_nm)):
+        for component in COMPONENTS:
+            text = _file(table, component, w, radial, azimuth)
+            path = folder / f"{stem(table, w, options.name)}_{component}.bsdf"
+            path.write_text(text, encoding="ascii", errors="replace")
+
+
+def _file(table: InkTable, component: str, w: int, radial, azimuth) -> str:
+    critical = critical_angle_deg(table, component, w)
+    incidence = table.theta_deg[table.theta_deg < critical - 1e-6]
+    # The last refracted angle is grazing, on whatever grid the table is.
+    incidence = np.append(incidence, critical)
+    leaving = exit_angles_deg(table, component, w, incidence)
+    kind = "reflection" if component[0] == "R" else "transmission"
+    lines = [f"# {line}" for line in provenance(table, w)]
+    lines += [
+        f"# component {component}: {kind} of light from side {component[2]} to side {component[3]}",
+        "# AngleOfIncidence: of the specular or refracted direction, from the normal on the side of leaving",
+        "Source Measured",
+        "Symmetry PlaneSymmetrical",
+        "SpectralContent Monochrome",
+        f"ScatterType {'BRDF' if component[0] == 'R' else 'BTDF'}",
+        "SampleRotation 1",
+        "0",
+    ]
+    for name, axis in (("AngleOfIncidence", leaving), ("ScatterAzimuth", azimuth), ("ScatterRadial", radial)):
+        lines += [f"{name} {len(axis)}", row(axis)]
+    lines += ["", "Monochrome", "DataBegin"]
+    theta, phi = _outgoing_deg(leaving, radial, azimuth)
+    # Below the horizon there is no such direction, and nothing scattered.
+    above = theta <= 90
+    angles = np.broadcast_to(incidence[:, None, None], theta.shape)
+    values = np.zeros(theta.shape)
+    values[above] = interpolated(table, component, w, angles[above], theta[above], phi[above])
+    totals = _totals(table, component, w, incidence)
+    arriving = incidence <= _GRAZING_DEG
+    sampled = (azimuth, radial, values[arriving])
+    _require_resolved(table, component, w, leaving[arriving], totals[arriving], sampled)
+    for total, rows in zip(totals, values, strict=True):
+        lines += [f"TIS {total:.9g}", block(rows)]
+    return "\n".join([*lines, "DataEnd", ""])
+
+
+def _outgoing_deg(leaving_deg, radial_deg, azimuth_deg):
+    """Polar angle and azimuth about the normal of scatter angles about the specular direction.
+
+    Shapes ``(incidence, azimuth, radial)``; polar angles beyond 90 are below the horizon. Azimuth 0 of the
+    scatter angles goes from the specular direction to the normal.
+    """
+    t = np.deg2rad(leaving_deg)[:, None, None]
+    a, r = np.deg2rad(azimuth_deg)[:, None], np.deg2rad(radial_deg)
+    x = np.sin(r) * np.cos(a) * np.cos(t) - np.cos(r) * np.sin(t)
+    y = np.sin(r) * np.sin(a) + 0 * t
+    z = np.sin(r) * np.cos(a) * np.sin(t) + np.cos(r) * np.cos(t)
+    # The horizon itself counts as above it, whatever the sines round to.
+    z = np.where(np.abs(z) < 1e-12, 0.0, np.clip(z, -1, 1))
+    return np.rad2deg(np.arccos(z)), np.rad2deg(np.arctan2(y, x))
+
+
+def _scatter_deg(leaving_deg, theta_deg, phi_deg):
+    """The inverse of `_outgoing_deg`: radial angle and azimuth, the latter mirrored to 0 to 180."""
+    t, theta, phi = (np.deg2rad(angle) for angle in (leaving_deg, theta_deg, phi_deg))
+    x, y, z = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
+    along = x * np.cos(t) + z * np.sin(t)
+    up = z * np.cos(t) - x * np.sin(t)
+    return np.rad2deg(np.arccos(np.clip(up, -1, 1))), np.rad2deg(np.arctan2(np.abs(y), along))
+
+
+def _totals(table: InkTable, component: str, w: int, incidence) -> Float[np.ndarray, " incidences"]:
+    """Total integrated scatter, exact for the table as interpolated."""
+    each = table.bsdf_per_sr[COMPONENTS.index(component), w] @ azimuth_weights(table.phi_deg)
+    return np.interp(incidence, table.theta_deg, each @ projected_weights(table.theta_deg))
+
+
+def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, file) -> None:
+    """Refuse axes from which the table's totals do not come back."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    azimuth, radial, values = file
+    axes = _refined(table.theta_deg), _refined(table.phi_deg)
+    theta, phi = np.meshgrid(*axes, indexing="ij")
+    weights = np.outer(projected_weights(axes[0]), azimuth_weights(axes[1]))
+    for angle, total, rows in zip(leaving, totals, values, strict=True):
+        r, a = _scatter_deg(angle, theta, phi)
+        back = np.sum(weights * RegularGridInterpolator((azimuth, radial), rows)((a, r)))
+        if abs(back - total) > _TOTAL_TOLERANCE:
+            raise InputRefusedError(
+                f"Zemax: with {len(azimuth)} azimuths and {len(radial)} radial angles {component} at "
+                f"{table.wavelength_nm[w]:g} nm would scatter {back:.4g} instead of {total:.4g} of the "
+                f"incident power towards {angle:.4g} degrees; give finer axes (radial_deg, azimuth_deg)."
+            )
+
+
+def _refined(axis: np.ndarray) -> np.ndarray:
+    """Every step in three: what the file holds bends between the entries of the table."""
+    return np.interp(np.arange(3 * len(axis) - 2) / 3, np.arange(len(axis)), axis)

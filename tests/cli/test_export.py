@@ -1,0 +1,103 @@
+"""The command that writes an ink for ray tracers."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from export.analytic_tables import smooth_table
+from jaxink.cli.app import app
+
+pytest.importorskip("jaxink.export.netcdf")
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ["export", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    table = smooth_table()
+    table = dataclasses.replace(table, bsdf_standard_error_per_sr=0.01 * table.bsdf_per_sr)
+    return table.to_netcdf(tmp_path_factory.mktemp("table") / "table.nc")
+
+
+@pytest.mark.parametrize(
+    ("format", "loss", "names"),
+    [
+        (
+            "zemax",
+            "beyond_critical,standard_errors",
+            [f"ink_550nm_{c}.bsdf" for c in ("R_AA", "R_II", "T_AI", "T_IA")],
+        ),
+        ("lighttools", "standard_errors", ["ink_550nm.bsdf"]),
+        ("speos", "standard_errors", [f"ink_550nm_{side}.anisotropicbsdf" for side in ("inside", "outside")]),
+        ("radiance", "standard_errors, index_step", ["ink_550nm.xml"]),
+        ("mitsuba", "", ["example_scene.py", "ink.nc", "jaxink_table.py"]),
+        ("csv", "", ["ink_bsdf.csv", "ink_totals.csv"]),
+        ("netcdf", "", ["ink.nc"]),
+    ],
+)
+def test_each_format_is_written(format, loss, names, file, tmp_path):
+    out = tmp_path / "out"
+    done = run(file, "--format", format, "--out", out, "--allow-loss", loss)
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert sorted(path.name for path in out.iterdir()) == names
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert all(str(out / name) in done.stdout for name in names)
+    assert ("Allowed to be lost: " in done.stdout) == bool(loss)
+
+
+def test_netcdf_comes_back_to_the_last_bit(file, tmp_path):
+    from jaxink.export.netcdf import read_ink_table
+
+    assert run(file, "--format", "netcdf", "--out", tmp_path, "--name", "red", "--quiet").stdout == ""
+    first, again = read_ink_table(file), read_ink_table(tmp_path / "red.nc")
+    np.testing.assert_array_equal(again.bsdf_per_sr, first.bsdf_per_sr)
+    np.testing.assert_array_equal(again.bsdf_standard_error_per_sr, first.bsdf_standard_error_per_sr)
+
+
+def test_a_refusal_is_one_sentence_and_writes_nothing(file, tmp_path):
+    done = run(file, "--format", "lighttools", "--out", tmp_path / "out")
+    assert (done.exit_code, done.stdout) == (5, "")
+    assert done.stderr.startswith("jaxink: LightTools .bsdf cannot hold standard errors: allow the loss")
+    assert done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--format", "merl"), "format is 'merl'; it must be one of: zemax, lighttools, "),
+        (
+            ("--format", "csv", "--allow-loss", "all"),
+            "drop names 'all'; what may be lost is one of: regular, ",
+        ),
+        (("--format", "csv", "--regular-bin-deg", "5"), "CSV keeps the regular part apart"),
+        (("--format", "radiance", "--basis", "klems_half"), "basis is 'klems_half'"),
+    ],
+)
+def test_bad_options_are_refused(options, words, file, tmp_path):
+    done = run(file, *options, "--out", tmp_path / "out")
+    assert (done.exit_code, done.stdout) == (5, "")
+    assert done.stderr.startswith(f"jaxink: {words}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, example_result):
+    """The folder of a fit; the computation of the table has tests of its own."""
+    asked = []
+
+    def table_of(result, layers):
+        asked.append((result.values, layers))
+        return smooth_table()
+
+    monkeypatch.setattr("jaxink.export.inside.ink_table", table_of)
+    monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
+    example_result.save(tmp_path / "result")
+    done = run(tmp_path / "result", "--format", "csv", "--out", tmp_path / "out", "--layer", "ink")
+    assert done.exit_code == 0, done.stderr
+    ((values, layers),) = asked
+    assert layers == ["ink"]
+    assert values == pytest.approx(example_result.values)
