@@ -1,12 +1,16 @@
 """Table of an ink layer's BSDF between the plate (side I, inside) and the other side (A, mostly air)."""
 
 import dataclasses
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+
+if TYPE_CHECKING:
+    import xarray
 
 # First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
 COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
@@ -75,3 +79,53 @@ class InkTable:
         """Refractive indices of the side of incidence and of the side of leaving, for a component's name."""
         indices = {"I": self.index_inside, "A": self.index_outside}
         return indices[component[2]], indices[component[3]]
+
+    def interpolated(
+        self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
+    ) -> Float[np.ndarray, " points"]:
+        """BSDF between the entries, linear in each angle, as a ray tracer reads a table.
+
+        Parameters
+        ----------
+        component
+            One of `COMPONENTS`.
+        theta_i_deg, theta_o_deg, phi_deg
+            Directions; of any common shape. Azimuths beyond 180 are mirrored.
+        wavelength
+            Position of the wavelength.
+
+        Returns
+        -------
+        np.ndarray
+            1/sr, of the common shape.
+        """
+        from scipy.interpolate import RegularGridInterpolator
+
+        axes = (self.theta_deg, self.theta_deg, self.phi_deg)
+        values = self.bsdf_per_sr[COMPONENTS.index(component), wavelength]
+        turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
+        points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
+        return RegularGridInterpolator(axes, values)(points)
+
+    def to_dataset(self) -> "xarray.Dataset":
+        """The table as an xarray Dataset, see `jaxink.export.netcdf`."""
+        from jaxink.export.netcdf import to_dataset
+
+        return to_dataset(self)
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write the table to a netCDF file, whole or not at all; `read_ink_table` reads it.
+
+        Parameters
+        ----------
+        path
+            The file, suffix .nc.
+
+        Returns
+        -------
+        Path
+            Of the file.
+        """
+        from jaxink.export.netcdf import write_netcdf
+
+        return write_netcdf(self, path)

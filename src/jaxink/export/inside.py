@@ -1,0 +1,287 @@
+"""The BSDF of an ink alone, as light inside the plate meets it, with its uncertainty."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.bsdf import diffuse_bsdf, regular_power
+from jaxink.errors import InputRefusedError
+from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
+from jaxink.export.grid import critical_angles_deg, polar_grid
+from jaxink.export.table import InkTable
+from jaxink.fitting import FitResult
+from jaxink.forward import ForwardModel
+from jaxink.geometry import Directions
+from jaxink.numerics.precision import computing
+from jaxink.sample import Sample
+from jaxink.stack import SolverConfig, Stack
+
+# Pairs of directions of one solve: bounds the memory that the azimuthal series takes.
+_MOST_POINTS = 60_000
+
+
+@dataclasses.dataclass(frozen=True)
+class TableOptions:
+    """Choices of a table.
+
+    Parameters
+    ----------
+    n_theta
+        Number of polar angles. The error of linear interpolation goes as its inverse square.
+    n_phi
+        Number of azimuths, equally spaced from 0 to 180 degrees.
+    inside
+        Side of the plate in the order in which light meets the layers, ``front`` or ``back``; None: that on
+        which the ink has a neighbouring layer.
+    index_inside, index_outside
+        Refractive indices of side I and side A; None: of what the sample has there.
+    accuracy
+        Largest relative error of the BSDF that the discretisation of the solver may cause.
+    """
+
+    n_theta: int = 61
+    n_phi: int = 37
+    inside: str | None = None
+    index_inside: float | None = None
+    index_outside: float | None = None
+    accuracy: float = 1e-4
+
+    def __post_init__(self):
+        if self.n_phi < 2:
+            raise InputRefusedError(f"n_phi is {self.n_phi}; it must be at least 2.")
+
+
+def ink_table(
+    source: FitResult | ForwardModel | Sample,
+    layers: Sequence[str] | str | None = None,
+    wavelengths_nm: Sequence[float] | None = None,
+    values: Mapping[str, float] | None = None,
+    options: TableOptions | None = None,
+) -> InkTable:
+    """Tabulate the BSDF of an ink alone, between the medium of its plate (I) and the other side (A).
+
+    Parameters
+    ----------
+    source
+        What is known of the ink. Only a `FitResult` gives standard errors.
+    layers
+        Names of the neighbouring layers that make the ink; None: the only scattering one.
+    wavelengths_nm
+        Wavelengths; None: those of the fit or of the model, or those that the sample names.
+    values
+        Values by name that replace those of the source; the table then has no standard errors.
+    options
+        Choices; None for the defaults.
+
+    Returns
+    -------
+    InkTable
+
+    Raises
+    ------
+    InputRefusedError
+        If the ink, its plate or the wavelengths are not clear.
+
+    Notes
+    -----
+    Between equal indices the BSDF of light that arrives and leaves grazing has no limit. The entries at 90
+    degrees are those a quarter of the last step before; the attribute ``grazing_theta_deg`` says where.
+    """
+    options = TableOptions() if options is None else options
+    sample, wavelengths = _sample_and_wavelengths(source, wavelengths_nm)
+    if values:
+        table = sample.parameters
+        for name, value in values.items():
+            table = table.replace(name, value=float(value))
+        sample = dataclasses.replace(sample, parameters=table)
+    ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
+    spread = _Spread.of(source) if isinstance(source, FitResult) and not values else _Spread.unknown(source)
+    with computing():
+        return _tabulate(ink, wavelengths, spread, options)
+
+
+def _sample_and_wavelengths(source, wavelengths_nm):
+    if isinstance(source, Sample):
+        sample, known = source, source.wavelengths_nm
+    elif isinstance(source, ForwardModel):
+        sample, known = source.sample, source.wavelengths_nm
+    else:
+        sample = source.sample
+        known = np.unique(source.data.wavelength_nm[source.data.used]).tolist()
+    wavelengths = sorted(float(w) for w in (known if wavelengths_nm is None else np.ravel(wavelengths_nm)))
+    if not wavelengths:
+        raise InputRefusedError("the sample names no wavelength_nm; give wavelengths_nm.")
+    if len(set(wavelengths)) != len(wavelengths):
+        raise InputRefusedError(f"wavelengths_nm names a wavelength twice: {wavelengths}.")
+    return sample, tuple(wavelengths)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Spread:
+    """Covariance of the parameters that have one, and a sentence on it."""
+
+    names: tuple[str, ...]
+    matrix: Float[np.ndarray, "parameters parameters"]
+    sentence: str
+
+    @property
+    def known(self) -> bool:
+        return bool(self.names)
+
+    @classmethod
+    def unknown(cls, source) -> "_Spread":
+        why = "other values than those of the fit" if isinstance(source, FitResult) else "not from a fit"
+        return cls((), np.zeros((0, 0)), f"no standard errors: {why}")
+
+    @classmethod
+    def of(cls, result: FitResult) -> "_Spread":
+        """From standard errors and correlations; a parameter on its bound counts as known."""
+        if not result.correlation_names:
+            return cls((), np.zeros((0, 0)), "no standard errors: the fit gives none")
+        rows = [result[name] for name in result.correlation_names]
+        open_ones = [
+            p.name for p in rows if p.standard_error is None and p.flag not in ("at lower bound", "at upper bound")
+        ]
+        if open_ones:
+            return cls((), np.zeros((0, 0)), f"no standard errors: the fit leaves {', '.join(open_ones)} open")
+        free = [i for i, p in enumerate(rows) if p.standard_error is not None]
+        held = [p.name for p in rows if p.standard_error is None]
+        errors = np.array([rows[i].standard_error for i in free])
+        matrix = errors[:, None] * result.correlations[np.ix_(free, free)] * errors
+        sentence = "one standard error by the fit's covariance"
+        if held:
+            sentence += f"; {', '.join(held)} counts as known, on its bound"
+        return cls(tuple(rows[i].name for i in free), matrix, sentence)
+
+    def standard_error(self, slopes: np.ndarray) -> np.ndarray:
+        """Of quantities with these slopes, parameters first."""
+        variance = np.einsum("p...,pq,q...->...", slopes, self.matrix, slopes, optimize=True)
+        return np.sqrt(np.maximum(variance, 0.0))
+
+
+def _tabulate(ink: InkLayers, wavelengths, spread: _Spread, options: TableOptions) -> InkTable:
+    model = ink_alone(ink, wavelengths, options.accuracy)
+    stacks, tangents = _stacks_and_tangents(ink, model, spread.names)
+    if ink.inside == "back":
+        stacks, tangents = reversed_stack(stacks), reversed_stack(tangents)
+    lit = ((stacks, tangents), (reversed_stack(stacks), reversed_stack(tangents)))
+    theta_deg = polar_grid(options.n_theta, _kinks_deg(stacks))
+    grazing_deg = 90 - (90 - theta_deg[-2]) / 4
+    phi_deg = np.linspace(0.0, 180.0, options.n_phi)
+    evaluated = np.minimum(theta_deg, grazing_deg)
+    columns = [[], []]
+    for w in range(len(wavelengths)):
+        here = [
+            _side(*(_at(tree, w, axis) for tree, axis in zip(pair, (0, 1), strict=True)), evaluated, phi_deg, model.config)
+            for pair in lit
+        ]
+        for column, ((r_ii, t_ia), (r_aa, t_ai)) in zip(columns, zip(*here, strict=True), strict=True):
+            column.append([r_ii, t_ia, t_ai, r_aa])
+    # Component by component, wavelengths next; of each: the value, then its slopes.
+    bsdf, regular = (np.swapaxes(np.array(column), 0, 1) for column in columns)
+    errors = (None, None)
+    if spread.known:
+        errors = tuple(
+            spread.standard_error(np.moveaxis(slopes, 2, 0)) for slopes in (bsdf[:, :, 1:], regular[:, :, 1:])
+        )
+    return InkTable(
+        wavelength_nm=np.array(wavelengths),
+        theta_deg=theta_deg,
+        phi_deg=phi_deg,
+        bsdf_per_sr=bsdf[:, :, 0],
+        regular=regular[:, :, 0],
+        index_inside=np.asarray(stacks.index_front),
+        index_outside=np.asarray(stacks.index_back),
+        bsdf_standard_error_per_sr=errors[0],
+        regular_standard_error=errors[1],
+        attrs=_attrs(ink, spread, options, model.config, grazing_deg),
+    )
+
+
+def _attrs(ink, spread, options, config, grazing_deg):
+    from importlib.metadata import version
+
+    return {
+        "title": ink.sample.title,
+        "layers": " ".join(ink.names),
+        "inside": ink.inside,
+        "standard_error": spread.sentence,
+        "grazing_theta_deg": float(grazing_deg),
+        "accuracy": options.accuracy,
+        "solver": ", ".join(f"{name} {size}" for name, size in dataclasses.asdict(config).items()),
+        "jaxink_version": version("jaxink"),
+    }
+
+
+def _stacks_and_tangents(ink: InkLayers, model: ForwardModel, names: tuple[str, ...]) -> tuple[Stack, Stack]:
+    """Stacks by wavelength, and their derivatives by parameter, then wavelength."""
+    start = ink.sample.parameters.values_with({})
+
+    @jax.jit
+    def of(point):
+        def stacks(x):
+            return ink_stacks(ink, model, dict(zip(names, x, strict=True)))
+
+        along = jax.vmap(lambda t: jax.jvp(stacks, (point,), (t,))[1])(jnp.eye(len(names)))
+        return stacks(point), along
+
+    return of(jnp.array([float(start[name]) for name in names]))
+
+
+def _at(tree, position: int, axis: int):
+    """One wavelength of a tree."""
+    return jax.tree.map(lambda x: jnp.take(x, position, axis=axis), tree)
+
+
+def _kinks_deg(stacks: Stack) -> list[float]:
+    """Critical angles of the surroundings against every other medium, at every wavelength."""
+    indices = [np.asarray(index) for index in stacks.indices]
+    angles = []
+    for here in np.array(indices).T:
+        for own in (here[0], here[-1]):
+            angles += critical_angles_deg(own, here)
+    return angles
+
+
+def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig):
+    """Reflection and transmission at all pairs of directions, each the value followed by its slopes."""
+    n_theta, n_phi = len(theta_deg), len(phi_deg)
+    per_incidence = 2 * n_theta * n_phi
+    n_chunks = -(-n_theta * per_incidence // _MOST_POINTS)
+    # Chunks of one size share one compiled program: the last incidence fills up the last chunk.
+    size = -(-n_theta // n_chunks)
+    padded = np.append(theta_deg, np.full(n_chunks * size - n_theta, theta_deg[-1]))
+    bsdf, regular = [], []
+    for incidences in padded.reshape(n_chunks, size):
+        axes = np.meshgrid([False, True], np.arange(size), np.arange(n_theta), phi_deg, indexing="ij")
+        side, into, out, phi = (axis.ravel() for axis in axes)
+        directions = Directions(
+            np.sin(np.deg2rad(incidences)),
+            np.sin(np.deg2rad(theta_deg)),
+            into,
+            out,
+            np.deg2rad(180.0 - phi),
+            side,
+        )
+        diffuse, straight = _light(stack, tangents, directions, config)
+        bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
+        regular.append(np.asarray(straight))
+    whole = np.moveaxis(np.concatenate(bsdf, axis=2)[:, :, :n_theta], 1, 0)
+    return whole, np.moveaxis(np.concatenate(regular, axis=2)[:, :, :n_theta], 1, 0)
+
+
+@eqx.filter_jit
+def _light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+    """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
+
+    def of(s):
+        return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
+
+    value = of(stack)
+    slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,))[1])(tangents)
+    return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)
