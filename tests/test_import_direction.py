@@ -21,6 +21,7 @@ FLOORS = (
     ("instrument",),
     ("forward",),
     ("fitting",),
+    ("export",),
     ("plots",),
     ("cli",),
     ("__main__",),

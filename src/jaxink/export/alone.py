@@ -91,11 +91,15 @@ def find_ink(
     positions = sorted(known.index(name) for name in set(wanted))
     first, last = positions[0], positions[-1]
     if positions != list(range(first, last + 1)):
-        raise InputRefusedError(f"the layers {', '.join(wanted)} are not neighbours; name those between, too.")
+        raise InputRefusedError(
+            f"the layers {', '.join(wanted)} are not neighbours; name those between, too."
+        )
     if not any(layer.scatters for layer in sample.layers[first : last + 1]):
         raise InputRefusedError(f"none of the layers {', '.join(wanted)} scatters; there is no ink in them.")
     if inside is None:
-        neighbours = [side for side, there in (("front", first > 0), ("back", last + 1 < len(known))) if there]
+        neighbours = [
+            side for side, there in (("front", first > 0), ("back", last + 1 < len(known))) if there
+        ]
         if len(neighbours) != 1:
             raise InputRefusedError(
                 f"the ink has {'layers on both sides' if neighbours else 'no layer beside it'}; say where "
@@ -153,9 +157,7 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
                 media[name] = dataclasses.replace(_number(sample, medium), name=name)
             else:
                 there = _number(sample, f"{medium}@{wavelength:g}")
-                media[f"{name}@{wavelength:g}"] = dataclasses.replace(
-                    there, name=f"{name}@{wavelength:g}"
-                )
+                media[f"{name}@{wavelength:g}"] = dataclasses.replace(there, name=f"{name}@{wavelength:g}")
     alone = dataclasses.replace(
         sample,
         layers=tuple(layers),

@@ -1,4 +1,4 @@
-"""Polar angles of a table: dense where a BSDF between two media bends."""
+"""Polar angles of a table, dense where a BSDF between two media bends, and interpolation between them."""
 
 import math
 
@@ -77,3 +77,26 @@ def polar_grid(n_theta: int, critical_deg) -> np.ndarray:
     # Exact ends, whatever sine and cosine round to.
     angles[np.cumsum(steps)] = ends[1:]
     return angles
+
+
+def linear_matrix(grid: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Matrix that interpolates values on a grid linearly.
+
+    Parameters
+    ----------
+    grid
+        Ascending, shape ``(nodes,)``.
+    targets
+        Within the grid, shape ``(targets,)``.
+
+    Returns
+    -------
+    np.ndarray
+        Shape ``(targets, nodes)``.
+    """
+    right = np.clip(np.searchsorted(grid, targets), 1, len(grid) - 1)
+    share = (targets - grid[right - 1]) / (grid[right] - grid[right - 1])
+    rows = np.zeros((len(targets), len(grid)))
+    at = np.arange(len(targets))
+    rows[at, right], rows[at, right - 1] = share, 1 - share
+    return rows

@@ -32,14 +32,24 @@ _VARIABLES = (
     ("regular", _DIMS[:3], "1", "regular reflectance or transmittance, power"),
     ("index_inside", ("wavelength",), "1", "refractive index of side I"),
     ("index_outside", ("wavelength",), "1", "refractive index of side A"),
-    ("bsdf_standard_error_per_sr", _DIMS, "sr-1", "one standard error of bsdf_per_sr by the fit's covariance"),
+    (
+        "bsdf_standard_error_per_sr",
+        _DIMS,
+        "sr-1",
+        "one standard error of bsdf_per_sr by the fit's covariance",
+    ),
     ("regular_standard_error", _DIMS[:3], "1", "one standard error of regular by the fit's covariance"),
 )
 _OPTIONAL = ("bsdf_standard_error_per_sr", "regular_standard_error")
 _COORDINATES = (
     ("wavelength", "wavelength_nm", "nm", "wavelength in vacuum"),
     ("theta_i", "theta_deg", "degree", "polar angle of incidence from the normal, in the medium it is in"),
-    ("theta_o", "theta_deg", "degree", "polar angle of outgoing light from the normal, in the medium it is in"),
+    (
+        "theta_o",
+        "theta_deg",
+        "degree",
+        "polar angle of outgoing light from the normal, in the medium it is in",
+    ),
     ("phi", "phi_deg", "degree", "azimuth of the outgoing direction minus that towards the source"),
 )
 
@@ -101,7 +111,7 @@ def from_dataset(dataset: "xarray.Dataset", source: str = "the Dataset") -> InkT
     version = int(dataset.attrs.get("schema_version", 0))
     if version != SCHEMA_VERSION:
         raise InputRefusedError(
-            f"{source}: has schema_version {version}; this jaxink reads ink tables of version {SCHEMA_VERSION}."
+            f"{source}: has schema_version {version}; this jaxink reads tables of version {SCHEMA_VERSION}."
         )
     needed = [row[0] for row in (*_COORDINATES, *_VARIABLES)] + ["component"]
     for name in needed:

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.export.alone import InkLayers, find_ink, reversed_sample
+from jaxink.export.grid import linear_matrix
 from jaxink.export.table import COMPONENTS, InkTable
 from jaxink.fitting import FitResult
 from jaxink.forward import ForwardModel, evaluate
@@ -177,7 +178,7 @@ class Sheet:
 
         table = self.table
         n_phi = 1 + round(180 / np.min(np.diff(table.phi_deg)))
-        from_forward = _linear(table.phi_deg, np.linspace(180.0, 0.0, n_phi))
+        from_forward = linear_matrix(table.phi_deg, np.linspace(180.0, 0.0, n_phi))
         values = np.einsum("ciop,kp->ckio", table.bsdf_per_sr[:, self.wavelength], from_forward)
         series = dct(values, type=1, axis=1) / (2 * (n_phi - 1))
         series[:, -1] /= 2
@@ -200,7 +201,7 @@ class Sheet:
     def _reading(self, kappa, side):
         """Matrix that reads the table at the angles of channels on a side; 0 where there is no such light."""
         sine = kappa / self.indices[side]
-        rows = _linear(self.table.theta_deg, np.rad2deg(np.arcsin(np.minimum(sine, 1.0))))
+        rows = linear_matrix(self.table.theta_deg, np.rad2deg(np.arcsin(np.minimum(sine, 1.0))))
         return np.where((sine < 1)[:, None], rows, 0.0)
 
     def regular(self, kappa) -> np.ndarray:
@@ -232,16 +233,6 @@ class _Regular:
         light = np.moveaxis(leaving, -1, 0)[..., None]
         steps = (np.eye(2) - again).reshape(len(again), *(1,) * (light.ndim - 3), 2, 2)
         return np.moveaxis(np.linalg.solve(steps, light)[..., 0], 0, -1)
-
-
-def _linear(grid, targets):
-    """Matrix of linear interpolation on an ascending grid."""
-    right = np.clip(np.searchsorted(grid, targets), 1, len(grid) - 1)
-    share = (targets - grid[right - 1]) / (grid[right] - grid[right - 1])
-    rows = np.zeros((len(targets), len(grid)))
-    at = np.arange(len(targets))
-    rows[at, right], rows[at, right - 1] = share, 1 - share
-    return rows
 
 
 @dataclasses.dataclass(frozen=True)
@@ -292,9 +283,7 @@ class SheetVerification:
         return max(check.largest_difference for check in self.checks)
 
 
-def sheets(
-    table: InkTable, source: FitResult | Sample, n_nodes: int = 32
-) -> tuple[InkLayers, list[Sheet]]:
+def sheets(table: InkTable, source: FitResult | Sample, n_nodes: int = 32) -> tuple[InkLayers, list[Sheet]]:
     """Put a table in the place of its ink.
 
     Parameters

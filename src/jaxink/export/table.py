@@ -68,7 +68,8 @@ class InkTable:
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 raise InputRefusedError(
-                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}; its axes ask for {shape}."
+                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}, "
+                    f"but its axes ask for {shape}."
                 )
         for name, last in (("theta_deg", 90.0), ("phi_deg", 180.0)):
             axis = getattr(self, name)
@@ -106,6 +107,34 @@ class InkTable:
         turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
         points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
         return RegularGridInterpolator(axes, values)(points)
+
+    def interpolation_error(self, largest_theta_deg: float = 85.0) -> dict[str, float]:
+        """Estimate of the largest error of linear interpolation in the polar angles, by component.
+
+        Parameters
+        ----------
+        largest_theta_deg
+            Of the angles looked at: closer to grazing, entries may grow without limit.
+
+        Returns
+        -------
+        dict[str, float]
+            Over the largest BSDF at the same incidence. The quarter of the error that a table of every second
+            angle makes at the entries between, by the square law.
+        """
+        from jaxink.export.grid import linear_matrix
+
+        kept = np.unique(np.append(np.arange(0, len(self.theta_deg), 2), len(self.theta_deg) - 1))
+        looked_at = self.theta_deg <= largest_theta_deg
+        rows = linear_matrix(self.theta_deg[kept], self.theta_deg[looked_at])
+        found = {}
+        for name, values in zip(COMPONENTS, self.bsdf_per_sr, strict=True):
+            exact = values[:, looked_at][:, :, looked_at]
+            thinned = values[:, kept][:, :, kept]
+            difference = np.abs(np.einsum("ia,wabp,ob->wiop", rows, thinned, rows, optimize=True) - exact)
+            top = np.max(exact, axis=(2, 3), keepdims=True)
+            found[name] = float(np.max(difference / np.where(top > 0, top, np.inf))) / 4
+        return found
 
     def to_dataset(self) -> "xarray.Dataset":
         """The table as an xarray Dataset, see `jaxink.export.netcdf`."""
