@@ -9,7 +9,6 @@ import jaxink
 from jaxink.errors import InputRefusedError
 from jaxink.export import TableOptions, verify_sheet
 from jaxink.export.sheet import sheets
-from jaxink.forward import ForwardModel, evaluate
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +28,8 @@ def test_the_sheet_is_the_full_model_lit_from_either_side(verified):
 def test_light_without_its_index_step_is_noticed(unmatched_table, unmatched):
     wrong = np.array(unmatched_table.bsdf_per_sr)
     wrong[1] /= 1.49**2
-    checks = verify_sheet(dataclasses.replace(unmatched_table, bsdf_per_sr=wrong), unmatched, [30.0]).checks
-    by_side = {(c.lit_from, c.side): c.largest_difference for c in checks}
+    checks = verify_sheet(dataclasses.replace(unmatched_table, bsdf_per_sr=wrong), unmatched).checks
+    by_side = {(c.lit_from, c.side): c.largest_difference for c in checks if c.theta_i_deg == 30}
     assert by_side["inside", "T"] > 0.3
     assert by_side["inside", "R"] < 5e-3
 
@@ -39,31 +38,23 @@ def test_photons_that_know_the_table_only_agree(unmatched_table, unmatched, phot
     axes = np.meshgrid([5.0, 30, 55, 75, 85], [0.0, 90, 180], [False, True], indexing="ij")
     theta_o, phi, side = (axis.ravel() for axis in axes)
     (sheet,) = sheets(unmatched_table, unmatched)[1]
-    incidences = (0.0, 60.0)
-    model = ForwardModel(
-        unmatched,
-        np.repeat(incidences, len(side)),
-        *(np.tile(column, 2) for column in (theta_o, phi)),
-        np.full(2 * len(side), 550.0),
-        np.tile(side, 2),
-    )
-    for seed, (theta_i, full) in enumerate(zip(incidences, np.split(evaluate(model), 2), strict=True)):
-        plate = photons.Plate(optical_thickness=0.05)
+    plate = photons.Plate(optical_thickness=0.05)
+    for seed, theta_i in enumerate((0.0, 60.0)):
         found, error = photons.plate_bsdf(
-            unmatched_table, plate, theta_i, (theta_o, phi, side), n_photons=6000, seed=seed
+            unmatched_table, plate, theta_i, (theta_o, phi, side), n_photons=8000, seed=seed
         )
-        assert np.median(error / found) < 5e-3
-        assert np.all(
-            np.abs(found - sheet.bsdf(0, theta_i, theta_o, phi, side)) < 4 * error + 1e-3 * found.max()
-        )
-        assert np.all(np.abs(found - full) < 4 * error + 5e-3 * full.max())
+        expected = sheet.bsdf(0, theta_i, theta_o, phi, side)
+        assert np.median(error / found) < 4e-3
+        assert np.all(np.abs(found - expected) < 4 * error + 1e-3 * expected.max())
 
 
 def test_the_sheet_explains_the_measurement_as_well_as_the_fit(example_result):
-    table = jaxink.ink_table(example_result, options=TableOptions(41, 25, accuracy=1e-3))
-    found = verify_sheet(table, example_result, theta_i_deg=[30.0])
+    options = TableOptions(n_theta=41, n_phi=25, accuracy=1e-3)
+    table = jaxink.ink_table(example_result.sample, wavelengths_nm=[550.0], options=options)
+    found = verify_sheet(table, example_result, theta_i_deg=())
+    assert found.checks == ()
     for side in "RT":
-        assert found.sheet_rms[side] < 0.02
+        assert 1e-3 < found.sheet_rms[side] < 0.02
         assert found.sheet_rms[side] == pytest.approx(found.model_rms[side], abs=3e-3)
 
 

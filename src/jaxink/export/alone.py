@@ -146,22 +146,16 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
         layers[0] = _with_faces(layers[0], whole[ink.first - 1], "front_roughness")
     if ink.last + 1 < len(whole):
         layers[-1] = _with_faces(layers[-1], whole[ink.last + 1], "back_roughness")
-    numbers = {p.name: p for p in _numbers(sample)}
-    media = {}
+    numbers, media = _numbers(sample), {}
     for name, medium in ((_FRONT, ink.index_front), (_BACK, ink.index_back)):
-        numbers.pop(name, None)
         for wavelength in wavelengths_nm:
-            if isinstance(medium, float):
-                media[name] = Parameter(name, medium)
-            elif medium in sample.parameters:
-                media[name] = dataclasses.replace(_number(sample, medium), name=name)
-            else:
-                there = _number(sample, f"{medium}@{wavelength:g}")
-                media[f"{name}@{wavelength:g}"] = dataclasses.replace(there, name=f"{name}@{wavelength:g}")
+            at = "" if isinstance(medium, float) or medium in numbers else f"@{wavelength:g}"
+            there = Parameter(name, medium) if isinstance(medium, float) else numbers[medium + at]
+            media[name + at] = dataclasses.replace(there, name=name + at)
     alone = dataclasses.replace(
         sample,
         layers=tuple(layers),
-        parameters=ParameterTable([*media.values(), *numbers.values()]),
+        parameters=ParameterTable(list((_without(numbers, _FRONT, _BACK) | media).values())),
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
     )
@@ -222,7 +216,8 @@ def reversed_stack(stack: Stack) -> Stack:
         stack.layers[::-1],
         stack.index_back,
         stack.index_front,
-        tuple(last - medium for medium in stack.block_media),
+        # Their order does not matter; in a fixed one both directions mostly share a compiled program.
+        tuple(sorted(last - medium for medium in stack.block_media)),
         stack.exposed,
     )
 
@@ -255,7 +250,7 @@ def reversed_sample(sample: Sample) -> Sample:
         )
         for layer in reversed(sample.layers)
     )
-    numbers = [dataclasses.replace(p, name=renamed(p.name), free=False) for p in _numbers(sample)]
+    numbers = [dataclasses.replace(p, name=renamed(p.name), free=False) for p in _numbers(sample).values()]
     return dataclasses.replace(
         sample,
         layers=layers,
@@ -277,16 +272,20 @@ def _with_faces(layer: Layer, neighbour: Layer, face: str) -> Layer:
     return dataclasses.replace(layer, roughness=(*layer.roughness, *shared))
 
 
-def _number(sample: Sample, name: str) -> Parameter:
-    """A parameter with its value in place of its tie; still free where a fit can change it."""
+def _without(numbers: dict[str, Parameter], *stems: str) -> dict[str, Parameter]:
+    return {name: p for name, p in numbers.items() if name.split("@")[0] not in stems}
+
+
+def _number(sample: Sample, name: str, value: float) -> Parameter:
+    """A parameter with its value in place of its tie.
+
+    Free where a fit can change an index, which decides on the channels; nothing else is fitted here.
+    """
     parameter = sample.parameters[name]
-    value = float(sample.parameters.values_with({})[name])
-    return Parameter(name, value, parameter.free or parameter.tie is not None)
+    is_index = "index_" in name or name.split("@")[0].endswith("refractive_index")
+    return Parameter(name, float(value), is_index and (parameter.free or parameter.tie is not None))
 
 
-def _numbers(sample: Sample) -> list[Parameter]:
+def _numbers(sample: Sample) -> dict[str, Parameter]:
     values = sample.parameters.values_with({})
-    return [
-        Parameter(name, float(values[name]), parameter.free or parameter.tie is not None)
-        for name, parameter in sample.parameters.items()
-    ]
+    return {name: _number(sample, name, value) for name, value in values.items()}

@@ -189,9 +189,10 @@ class _Spread:
 def _tabulate(ink: InkLayers, wavelengths, spread: _Spread, options: TableOptions) -> InkTable:
     model = ink_alone(ink, wavelengths, options.accuracy)
     stacks, tangents = _stacks_and_tangents(ink, model, spread.names)
-    if ink.inside == "back":
-        stacks, tangents = reversed_stack(stacks), reversed_stack(tangents)
-    lit = ((stacks, tangents), (reversed_stack(stacks), reversed_stack(tangents)))
+    other_way = reversed_stack(stacks), reversed_stack(tangents)
+    one_way = tuple(reversed_stack(tree) for tree in other_way)
+    lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
+    stacks = lit[0][0]
     n_theta, n_phi = options.numbers(model.config.n_orders)
     theta_deg = polar_grid(n_theta, _kinks_deg(stacks))
     grazing_deg = 90 - (90 - theta_deg[-2]) / 4
@@ -312,6 +313,7 @@ def _light(stack: Stack, tangents: Stack, directions: Directions, config: Solver
     def of(s):
         return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
 
-    value = of(stack)
-    slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,))[1])(tangents)
+    if len(tangents.index_front) == 0:
+        return jax.tree.map(lambda v: v[None], of(stack))
+    value, slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,)), out_axes=(None, 0))(tangents)
     return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)

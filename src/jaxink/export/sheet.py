@@ -364,7 +364,7 @@ def verify_sheet(
     source
         What it was made from.
     theta_i_deg
-        Incidences in the surroundings.
+        Incidences in the surroundings; empty: only the measurement is compared.
     n_nodes
         As of `Sheet`.
 
@@ -384,7 +384,8 @@ def verify_sheet(
     first_lit = 0 if ink.inside == "front" else 1
     checks = []
     for lit_from, lit_sample in ((first_lit, sample), (1 - first_lit, reversed_sample(sample))):
-        checks += _checks(of_wavelength, lit_sample, lit_from, theta_i_deg)
+        if len(theta_i_deg):
+            checks += _checks(of_wavelength, lit_sample, lit_from, theta_i_deg)
     return SheetVerification(tuple(checks), *_against_measurement(of_wavelength, source, first_lit))
 
 
