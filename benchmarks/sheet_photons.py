@@ -7,6 +7,7 @@ estimation), so that any number of sharp directions is seen without bins.
 import dataclasses
 
 import numpy as np
+
 from jaxink.export import InkTable
 
 _ROULETTE_BELOW = 0.02

@@ -13,7 +13,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.export import COMPONENTS, TableOptions
 from jaxink.export.alone import find_ink, ink_alone, ink_stacks, reversed_sample
 from jaxink.export.grid import polar_grid
-from jaxink.export.inside import _Spread
+from jaxink.export.spread import Spread
 from jaxink.geometry import Directions
 from jaxink.optics import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
@@ -149,7 +149,7 @@ def test_a_parameter_on_its_bound_counts_as_known(example_result):
         else p
         for p in example_result.parameters
     )
-    spread = _Spread.of(dataclasses.replace(example_result, parameters=rows))
+    spread = Spread.of(dataclasses.replace(example_result, parameters=rows))
     assert spread.names == ("ink.scattering_per_mm", "ink.asymmetry_parameter")
     assert "ink.absorption_per_mm counts as known" in spread.sentence
     slopes = np.array([[2.0, 0.0], [0.0, 3.0]])
@@ -168,8 +168,8 @@ def test_only_a_fit_has_standard_errors(of_fit, example_result, unmatched_table)
         for p in example_result.parameters
     )
     unknown = dataclasses.replace(example_result, parameters=rows)
-    assert not _Spread.of(unknown).known
-    assert "leaves ink.scattering_per_mm open" in _Spread.of(unknown).sentence
+    assert not Spread.of(unknown).known
+    assert "leaves ink.scattering_per_mm open" in Spread.of(unknown).sentence
 
 
 PRIMED = """
@@ -185,7 +185,7 @@ absorption_per_mm = { value = 2.0, per_wavelength = true }
 name = "ink"
 kind = "scattering"
 phase_function = "henyey_greenstein"
-refractive_index = 1.53
+refractive_index = { tie = "1.53" }
 thickness_um = 30
 scattering_per_mm = 60
 absorption_per_mm = 1
@@ -231,6 +231,8 @@ def test_the_plate_may_lie_behind(unmatched_table, unmatched):
         ({"layers": ["ink"]}, "the ink has layers on both sides; say where the plate is"),
         ({"options": TableOptions(inside="below")}, 'must be "front" or "back"'),
         ({"options": TableOptions(n_theta=5, inside="back")}, "needs at least"),
+        ({"layers": "ink", "values": {"ink.absorption": 1.0}}, "did you mean ink.absorption_per_mm"),
+        ({"layers": "ink", "values": {"ink.refractive_index": 1.5}}, "is tied to '1.53' and takes no value"),
         ({"wavelengths_nm": [450, 450], "options": TableOptions(inside="back")}, "names a wavelength twice"),
     ],
 )

@@ -11,21 +11,19 @@ _SAME_DEG = 0.05
 _FEWEST = 4
 
 
-def critical_angles_deg(index: float, others) -> list[float]:
+def critical_angles_deg(index_ratios) -> list[float]:
     """Angles in a medium beyond which light cannot propagate in thinner ones.
 
     Parameters
     ----------
-    index
-        Refractive index of the medium.
-    others
-        Those of the other media.
+    index_ratios
+        Refractive indices of the other media over that of the medium.
 
     Returns
     -------
     list[float]
     """
-    return [math.degrees(math.asin(other / index)) for other in others if other < index]
+    return [math.degrees(math.asin(ratio)) for ratio in index_ratios if ratio < 1]
 
 
 def polar_grid(n_theta: int, critical_deg) -> np.ndarray:

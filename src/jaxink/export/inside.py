@@ -7,12 +7,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
 from jaxink.export.grid import critical_angles_deg, polar_grid
+from jaxink.export.spread import Spread
 from jaxink.export.table import InkTable
 from jaxink.fitting import FitResult
 from jaxink.forward import ForwardModel
@@ -115,10 +115,17 @@ def ink_table(
     if values:
         table = sample.parameters
         for name, value in values.items():
+            if name in table and table[name].tie is not None:
+                raise InputRefusedError(
+                    f"{name} is tied to '{table[name].tie}' and takes no value; give one to what it follows."
+                )
             table = table.replace(name, value=float(value))
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
-    spread = _Spread.of(source) if isinstance(source, FitResult) and not values else _Spread.unknown(source)
+    if not isinstance(source, FitResult):
+        spread = Spread.none("not from a fit")
+    else:
+        spread = Spread.none("other values than those of the fit") if values else Spread.of(source)
     with computing():
         return _tabulate(ink, wavelengths, spread, options)
 
@@ -139,54 +146,7 @@ def _sample_and_wavelengths(source, wavelengths_nm):
     return sample, tuple(wavelengths)
 
 
-@dataclasses.dataclass(frozen=True)
-class _Spread:
-    """Covariance of the parameters that have one, and a sentence on it."""
-
-    names: tuple[str, ...]
-    matrix: Float[np.ndarray, "parameters parameters"]
-    sentence: str
-
-    @property
-    def known(self) -> bool:
-        return bool(self.names)
-
-    @classmethod
-    def unknown(cls, source) -> "_Spread":
-        why = "other values than those of the fit" if isinstance(source, FitResult) else "not from a fit"
-        return cls((), np.zeros((0, 0)), f"no standard errors: {why}")
-
-    @classmethod
-    def of(cls, result: FitResult) -> "_Spread":
-        """From standard errors and correlations; a parameter on its bound counts as known."""
-        if not result.correlation_names:
-            return cls((), np.zeros((0, 0)), "no standard errors: the fit gives none")
-        rows = [result[name] for name in result.correlation_names]
-        open_ones = [
-            p.name
-            for p in rows
-            if p.standard_error is None and p.flag not in ("at lower bound", "at upper bound")
-        ]
-        if open_ones:
-            return cls(
-                (), np.zeros((0, 0)), f"no standard errors: the fit leaves {', '.join(open_ones)} open"
-            )
-        free = [i for i, p in enumerate(rows) if p.standard_error is not None]
-        held = [p.name for p in rows if p.standard_error is None]
-        errors = np.array([rows[i].standard_error for i in free])
-        matrix = errors[:, None] * result.correlations[np.ix_(free, free)] * errors
-        sentence = "one standard error by the fit's covariance"
-        if held:
-            sentence += f"; {', '.join(held)} counts as known, on its bound"
-        return cls(tuple(rows[i].name for i in free), matrix, sentence)
-
-    def standard_error(self, slopes: np.ndarray) -> np.ndarray:
-        """Of quantities with these slopes, parameters first."""
-        variance = np.einsum("p...,pq,q...->...", slopes, self.matrix, slopes, optimize=True)
-        return np.sqrt(np.maximum(variance, 0.0))
-
-
-def _tabulate(ink: InkLayers, wavelengths, spread: _Spread, options: TableOptions) -> InkTable:
+def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions) -> InkTable:
     model = ink_alone(ink, wavelengths, options.accuracy)
     stacks, tangents = _stacks_and_tangents(ink, model, spread.names)
     other_way = reversed_stack(stacks), reversed_stack(tangents)
@@ -198,40 +158,38 @@ def _tabulate(ink: InkLayers, wavelengths, spread: _Spread, options: TableOption
     grazing_deg = 90 - (90 - theta_deg[-2]) / 4
     phi_deg = np.linspace(0.0, 180.0, n_phi)
     evaluated = np.minimum(theta_deg, grazing_deg)
-    columns = [[], []]
+    spectrum = []
     for w in range(len(wavelengths)):
-        here = [
-            _side(
-                *(_at(tree, w, axis) for tree, axis in zip(pair, (0, 1), strict=True)),
-                evaluated,
-                phi_deg,
-                model.config,
-            )
-            for pair in lit
-        ]
-        for column, ((r_ii, t_ia), (r_aa, t_ai)) in zip(columns, zip(*here, strict=True), strict=True):
-            column.append([r_ii, t_ia, t_ai, r_aa])
-    # Component by component, wavelengths next; of each: the value, then its slopes.
-    bsdf, regular = (np.swapaxes(np.array(column), 0, 1) for column in columns)
-    errors = (None, None)
-    if spread.known:
-        errors = tuple(
-            spread.standard_error(np.moveaxis(slopes, 2, 0)) for slopes in (bsdf[:, :, 1:], regular[:, :, 1:])
+        (r_ii, t_ia), (r_aa, t_ai) = (
+            _side(_at(trees[0], w, 0), _at(trees[1], w, 1), evaluated, phi_deg, model.config) for trees in lit
         )
+        spectrum.append([_with_error(*part, spread) for part in (r_ii, t_ia, t_ai, r_aa)])
+    # Four columns by wavelength and component: BSDF, its error, regular power, its error.
+    bsdf, bsdf_error, regular, regular_error = (
+        None if column[0][0] is None else np.swapaxes(np.array(column), 0, 1)
+        for column in zip(*(zip(*parts, strict=True) for parts in spectrum), strict=True)
+    )
     table = InkTable(
         wavelength_nm=np.array(wavelengths),
         theta_deg=theta_deg,
         phi_deg=phi_deg,
-        bsdf_per_sr=bsdf[:, :, 0],
-        regular=regular[:, :, 0],
+        bsdf_per_sr=bsdf,
+        regular=regular,
         index_inside=np.asarray(stacks.index_front),
         index_outside=np.asarray(stacks.index_back),
-        bsdf_standard_error_per_sr=errors[0],
-        regular_standard_error=errors[1],
+        bsdf_standard_error_per_sr=bsdf_error,
+        regular_standard_error=regular_error,
         attrs=_attrs(ink, spread, options, model.config, grazing_deg),
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
     return table
+
+
+def _with_error(bsdf, regular, spread: Spread):
+    """BSDF and regular power of one component, each with its standard error or None."""
+    if not spread.known:
+        return bsdf[0], None, regular[0], None
+    return bsdf[0], spread.standard_error(bsdf[1:]), regular[0], spread.standard_error(regular[1:])
 
 
 def _attrs(ink, spread, options, config, grazing_deg):
@@ -270,17 +228,21 @@ def _at(tree, position: int, axis: int):
 
 
 def _kinks_deg(stacks: Stack) -> list[float]:
-    """Critical angles of the surroundings against every other medium, at every wavelength."""
-    indices = [np.asarray(index) for index in stacks.indices]
+    """Critical angles of the surroundings against every other medium, at both ends of their dispersion."""
+    indices = np.array(stacks.indices)
     angles = []
-    for here in np.array(indices).T:
-        for own in (here[0], here[-1]):
-            angles += critical_angles_deg(own, here)
+    for own in (indices[0], indices[-1]):
+        for other in indices:
+            ratios = other / own
+            angles += critical_angles_deg([np.min(ratios), np.max(ratios)])
     return angles
 
 
 def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig):
-    """Reflection and transmission at all pairs of directions, each the value followed by its slopes."""
+    """Reflection and transmission, of each the BSDF at all pairs of directions and the regular power.
+
+    The value comes first, its slopes by each parameter follow.
+    """
     n_theta, n_phi = len(theta_deg), len(phi_deg)
     per_incidence = 2 * n_theta * n_phi
     n_chunks = -(-n_theta * per_incidence // _MOST_POINTS)
@@ -302,8 +264,8 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
         diffuse, straight = _light(stack, tangents, directions, config)
         bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
         regular.append(np.asarray(straight))
-    whole = np.moveaxis(np.concatenate(bsdf, axis=2)[:, :, :n_theta], 1, 0)
-    return whole, np.moveaxis(np.concatenate(regular, axis=2)[:, :, :n_theta], 1, 0)
+    wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
+    return tuple(zip(*(np.moveaxis(whole, 1, 0) for whole in wholes), strict=True))
 
 
 @eqx.filter_jit
