@@ -222,6 +222,19 @@ def test_the_plate_may_lie_behind(unmatched_table, unmatched):
     np.testing.assert_allclose(table.regular, unmatched_table.regular, rtol=1e-12)
 
 
+def test_roughness_stays_with_its_interface():
+    rough = PRIMED.replace(
+        "thickness_mm = 2.0", 'thickness_mm = 2.0\nfront_roughness = { density = "ggx", sigma_deg = 5.0 }'
+    )
+    sample = jaxink.parse_sample(rough)
+    turned = reversed_sample(sample)
+    assert [layer.name for layer in turned.layers] == ["plate", "ink", "coat"]
+    assert [face.face for face in turned.layers[0].roughness] == ["back_roughness"]
+    # The plate declares the face that it shares with the ink: it is the ink's, and is not left out.
+    with pytest.raises(InputRefusedError, match="layer 'ink' declares back_roughness"):
+        jaxink.ink_table(sample, ["coat", "ink"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [

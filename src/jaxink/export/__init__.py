@@ -2,8 +2,8 @@
 
 from jaxink.export.inside import TableOptions, ink_table
 from jaxink.export.netcdf import read_ink_table
-from jaxink.export.sheet import SheetCheck, SheetVerification, verify_sheet
 from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.export.verification import SheetCheck, SheetVerification, verify_sheet
 
 __all__ = [
     "COMPONENTS",
