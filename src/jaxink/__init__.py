@@ -16,6 +16,7 @@ _HOMES = {
     "jaxink.optics": ("ClearLayer", "ScatteringLayer"),
     "jaxink.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.geometry": ("Directions",),
+    "jaxink.export": ("InkTable", "ink_table", "read_ink_table"),
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -23,6 +24,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 if TYPE_CHECKING:
     from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
     from jaxink.errors import InputRefusedError, JaxinkError, PrecisionError, UnsafeVersionError
+    from jaxink.export import InkTable, ink_table, read_ink_table
     from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict
     from jaxink.forward import ForwardModel
     from jaxink.geometry import Directions

@@ -70,7 +70,7 @@ class ForwardModel(eqx.Module):
     block_media: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True)
     rarest: tuple[int, ...] = eqx.field(static=True)
-    rough_faces: tuple[tuple[str, Roughness] | None, ...] = eqx.field(static=True)
+    rough_faces: tuple[Roughness | None, ...] = eqx.field(static=True)
     rough_tables: tuple[RoughTable | None, ...]
     mie_sizes: MieSizes = eqx.field(static=True)
 
@@ -108,12 +108,12 @@ class ForwardModel(eqx.Module):
     def _rough_table(self, interface: int) -> RoughTable | None:
         """An interface computed beforehand at each wavelength, where at most its angle is free."""
         face, table = self.rough_faces[interface], self.sample.parameters
-        if face is None or face[1].second_density is not None:
+        if face is None or face.second_density is not None:
             return None
         names = self._index_names()
-        if any((p.free or p.tie is not None) and p.name.startswith(names) for p in table.values()):
+        if any(not p.is_fixed and p.name.startswith(names) for p in table.values()):
             return None
-        sigma = table.get(f"{face[0]}.sigma_deg")
+        sigma = table.get(f"{face.name}.sigma_deg")
         if sigma is None or sigma.tie is not None:
             return None
         span = (sigma.minimum, sigma.maximum) if sigma.free else (sigma.value, sigma.value)
@@ -122,7 +122,7 @@ class ForwardModel(eqx.Module):
             stack = self.stack(values, wavelength_nm)
             outer, inner, _, n_orders, sizes = stack.rough_arguments(interface, self.config)
             grid = stack.grid(self.config)
-            return rough_table(grid, (outer, inner), face[1].density, span, n_orders, sizes.n_outer)
+            return rough_table(grid, (outer, inner), face.density, span, n_orders, sizes.n_outer)
 
         with computing():
             values = self._at_each_wavelength(table.values_with({}))
@@ -201,7 +201,7 @@ class ForwardModel(eqx.Module):
             self.exposed,
             tuple(_slopes(face, values) for face in self.rough_faces),
             tuple(
-                table and table.at(values[f"{face[0]}.sigma_deg"])
+                table and table.at(values[f"{face.name}.sigma_deg"])
                 for table, face in zip(rough_tables, self.rough_faces, strict=bool(rough_tables))
             ),
             self.rarest,
@@ -314,39 +314,32 @@ def evaluate(model: ForwardModel) -> np.ndarray:
         return np.asarray(_compiled_bsdf(model))
 
 
-def _rough_faces(sample: Sample) -> tuple[tuple[str, Roughness] | None, ...]:
-    """Rough face of each interface, with the name that its parameters begin with; None where it is smooth."""
-
-    def is_smooth(name, face):
-        sigma = sample.parameters.get(f"{name}.sigma_deg")
-        always_zero = sigma is not None and sigma.value == 0 and not sigma.free and sigma.tie is None
-        return face.second_density is None and always_zero
-
+def _rough_faces(sample: Sample) -> list[Roughness | None]:
+    """Rough face of each interface; None where it is smooth."""
     faces: list = [None] * (len(sample.layers) + 1)
     for k, layer in enumerate(sample.layers):
         for face in layer.roughness:
-            name = f"{layer.name}.{face.face}"
-            if is_smooth(name, face):
+            sigma = sample.parameters.get(f"{face.name}.sigma_deg")
+            if face.second_density is None and sigma is not None and sigma.is_fixed and sigma.value == 0:
                 continue
             interface = k if face.face == "front_roughness" else k + 1
             if faces[interface] is not None:
                 raise InputRefusedError(
-                    f"{faces[interface][0]} and {name} are the same interface; declare it once."
+                    f"{faces[interface].name} and {face.name} are the same interface; declare it once."
                 )
-            faces[interface] = (name, face)
-    return tuple(faces)
+            faces[interface] = face
+    return faces
 
 
-def _slopes(face: tuple[str, Roughness] | None, values: Mapping):
+def _slopes(face: Roughness | None, values: Mapping):
     """Density of the facet slopes of an interface."""
     if face is None:
         return None
-    name, roughness = face
-    first = slope_density(roughness.density, values[f"{name}.sigma_deg"])
-    if roughness.second_density is None:
+    first = slope_density(face.density, values[f"{face.name}.sigma_deg"])
+    if face.second_density is None:
         return first
-    second = slope_density(roughness.second_density, values[f"{name}.second_sigma_deg"])
-    return SlopeMixture(first, second, values[f"{name}.second_weight"])
+    second = slope_density(face.second_density, values[f"{face.name}.second_sigma_deg"])
+    return SlopeMixture(first, second, values[f"{face.name}.second_weight"])
 
 
 def _layer(layer: Layer, values: Mapping, wavelength_nm, sizes: MieSizes):

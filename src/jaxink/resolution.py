@@ -32,7 +32,9 @@ class Demand(eqx.Module):
     optical_thickness
         Of the scattering layers together.
     largest_sine, smallest_sine
-        Of grazing light from the surroundings, inside the scattering layers.
+        Of grazing light from the denser of the surroundings, inside the scattering layers.
+    escaping_sine
+        Of grazing light from the thinner of them: the largest.
     exposed
         As of `Stack`.
     """
@@ -41,6 +43,7 @@ class Demand(eqx.Module):
     optical_thickness: Float[Array, "*batch"]
     largest_sine: Float[Array, "*batch"]
     smallest_sine: Float[Array, "*batch"]
+    escaping_sine: Float[Array, "*batch"]
     exposed: bool = eqx.field(static=True)
 
 
@@ -48,13 +51,15 @@ def demand(stack: Stack) -> Demand:
     """Read off a stack what it asks of the discretisation."""
     layers = [stack.layers[k] for k in stack.scattering]
     moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
-    outside = jnp.maximum(stack.index_front, stack.index_back)
-    sines = jnp.stack([outside / layer.refractive_index for layer in layers])
+    outside = jnp.stack([stack.index_front, stack.index_back])
+    sines = jnp.stack([jnp.max(outside) / layer.refractive_index for layer in layers])
+    escaping = jnp.max(jnp.stack([jnp.min(outside) / layer.refractive_index for layer in layers]))
     return Demand(
         phase_moments=jnp.max(jnp.stack(moments), axis=0),
         optical_thickness=sum(layer.optical_thickness for layer in layers),
         largest_sine=jnp.minimum(jnp.max(sines), 1.0),
         smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
+        escaping_sine=jnp.minimum(escaping, 1.0),
         exposed=stack.exposed,
     )
 
@@ -97,18 +102,19 @@ def sizes_for(demand: Demand, accuracy: float = 1e-4, layer_method: str = "faste
     """
     require_accuracy(accuracy)
     moments = np.atleast_2d(demand.phase_moments)
-    numbers = (demand.optical_thickness, demand.largest_sine, demand.smallest_sine)
-    each = zip(moments, *(np.ravel(number) for number in numbers), strict=True)
+    sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
+    each = zip(moments, np.ravel(demand.optical_thickness), np.atleast_2d(sines), strict=True)
     sizes = np.max([_sizes(*one, demand.exposed, accuracy) for one in each], axis=0)
     return SolverConfig(*sizes.tolist(), layer_method=layer_method)
 
 
-def _sizes(moments, thickness, sine, smallest_sine, exposed, accuracy):
+def _sizes(moments, thickness, sines, exposed, accuracy):
     """Nodes of the escaping and of each trapped block, moments and orders."""
     # How much of the narrow features is left: eight times the light that was scattered at most twice.
     few = math.exp(-thickness) * (1 + thickness + thickness**2 / 2) if thickness < 700 else 0.0
     narrow = min(1.0, 8 * few)
-    cone, narrowest_cone = (math.asin(s) / (math.pi / 2) for s in (sine, smallest_sine))
+    sine = sines[0]
+    cone, narrowest_cone, escaping_cone = (math.asin(s) / (math.pi / 2) for s in sines)
     digits = -math.log10(accuracy)
 
     def degree(factor, least_narrow):
@@ -121,8 +127,13 @@ def _sizes(moments, thickness, sine, smallest_sine, exposed, accuracy):
         escaping = max(6.2 * digits - 2, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
     else:
         n_moments = max(degree(1, 0.05), 4)
-        escaping = max(4 * digits - 8, 0.58 * cone * degree(1 / 3, 0.02), 6)
+        escaping = max(4 * digits - 8, 0.58 * escaping_cone * degree(1 / 3, 0.02), 6)
     trapped = max(4 * digits - 8, (1 - narrowest_cone) / 2.7 * degree(1 / 2, 0.02), 6)
+    if cone > escaping_cone:
+        # Light trapped against the thinner side is seen from the denser one, where a layer without an
+        # index step has a radiance that varies as mu log(mu) near grazing.
+        unrefracted = 6.2 * digits + 6 if sine > 1 - 1e-3 else 0
+        trapped = max(trapped, 0.58 * (cone - escaping_cone) * degree(1 / 3, 0.02), unrefracted)
     # All channels together have to integrate products of two polynomials of the phase function.
     trapped = max(trapped, n_moments / 1.7 - escaping)
     highest = degree(1 / 10, 0.02)

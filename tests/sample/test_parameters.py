@@ -135,9 +135,7 @@ def test_the_same_interface_is_rough_once(sample):
     text = SAMPLE.replace(
         'front_roughness = { density = "ggx", sigma_deg = 4 }',
         'front_roughness = { density = "ggx", sigma_deg = 4 }\n',
-    ).replace(
-        'name = "blue"', 'name = "blue"\nback_roughness = { density = "ggx", sigma_deg = 4 }'
-    )
+    ).replace('name = "blue"', 'name = "blue"\nback_roughness = { density = "ggx", sigma_deg = 4 }')
     with pytest.raises(InputRefusedError, match="blue.back_roughness and red.front_roughness are the same"):
         ForwardModel(parse_sample(text), [0.0], [10.0], [0.0], [450.0], [False])
 

@@ -1,12 +1,16 @@
 """Table of an ink layer's BSDF between the plate (side I, inside) and the other side (A, mostly air)."""
 
 import dataclasses
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+
+if TYPE_CHECKING:
+    import xarray
 
 # First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
 COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
@@ -64,8 +68,8 @@ class InkTable:
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 raise InputRefusedError(
-                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}; its axes ask for "
-                    f"{shape}."
+                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}, "
+                    f"but its axes ask for {shape}."
                 )
         for name, last in (("theta_deg", 90.0), ("phi_deg", 180.0)):
             axis = getattr(self, name)
@@ -76,3 +80,81 @@ class InkTable:
         """Refractive indices of the side of incidence and of the side of leaving, for a component's name."""
         indices = {"I": self.index_inside, "A": self.index_outside}
         return indices[component[2]], indices[component[3]]
+
+    def interpolated(
+        self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
+    ) -> Float[np.ndarray, " points"]:
+        """BSDF between the entries, linear in each angle, as a ray tracer reads a table.
+
+        Parameters
+        ----------
+        component
+            One of `COMPONENTS`.
+        theta_i_deg, theta_o_deg, phi_deg
+            Directions; of any common shape. Azimuths beyond 180 are mirrored.
+        wavelength
+            Position of the wavelength.
+
+        Returns
+        -------
+        np.ndarray
+            1/sr, of the common shape.
+        """
+        from scipy.interpolate import RegularGridInterpolator
+
+        axes = (self.theta_deg, self.theta_deg, self.phi_deg)
+        values = self.bsdf_per_sr[COMPONENTS.index(component), wavelength]
+        turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
+        points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
+        return RegularGridInterpolator(axes, values)(points)
+
+    def interpolation_error(self, largest_theta_deg: float = 85.0) -> dict[str, float]:
+        """Estimate of the largest error of linear interpolation in the polar angles, by component.
+
+        Parameters
+        ----------
+        largest_theta_deg
+            Of the angles looked at: closer to grazing, entries may grow without limit.
+
+        Returns
+        -------
+        dict[str, float]
+            Over the largest BSDF at the same incidence. The quarter of the error that a table of every second
+            angle makes at the entries between, by the square law.
+        """
+        from jaxink.export.grid import linear_matrix
+
+        kept = np.unique(np.append(np.arange(0, len(self.theta_deg), 2), len(self.theta_deg) - 1))
+        looked_at = self.theta_deg <= largest_theta_deg
+        rows = linear_matrix(self.theta_deg[kept], self.theta_deg[looked_at])
+        found = {}
+        for name, values in zip(COMPONENTS, self.bsdf_per_sr, strict=True):
+            exact = values[:, looked_at][:, :, looked_at]
+            thinned = values[:, kept][:, :, kept]
+            difference = np.abs(np.einsum("ia,wabp,ob->wiop", rows, thinned, rows, optimize=True) - exact)
+            top = np.max(exact, axis=(2, 3), keepdims=True)
+            found[name] = float(np.max(difference / np.where(top > 0, top, np.inf))) / 4
+        return found
+
+    def to_dataset(self) -> "xarray.Dataset":
+        """The table as an xarray Dataset, see `jaxink.export.netcdf`."""
+        from jaxink.export.netcdf import to_dataset
+
+        return to_dataset(self)
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write the table to a netCDF file, whole or not at all; `read_ink_table` reads it.
+
+        Parameters
+        ----------
+        path
+            The file, suffix .nc.
+
+        Returns
+        -------
+        Path
+            Of the file.
+        """
+        from jaxink.export.netcdf import write_netcdf
+
+        return write_netcdf(self, path)

@@ -33,13 +33,15 @@ class Roughness:
     face
         ``front_roughness`` (towards the light) or ``back_roughness``.
     density, second_density
-        Of `schema.ROUGHNESS_DENSITIES`; the second is None where there is one density only. Their angles are
-        parameters: ``layer.face.sigma_deg``.
+        Of `schema.ROUGHNESS_DENSITIES`; the second is None where there is one density only.
+    name
+        First part of the names of its parameters, such as ``ink.back_roughness``.
     """
 
     face: str
     density: str
-    second_density: str | None = None
+    second_density: str | None
+    name: str
 
 
 @dataclasses.dataclass(frozen=True)
@@ -391,7 +393,7 @@ class _Reader:
             choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
         for key, quantity in quantities.items():
             self._quantity(where, key, quantity, given)
-        return Roughness(face, density, second)
+        return Roughness(face, density, second, where)
 
     def _phase_table(self, table, where):
         by_angle, by_moments = "phase_value" in table, "moments" in table

@@ -65,6 +65,11 @@ class Parameter:
     scale: str = "linear"
     multimodal: bool = False
 
+    @property
+    def is_fixed(self) -> bool:
+        """Whether neither a fit nor another parameter changes it."""
+        return not self.free and self.tie is None
+
 
 _OPERATORS: dict[type, Callable] = {
     ast.Add: operator.add,

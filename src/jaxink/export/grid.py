@@ -1,0 +1,100 @@
+"""Polar angles of a table, dense where a BSDF between two media bends, and interpolation between them."""
+
+import math
+
+import numpy as np
+
+from jaxink.errors import InputRefusedError
+
+# Critical angles nearer to each other, or to grazing, than this are taken as one.
+_SAME_DEG = 0.05
+_FEWEST = 4
+
+
+def critical_angles_deg(index_ratios) -> list[float]:
+    """Angles in a medium beyond which light cannot propagate in thinner ones.
+
+    Parameters
+    ----------
+    index_ratios
+        Refractive indices of the other media over that of the medium.
+
+    Returns
+    -------
+    list[float]
+    """
+    return [math.degrees(math.asin(ratio)) for ratio in index_ratios if ratio < 1]
+
+
+def polar_grid(n_theta: int, critical_deg) -> np.ndarray:
+    """Angles from 0 to 90 degrees for linear interpolation, with critical angles among them.
+
+    Steps shrink in proportion to the root of the distance towards each critical angle, below which
+    Fresnel reflectance varies as that root, and towards grazing; elsewhere they are equal to within a
+    factor of two.
+
+    Parameters
+    ----------
+    n_theta
+        Number of angles.
+    critical_deg
+        Critical angles, in any order.
+
+    Returns
+    -------
+    np.ndarray
+        Ascending, shape ``(n_theta,)``.
+
+    Raises
+    ------
+    InputRefusedError
+        If there are too few angles for the number of critical ones.
+    """
+    ends = [0.0]
+    for angle in sorted(critical_deg):
+        if angle > ends[-1] + _SAME_DEG and angle < 90 - _SAME_DEG:
+            ends.append(angle)
+    ends.append(90.0)
+    widths = np.diff(ends)
+    fewest = _FEWEST * len(widths) + 1
+    if n_theta < fewest:
+        raise InputRefusedError(
+            f"n_theta is {n_theta}; a table with {len(widths) - 1} critical angles needs at least {fewest}."
+        )
+    steps = np.full(len(widths), _FEWEST)
+    for _ in range(n_theta - fewest):
+        # The next angle goes where they are farthest apart; a segment with one dense end needs fewer.
+        steps[np.argmax(widths / steps)] += 1
+    parts = [np.zeros(1)]
+    for start, width, n_steps in zip(ends, widths, steps, strict=False):
+        unit = np.arange(1, n_steps + 1) / n_steps
+        dense_at_end = np.sin(np.pi / 2 * unit)
+        dense_at_both = (1 - np.cos(np.pi * unit)) / 2
+        parts.append(start + width * (dense_at_end if start == 0 else dense_at_both))
+    angles = np.concatenate(parts)
+    # Exact ends, whatever sine and cosine round to.
+    angles[np.cumsum(steps)] = ends[1:]
+    return angles
+
+
+def linear_matrix(grid: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Matrix that interpolates values on a grid linearly.
+
+    Parameters
+    ----------
+    grid
+        Ascending, shape ``(nodes,)``.
+    targets
+        Within the grid, shape ``(targets,)``.
+
+    Returns
+    -------
+    np.ndarray
+        Shape ``(targets, nodes)``.
+    """
+    right = np.clip(np.searchsorted(grid, targets), 1, len(grid) - 1)
+    share = (targets - grid[right - 1]) / (grid[right] - grid[right - 1])
+    rows = np.zeros((len(targets), len(grid)))
+    at = np.arange(len(targets))
+    rows[at, right], rows[at, right - 1] = share, 1 - share
+    return rows
