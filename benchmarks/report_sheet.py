@@ -186,9 +186,9 @@ infinitely thin sheet between plate and air. The plate's BSDF in air is then com
 Fresnel's formulas alone, and compared with the full model of the whole stack. Two ways: the star product of
 plate and sheet in channels of n sin(theta) (`jaxink.export.verify_sheet`), and {N_BATCHES * N_PHOTONS} photons
 (`benchmarks/sheet_photons.py`), which share nothing with each other or with the solver but the table. The
-measurements are **simulated** by an independent program; the inks are those of a fit to them. Differences are over the largest BSDF of the full model at the same incidence and side, for outgoing angles to
-87.5 degrees (photons: 85). Photons of one incidence share their paths, so that their errors at
-different angles go together.
+measurements are **simulated** by an independent program; the inks are those of a fit to them. Differences are over
+the largest BSDF of the full model at the same incidence and side, for outgoing angles to 87.5 degrees (photons:
+85). Photons of one incidence share their paths, so that their errors at different angles go together.
 
 {chr(10).join(section(name, *case) for name, case in cases.items())}
 ## Narrower forward peaks

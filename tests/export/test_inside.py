@@ -137,9 +137,10 @@ def test_standard_errors_are_those_of_finite_differences_and_of_draws(example_re
     steps = 1e-3 * np.sqrt(variance) * axes * errors[:, None]
     slopes = [np.asarray(predicted(best + step) - predicted(best - step)) / 2e-3 for step in steps.T]
     np.testing.assert_allclose(tabulated, np.linalg.norm(slopes, axis=0), rtol=1e-4, atol=1e-12)
-    draws = np.random.default_rng(3).multivariate_normal(best, covariance, 100)
+    # The standard deviation of 200 draws is itself known to 5 %; four times that is asked for.
+    draws = np.random.default_rng(3).multivariate_normal(best, covariance, 200)
     spread = np.std([predicted(draw) for draw in draws], axis=0)
-    np.testing.assert_allclose(tabulated, spread, rtol=0.25, atol=1e-12)
+    np.testing.assert_allclose(tabulated, spread, rtol=0.2, atol=1e-12)
 
 
 def test_a_parameter_on_its_bound_counts_as_known(example_result):
