@@ -69,9 +69,8 @@ def _diffuse_bsdf(stack, directions, config):
 
     parts = [kappa_in.shape[0], kappa_in.shape[0] + kappa_front.shape[0]]
     rows = response.grid.interpolation(kappa)
-    to_front_of_stack, to_back_of_stack = response.fields.passage(stack)
-    from_front = jnp.split(rows * to_front_of_stack[:, None], parts)
-    from_back = jnp.split(rows * to_back_of_stack[:, None], parts)
+    from_front = jnp.split(rows * response.passage_front[:, None], parts)
+    from_back = jnp.split(rows * response.passage_back[:, None], parts)
     grid_kappa = response.grid.kappa
     into = kappa_in, from_front[0]
     reflected = _at_points(response.reflection, grid_kappa, (kappa_front, from_front[1]), into, directions)
@@ -217,7 +216,7 @@ def _hemispherical_power(stack, sin_incidence, config):
     kappa = stack.index_front * sin_incidence
     response = solve_stack(stack, config, kappa)
     fields = response.fields
-    rows = response.grid.interpolation(kappa) * fields.passage(stack)[0][:, None]
+    rows = response.grid.interpolation(kappa) * response.passage_front[:, None]
     reflectance = fields.reflection + rows @ response.reflected_power
     return reflectance, fields.transmission + rows @ response.transmitted_power
 

@@ -28,6 +28,7 @@ from jaxink.numerics.legendre import associated_legendre
 from jaxink.numerics.linear_algebra import transpose
 from jaxink.optics import ClearLayer, ScatteringLayer, TruncatedOptics, delta_m
 from jaxink.slab import doubled_response, layer_method, layer_response
+from jaxink.surfaces.facets import mean_transmittance
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
 from jaxink.surfaces.slopes import SlopeDensity
 
@@ -207,20 +208,30 @@ class RegularFields(eqx.Module):
     arriving_from_front: Float[Array, "interfaces channels"]
     arriving_from_back: Float[Array, "interfaces channels"]
 
-    def passage(self, stack: Stack) -> tuple[Float[Array, " channels"], Float[Array, " channels"]]:
-        """Share of light that finds its way between what scatters first and the front, and last and the back.
 
-        Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
-        reflect to and fro many times, which would spoil interpolation if they were left in.
-        """
-        first, last = stack.scattering[0], stack.scattering[-1]
-        front = self.down_from_front[first] + self.up_from_front[last]
-        back = self.down_from_back[first] + self.up_from_back[last]
-        if stack.rough and stack.rough[0] <= first:
-            front = self.arriving_from_front[stack.rough[0]]
-        if stack.rough and stack.rough[-1] > last:
-            back = self.arriving_from_back[stack.rough[-1]]
-        return front, back
+def _passages(stack: Stack, fields: RegularFields, squared_cosine):
+    """Share of light that finds its way between what scatters first and the front, and last and the back.
+
+    Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
+    reflect to and fro many times, and is hard to interpolate at a rough face, too.
+    """
+    first, last = stack.scattering[0], stack.scattering[-1]
+    front = fields.down_from_front[first] + fields.up_from_front[last]
+    back = fields.down_from_back[first] + fields.up_from_back[last]
+    if stack.rough and stack.rough[0] <= first:
+        k = stack.rough[0]
+        front = fields.arriving_from_front[k] * _facets_pass(stack, k, squared_cosine, k, k + 1)
+    if stack.rough and stack.rough[-1] > last:
+        k = stack.rough[-1]
+        back = fields.arriving_from_back[k] * _facets_pass(stack, k, squared_cosine, k + 1, k)
+    return tuple(jnp.where(share > 1e-200, share, 1.0) for share in (front, back))
+
+
+def _facets_pass(stack: Stack, interface, squared_cosine, here, there):
+    cosine = propagating_cosine(squared_cosine[here])
+    sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
+    indices = stack.indices[here], stack.indices[there]
+    return mean_transmittance(cosine, sine, *indices, stack.slopes[interface])
 
 
 def _attenuation(optical_thickness, cosine):
@@ -359,7 +370,7 @@ class StackResponse(eqx.Module):
         The channels.
     reflection, transmission
         Basic radiance per irradiance for each azimuthal order (factor 1/(2 pi) and the cosine series left
-        out) over the `RegularFields.passage` of either direction, shape ``(orders, channels, channels)``,
+        out) over the `_passages` of either direction, shape ``(orders, channels, channels)``,
         incident channel last; meaningful for channels that reach the surroundings only.
     reflected_power, transmitted_power
         Share of the light of each incident channel that leaves not regularly, over its passage from the
@@ -368,6 +379,8 @@ class StackResponse(eqx.Module):
         Truncated optics of each layer, None for clear ones.
     fields
         Regular light at the further directions that were asked for.
+    passage_front, passage_back
+        `_passages` of these directions.
     """
 
     grid: ChannelGrid
@@ -377,6 +390,8 @@ class StackResponse(eqx.Module):
     transmitted_power: Float[Array, " channels"]
     truncated: tuple
     fields: RegularFields
+    passage_front: Float[Array, " directions"]
+    passage_back: Float[Array, " directions"]
 
 
 def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " directions"]) -> StackResponse:
@@ -449,7 +464,8 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     below = add_diagonal(run, below)
     reflection, transmission = below.reflection, below.transmission
 
-    front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack))
+    passages = _passages(stack, everywhere, squared)
+    front, back = (passage[:n_channels] for passage in passages)
     reflected_power = (scale @ reflection[0] / scale - fields.reflection) / front
     transmitted_power = (scale @ transmission[0] / scale - fields.transmission) / front
     norm = scale[:, None] * scale[None, :]
@@ -466,8 +482,10 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
         cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))
         reflection = reflection * (cosine[:, None] + cosine[None, :])
     beyond = jax.tree.map(lambda x: x[..., n_channels:], everywhere)
+    powers = reflected_power, transmitted_power
+    beyond_front, beyond_back = (passage[n_channels:] for passage in passages)
     return StackResponse(
-        grid, reflection, transmission, reflected_power, transmitted_power, truncated, beyond
+        grid, reflection, transmission, *powers, truncated, beyond, beyond_front, beyond_back
     )
 
 

@@ -13,15 +13,13 @@ from jaxink.channels import ChannelGrid
 from jaxink.interfaces import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
-from jaxink.surfaces.slopes import Beckmann, slope_density
+from jaxink.surfaces.slopes import Beckmann, Cauchy, slope_density
 from jaxink.surfaces.table import rough_table
 
 REFERENCE = Path(__file__).resolve().parents[2] / "benchmarks" / "reference_interface.json"
 AIR, GLASS = jnp.asarray(1.0), jnp.asarray(1.5)
 GRID = ChannelGrid(jnp.array([1.0, 1.5]), jnp.array([False, True]), (16, 12))
-SIZES = RoughSizes(FacetRule(36, 8), FacetRule(24, 6), 16)
-# The three matrices at the channels, and fluxes of channels.
-ETENDUE = np.asarray(GRID.etendue_weight)
+SIZES = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), 16, coarse_nodes=12)
 
 
 @pytest.fixture(scope="module")
@@ -34,15 +32,12 @@ def cases():
 
 
 def test_totals_are_those_of_the_monte_carlo(response):
-    """Light that leaves along a direction under uniform light is, by reciprocity, the total for incidence there."""
+    """By reciprocity, what leaves along a direction under uniform light is the total for incidence there."""
     worst = {"R": 0.0, "R_single": 0.0}
     for case in cases():
         t = case["t"]
-        density = Beckmann(t**2) if case["density"] == "beckmann" else slope_density("cauchy", np.rad2deg(np.arctan(t)))
-        interface = response(density)
+        interface = response(Beckmann(t**2) if case["density"] == "beckmann" else Cauchy(t))
         inside = case["n_from"] > 1
-        if inside and case["n_from"] * np.sin(np.deg2rad(case["theta_i_deg"])) in (1.0,):
-            continue
         kappa = case["n_from"] * np.sin(np.deg2rad(case["theta_i_deg"]))
         row = GRID.interpolation(jnp.array([kappa]))[0]
         for key, part in (("R", interface.total), ("R_single", interface.one)):
@@ -50,18 +45,18 @@ def test_totals_are_those_of_the_monte_carlo(response):
             found = float(row @ jnp.sum(matrix[0], axis=1))
             worst[key] = max(worst[key], abs(found - case[key]) - 3 * case[f"{key}_se"])
     assert worst["R"] < 2e-3
-    assert worst["R_single"] < 6e-3
+    assert worst["R_single"] < 4e-4
 
 
 def test_flat_surface_is_the_smooth_one(response):
-    interface = response(Beckmann(1e-8)).total
+    interface = response(Beckmann(0.0)).total
     cosine = [jnp.sqrt(jnp.maximum(GRID.squared_cosine(n), 0.0)) for n in (1.0, 1.5)]
     smooth = np.asarray(fresnel_reflectance(AIR, GLASS, *cosine))
     for matrix in np.asarray(interface.inner_reflection):
-        np.testing.assert_allclose(matrix, np.diag(smooth), atol=3e-4)
+        np.testing.assert_allclose(matrix, np.diag(smooth), atol=1e-5)
     passing = np.where(np.asarray(cosine[0]) > 0, 1 - smooth, 0.0)
     for matrix in np.asarray(interface.leaving):
-        np.testing.assert_allclose(matrix, np.diag(passing), atol=3e-4)
+        np.testing.assert_allclose(matrix, np.diag(passing), atol=1e-5)
 
 
 @pytest.mark.parametrize("sigma_deg", [3.0, 26.0])
@@ -79,7 +74,7 @@ def test_no_light_is_lost_along_any_channel(response, sigma_deg):
     # Before that correction: what the facets' quadrature conserves of uniform light.
     before = interface.total
     uniform = jnp.sum(before.outer_reflection[0] + before.leaving[0], axis=1)[:16]
-    np.testing.assert_allclose(uniform, 1.0, atol=5e-3)
+    np.testing.assert_allclose(uniform, 1.0, atol=3e-3)
 
 
 def test_table_of_angles_is_the_interface_itself():

@@ -70,7 +70,8 @@ def test_mixture_is_between():
 
 
 @pytest.mark.parametrize(
-    ("density", "field"), [(Beckmann, "slope_variance"), (CauchyPlane, "slope_scale"), (CauchyAngle, "slope_scale")]
+    ("density", "field"),
+    [(Beckmann, "slope_variance"), (CauchyPlane, "slope_scale"), (CauchyAngle, "slope_scale")],
 )
 def test_strength_is_a_coordinate_of_the_flat_surface(density, field):
     """An average over facets has a finite derivative, not zero, in the named field at the flat surface."""
@@ -92,7 +93,9 @@ def test_strength_is_a_coordinate_of_the_flat_surface(density, field):
     assert np.isfinite(slope)
     assert slope > 0.1
     np.testing.assert_allclose(slope, rise, rtol=0.05)
-    assert np.isfinite(jax.grad(lambda x: projected_area(jnp.cos(theta), jnp.sin(theta), density(x), FacetRule())[0])(0.0))
+    assert np.isfinite(
+        jax.grad(lambda x: projected_area(jnp.cos(theta), jnp.sin(theta), density(x), FacetRule())[0])(0.0)
+    )
 
 
 def test_densities_without_such_a_field_say_so():

@@ -7,7 +7,6 @@ directions.
 """
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -72,8 +71,8 @@ def _panels(ends, n_nodes):
 
 
 def _safe_arccos(x):
-    """Arc cosine clipped to [-1, 1]; where the panels end does not change an integral: no derivative."""
-    return jnp.arccos(jnp.clip(jax.lax.stop_gradient(x), -1, 1))
+    """Arc cosine clipped to [-1, 1], with finite derivatives."""
+    return jnp.arccos(jnp.clip(x, -1 + 1e-12, 1 - 1e-12))
 
 
 def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule):
@@ -144,7 +143,7 @@ def views(
     """
     # Facets that the direction meets at a smaller cosine reflect totally; 0 where none does.
     critical = jnp.sqrt(jnp.maximum(1 - (index_there / index_here) ** 2, 1e-16))
-    critical = jax.lax.stop_gradient(critical) if rule.total_reflection else None
+    critical = critical if rule.total_reflection else None
     slope, azimuth, weight = _visible(cosine, sine, critical, density, rule)
     up = 1 / jnp.sqrt(1 + slope**2)
     normal = jnp.stack([slope * up * jnp.cos(azimuth), slope * up * jnp.sin(azimuth), up])
@@ -191,3 +190,32 @@ def projected_area(
     Smith 1967 IEEE Trans. Antennas Propag. 15, 668; Heitz 2014 J. Comput. Graph. Tech. 3(2), eq. 19.
     """
     return jnp.sum(_visible(cosine, sine, None, density, rule)[2], axis=1)
+
+
+def mean_transmittance(
+    cosine: Float[Array, " receivers"],
+    sine: Float[Array, " receivers"],
+    index_here: Float[Array, ""],
+    index_there: Float[Array, ""],
+    density: SlopeDensity,
+) -> Float[Array, " receivers"]:
+    """Fresnel transmittance averaged over the facets that a direction sees, by a coarse rule.
+
+    Parameters
+    ----------
+    cosine, sine
+        Of the angle with the normal, shape ``(receivers,)``; the cosine 0 or more, 0 gives 1.
+    index_here, index_there
+        Refractive index on the receiving side and on the other.
+    density
+        Of the facets' slopes.
+
+    Returns
+    -------
+    Float[Array, " receivers"]
+    """
+    propagates = cosine > 0
+    cosine, sine = jnp.where(propagates, cosine, 0.5), jnp.where(propagates, sine, 0.5)
+    view = views(cosine, sine, index_here, index_there, density, FacetRule(12, 6, False))
+    mean = jnp.sum(view.weight * (1 - view.reflectance), axis=1) / jnp.sum(view.weight, axis=1)
+    return jnp.where(propagates, mean, 1.0)

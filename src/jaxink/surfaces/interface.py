@@ -118,9 +118,9 @@ class RoughSizes(eqx.Module):
     """
 
     rule: FacetRule = FacetRule(36, 8)
-    coarse_rule: FacetRule = FacetRule(24, 6)
+    coarse_rule: FacetRule = FacetRule(36, 8)
     n_outer: int | None = eqx.field(static=True, default=None)
-    coarse_nodes: int = eqx.field(static=True, default=8)
+    coarse_nodes: int = eqx.field(static=True, default=10)
     coarse_orders: int = eqx.field(static=True, default=4)
 
 

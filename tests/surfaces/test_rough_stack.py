@@ -1,0 +1,149 @@
+"""Rough interfaces inside a stack: energy, reciprocity, the smooth limit, derivatives, and Monte Carlo."""
+
+import json
+
+import jax
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink import (
+    ClearLayer,
+    Directions,
+    ScatteringLayer,
+    SolverConfig,
+    Stack,
+    diffuse_bsdf,
+    hemispherical_power,
+)
+from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.surfaces.facets import FacetRule
+from jaxink.surfaces.interface import RoughSizes, rough_interface
+from jaxink.surfaces.slopes import Beckmann, slope_density
+
+CONFIG = SolverConfig(12, 10, 16, 4)
+PLATE = ClearLayer(1.5, 0.0)
+ORDERS = ("exit face", "entry face", "both faces", "inner face")
+
+
+def ink(optical_thickness, albedo=1.0, index=1.5):
+    return ScatteringLayer(index, optical_thickness, albedo, HenyeyGreenstein(0.6))
+
+
+def stack_of(order, density, albedo=1.0):
+    """Layers with one or two rough faces."""
+    if order == "exit face":
+        stack = Stack((PLATE, ink(3.0, albedo)), 1.0, 1.0, (0, 2), False, (None, None, density), (), (0, 3))
+    elif order == "entry face":
+        stack = Stack((ink(0.5, albedo),), 1.0, 1.0, (0, 1), False, (density, None), (), (0, 2))
+    elif order == "both faces":
+        stack = Stack((ink(1.0, albedo),), 1.0, 1.0, (0, 1), False, (density, density), (), (0, 2))
+    else:
+        layers = PLATE, ink(1.0, albedo, 1.6)
+        stack = Stack(layers, 1.0, 1.0, (0, 1, 2), False, (None, density, None), (), (0, 3))
+    return stack
+
+
+@eqx.filter_jit
+def _interface(grid, outer, inner, density, sizes):
+    return rough_interface(grid, outer, inner, density, CONFIG.n_orders, sizes)
+
+
+def with_known_faces(stack):
+    """The faces computed by one compiled program, with the nodes of a table."""
+
+    def known(k):
+        outer, inner, density, _, sizes = stack.rough_arguments(k, CONFIG)
+        fine = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), sizes.n_outer, coarse_nodes=12)
+        indices = jnp.asarray(outer), jnp.asarray(inner)
+        return _interface(stack.grid(CONFIG), *indices, density, fine)
+
+    faces = tuple(known(k) if density is not None else None for k, density in enumerate(stack.slopes))
+    return eqx.tree_at(lambda s: s.known, stack, faces)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_energy(order):
+    """Without absorption all light comes out again; 26 degrees: the median facet is tilted by 30."""
+    stack = with_known_faces(stack_of(order, slope_density("beckmann", 26.0)))
+    # At the solver's own channels the power is not interpolated.
+    sines = np.asarray(stack.grid(CONFIG).kappa[: CONFIG.nodes_escaping])
+    reflectance, transmittance = hemispherical_power(stack, sines, CONFIG)
+    np.testing.assert_allclose(reflectance + transmittance, 1.0, atol=1e-9)
+    assert np.all(np.asarray(reflectance) > 0.02)
+    assert np.all(np.asarray(transmittance) > 0.02)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_reciprocity(order):
+    pairs = np.array([(20.0, 50.0), (50.0, 20.0), (75.0, 35.0), (35.0, 75.0)])
+    directions = Directions.from_degrees(pairs[:, 0], pairs[:, 1], np.full(4, 140.0), np.zeros(4, bool))
+    stack = with_known_faces(stack_of(order, slope_density("beckmann", 10.0), 0.9))
+    bsdf = np.asarray(diffuse_bsdf(stack, directions, CONFIG))
+    np.testing.assert_allclose(bsdf[::2], bsdf[1::2], rtol=3e-3)
+
+
+def test_flat_faces_are_smooth_ones():
+    directions = Directions.from_degrees(
+        [0.0, 30.0, 60.0] * 2, [40.0, 10.0, 75.0] * 2, [180.0, 0.0, 90.0] * 2, [False] * 3 + [True] * 3
+    )
+    smooth = Stack((PLATE, ink(3.0, 0.95)), 1.0, 1.0, (0, 2))
+    expected = diffuse_bsdf(smooth, directions, CONFIG)
+    for variance, within in ((0.0, 1e-3), (1e-5, 5e-3)):
+        nearly = with_known_faces(stack_of("exit face", Beckmann(variance), 0.95))
+        np.testing.assert_allclose(diffuse_bsdf(nearly, directions, CONFIG), expected, rtol=within)
+
+
+def test_derivative_in_the_width():
+    """Also at the flat surface, in the variance of the slopes."""
+    directions = Directions.from_degrees([30.0, 30.0], [10.0, 60.0], [180.0, 0.0], [True, False])
+
+    @jax.jit
+    def value_and_slope(variance):
+        def bsdf(v):
+            return diffuse_bsdf(stack_of("entry face", Beckmann(v), 0.95), directions, CONFIG)
+
+        return jax.jvp(bsdf, (variance,), (1.0,))
+
+    here, step = 0.01, 1e-6
+    (above, _), (below, _) = value_and_slope(here + step), value_and_slope(here - step)
+    np.testing.assert_allclose(value_and_slope(here)[1], (above - below) / (2 * step), rtol=1e-5)
+    flat = value_and_slope(0.0)[1]
+    assert np.all(np.isfinite(flat))
+    assert np.any(np.abs(flat) > 1e-3)
+
+
+ROUGH = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 1
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "mie"
+refractive_index = 1.5
+thickness_um = 63
+radius_nm = 250
+volume_fraction = 0.0177
+particle_index = 1.8
+particle_absorption_index = 0.001
+back_roughness = { density = "cauchy", sigma_deg = 3.2 }
+"""
+
+
+def test_simulated_white_ink_with_a_rough_surface(shared_data):
+    """Independent Monte Carlo of the plate with all bounces of its facets, without measurement noise."""
+    data = jaxink.read(shared_data / "simulated" / "white_ink_rough.csv")
+    truth = json.loads((shared_data / "simulated" / "white_ink_rough.truth.json").read_text())
+    sample = jaxink.parse_sample(ROUGH)
+    predicted = jaxink.predict(sample, data)
+    expected, error = np.array(truth["noise_free"]), np.array(truth["monte_carlo_se"])
+    deviation = (predicted - expected) / error
+    assert np.sqrt(np.mean(deviation**2)) < 1.25
+    assert np.sqrt(np.mean((predicted / expected - 1) ** 2)) < 3e-3
+    smooth = jaxink.predict(jaxink.parse_sample(ROUGH.replace("sigma_deg = 3.2", "sigma_deg = 0")), data)
+    assert np.sqrt(np.mean((smooth / expected - 1) ** 2)) > 0.03
