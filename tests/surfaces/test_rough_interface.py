@@ -53,10 +53,10 @@ def test_flat_surface_is_the_smooth_one(response):
     cosine = [jnp.sqrt(jnp.maximum(GRID.squared_cosine(n), 0.0)) for n in (1.0, 1.5)]
     smooth = np.asarray(fresnel_reflectance(AIR, GLASS, *cosine))
     for matrix in np.asarray(interface.inner_reflection):
-        np.testing.assert_allclose(matrix, np.diag(smooth), atol=1e-5)
+        np.testing.assert_allclose(matrix, np.diag(smooth), atol=1e-4)
     passing = np.where(np.asarray(cosine[0]) > 0, 1 - smooth, 0.0)
     for matrix in np.asarray(interface.leaving):
-        np.testing.assert_allclose(matrix, np.diag(passing), atol=1e-5)
+        np.testing.assert_allclose(matrix, np.diag(passing), atol=1e-4)
 
 
 @pytest.mark.parametrize("sigma_deg", [3.0, 26.0])

