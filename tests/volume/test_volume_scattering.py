@@ -183,6 +183,8 @@ def test_fit_finds_variance_filler_and_dispersion_of_a_simulated_ink(tmp_path):
     # There is no noise: the formula meets the numbers far within the declared 2e-3.
     assert result.predicted_per_sr == pytest.approx(bsdf, rel=1e-4)
     for name, value in truth.items():
-        assert result[name].value == pytest.approx(value, rel=1e-3), name
-        assert result[name].standard_error < 0.5 * value, name
+        error = result[name].standard_error
+        # The search ends well within what noise would allow.
+        assert abs(result[name].value - value) < 0.1 * error, name
+        assert error < 0.5 * value, name
     assert jaxink.load_result(result.save(tmp_path)).sample == result.sample
