@@ -22,7 +22,7 @@ NAMES = (
     "white_ink_rough",
 )
 DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
-# The angle of a rough face is fitted, too, from a start and in a range that have nothing to do with the truth.
+# The angle of a rough face is fitted, too; start and range have nothing to do with the truth.
 _FREE_SIGMA = "sigma_deg = { free = true, value = 6, min = 0.5, max = 25 }"
 
 
@@ -32,9 +32,7 @@ def true_value(key: str, wavelength_nm: float | None, truth: dict) -> float:
     here = optics[wavelength_nm] if wavelength_nm is not None else truth["optics"][0]
     phase = truth["ink"]["phase"]
     absorption = phase.get("n_im")
-    if isinstance(absorption, dict):
-        absorption = absorption[f"{wavelength_nm:g}"]
-    elif isinstance(absorption, list):
+    if isinstance(absorption, list) and key == "particle_absorption_index":
         absorption = absorption[sorted(optics).index(wavelength_nm)]
     reduced = here["mus"] * (1 - here["g"])
     return {

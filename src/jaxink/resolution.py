@@ -37,6 +37,8 @@ class Demand(eqx.Module):
         Of grazing light from the thinner of them: the largest.
     exposed
         As of `Stack`.
+    rough
+        Whether a face is rough: light scattered once is then not exact any more where it meets that face.
     """
 
     phase_moments: Float[Array, "*batch moments"]
@@ -45,6 +47,7 @@ class Demand(eqx.Module):
     smallest_sine: Float[Array, "*batch"]
     escaping_sine: Float[Array, "*batch"]
     exposed: bool = eqx.field(static=True)
+    rough: bool = eqx.field(static=True, default=False)
 
 
 def demand(stack: Stack) -> Demand:
@@ -61,6 +64,7 @@ def demand(stack: Stack) -> Demand:
         smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
         escaping_sine=jnp.minimum(escaping, 1.0),
         exposed=stack.exposed,
+        rough=bool(stack.rough),
     )
 
 
@@ -104,15 +108,15 @@ def sizes_for(demand: Demand, accuracy: float = 1e-4, layer_method: str = "faste
     moments = np.atleast_2d(demand.phase_moments)
     sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
     each = zip(moments, np.ravel(demand.optical_thickness), np.atleast_2d(sines), strict=True)
-    sizes = np.max([_sizes(*one, demand.exposed, accuracy) for one in each], axis=0)
+    sizes = np.max([_sizes(*one, demand.exposed, demand.rough, accuracy) for one in each], axis=0)
     return SolverConfig(*sizes.tolist(), layer_method=layer_method)
 
 
-def _sizes(moments, thickness, sines, exposed, accuracy):
+def _sizes(moments, thickness, sines, exposed, rough, accuracy):
     """Nodes of the escaping and of each trapped block, moments and orders."""
     # How much of the narrow features is left: eight times the light that was scattered at most twice.
     few = math.exp(-thickness) * (1 + thickness + thickness**2 / 2) if thickness < 700 else 0.0
-    narrow = min(1.0, 8 * few)
+    narrow = 1.0 if rough else min(1.0, 8 * few)
     sine = sines[0]
     cone, narrowest_cone, escaping_cone = (math.asin(s) / (math.pi / 2) for s in sines)
     digits = -math.log10(accuracy)

@@ -23,7 +23,7 @@ from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.slopes import Beckmann, slope_density
 
-CONFIG = SolverConfig(12, 10, 16, 4)
+CONFIG = SolverConfig(12, 10, 16, 10)
 PLATE = ClearLayer(1.5, 0.0)
 ORDERS = ("exit face", "entry face", "both faces", "inner face")
 

@@ -1,0 +1,99 @@
+"""Time of the forward model with one rough face against the smooth one, interleaved, and write docs/rough.md.
+
+python benchmarks/bench_rough.py
+"""
+
+import json
+import re
+import time
+
+import equinox as eqx
+import jax
+import numpy as np
+
+import jaxink
+from declared import sample_toml
+from jaxink.numerics.precision import computing
+from report_common import data_folder, machine, table, write_page
+
+ROUNDS = 60
+_SIGMA = "sigma_deg = { free = true, value = 5, min = 0.5, max = 25 }"
+
+
+def samples() -> dict[str, str]:
+    """Sample files: smooth, one rough face with its angle free, and two densities with all numbers free."""
+    name = "white_ink_rough"
+    text = sample_toml(json.loads((data_folder("simulated") / f"{name}.declared.json").read_text()))
+    two = (
+        f'density = "beckmann", {_SIGMA}, second_density = "ggx", '
+        "second_sigma_deg = { free = true, value = 15, min = 5, max = 40 }, "
+        "second_weight = { free = true, value = 0.5, min = 0, max = 1 }"
+    )
+    return {
+        "smooth": re.sub(r"back_roughness = .*\n", "", text),
+        "one density, angle free (from a table)": re.sub(r"sigma_deg = [0-9.]+", _SIGMA, text),
+        "two densities (computed in every step)": re.sub(r"(back_roughness = \{).*\}", rf"\1 {two} }}", text),
+    }
+
+
+def main() -> None:
+    """Write the page."""
+    data = jaxink.read(data_folder("simulated") / "white_ink_rough.csv")
+    columns = data.theta_i_deg, data.theta_o_deg, data.phi_deg, data.wavelength_nm, data.is_transmission
+    runs, built = {}, {}
+    with computing():
+        for name, text in samples().items():
+            sample = jaxink.parse_sample(text)
+            start = time.perf_counter()
+            model = jaxink.ForwardModel(sample, *columns)
+            jax.block_until_ready(eqx.filter(model.rough_tables, eqx.is_array))
+            built[name] = time.perf_counter() - start
+            free = {p.name: float(p.value) for p in sample.parameters.values() if p.free}
+            value = eqx.filter_jit(lambda m, v: m.bsdf(v))
+            jacobian = eqx.filter_jit(lambda m, v: jax.jacfwd(m.bsdf)(v))
+            runs[name] = [(f, model, free) for f in (value, jacobian)]
+            for f, *arguments in runs[name]:
+                jax.block_until_ready(f(*arguments))
+        seconds = {name: ([], []) for name in runs}
+        for _ in range(ROUNDS):
+            for name, both in runs.items():
+                for k, (f, *arguments) in enumerate(both):
+                    start = time.perf_counter()
+                    jax.block_until_ready(f(*arguments))
+                    seconds[name][k].append(time.perf_counter() - start)
+    medians = {name: [np.median(s) for s in both] for name, both in seconds.items()}
+    rows = [
+        [
+            name,
+            f"{1e3 * value:.1f}",
+            f"{value / medians['smooth'][0]:.2f}",
+            f"{1e3 * jacobian:.1f}",
+            f"{jacobian / medians['smooth'][1]:.2f}",
+            f"{built[name]:.1f}",
+        ]
+        for name, (value, jacobian) in medians.items()
+    ]
+    header = [
+        "ink-air face",
+        "BSDF, ms",
+        "over smooth",
+        "Jacobian in all free parameters, ms",
+        "over smooth",
+        "building the model once, s",
+    ]
+    text = f"""# Time of a rough face
+
+The simulated plate `white_ink_rough`: {len(data)} directions, five incidences, Mie ink, sizes as they are
+chosen. Medians of {ROUNDS} rounds in which all take turns. Made by `python benchmarks/bench_rough.py`
+({machine()}).
+
+{table(header, rows)}
+
+A face with one density between fixed indices is computed beforehand over the range of its angle. Otherwise
+the facets are summed anew in every step.
+"""
+    write_page("rough.md", text)
+
+
+if __name__ == "__main__":
+    main()
