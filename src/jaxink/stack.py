@@ -14,7 +14,8 @@ from jaxtyping import Array, Float
 
 from jaxink.adding import (
     NOTHING,
-    NOTHING_BELOW,
+    Below,
+    FromBehind,
     RoughElement,
     add_diagonal,
     add_layer,
@@ -84,6 +85,10 @@ class Stack(eqx.Module):
     rarest
         Positions in (front, layers..., back) of the media that have the lowest index of all, where it is
         fixed: a rough interface then need not look at the channels that do not propagate there.
+    backing
+        Reflectance of an ideally diffuse reflector that stands behind the stack while its reflection is
+        looked at, in the medium of ``index_back``; None where nothing does. Transmission is always that of
+        the stack alone.
     """
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
@@ -94,6 +99,7 @@ class Stack(eqx.Module):
     slopes: tuple[SlopeDensity | None, ...] = ()
     known: tuple[RoughInterface | None, ...] = ()
     rarest: tuple[int, ...] = eqx.field(static=True, default=())
+    backing: Float[Array, ""] | None = None
 
     @property
     def rough(self) -> list[int]:
@@ -368,6 +374,11 @@ class StackResponse(eqx.Module):
         Truncated optics of each layer, None for clear ones.
     fields
         Regular light at the further directions that were asked for.
+    backing_gain
+        Diffuse light that a backing sends towards the stack, all its reflections to and fro summed, over the
+        light that first comes to it; 0 without one.
+    returned_power
+        Share of that light which leaves in front.
     """
 
     grid: ChannelGrid
@@ -377,6 +388,8 @@ class StackResponse(eqx.Module):
     transmitted_power: Float[Array, " channels"]
     truncated: tuple
     fields: RegularFields
+    backing_gain: Float[Array, ""] | float
+    returned_power: Float[Array, ""] | float
 
 
 def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " directions"]) -> StackResponse:
@@ -419,7 +432,11 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     rough = {k: _rough_element(stack, k, grid, scale, config) for k in stack.rough}
 
     # From the back to the front; elements that are diagonal in the channels are joined first.
-    below, run = NOTHING_BELOW, NOTHING
+    diffuse = None
+    if stack.backing is not None:
+        behind = jnp.where(grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
+        diffuse = FromBehind(behind, 0.0)
+    below, run = Below(None, None, True, diffuse), NOTHING
     respond = _RESPONSES[layer_method(config.layer_method)]
     once_reflected, once_transmitted = 0.0, 0.0
     for k in reversed(range(len(stack.layers) + 1)):
@@ -448,6 +465,11 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
             once_transmitted = once_transmitted + once[1]
     below = add_diagonal(run, below)
     reflection, transmission = below.reflection, below.transmission
+    gain, returned = 0.0, 0.0
+    if stack.backing is not None:
+        sent = behind @ behind
+        gain = stack.backing / (1 - stack.backing * below.from_behind.returned / sent)
+        returned = jnp.sqrt(etendue) @ below.from_behind.passed / sent
 
     front, back = (jnp.where(p > 1e-200, p, 1.0) for p in fields.passage(stack))
     reflected_power = (scale @ reflection[0] / scale - fields.reflection) / front
@@ -467,7 +489,15 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
         reflection = reflection * (cosine[:, None] + cosine[None, :])
     beyond = jax.tree.map(lambda x: x[..., n_channels:], everywhere)
     return StackResponse(
-        grid, reflection, transmission, reflected_power, transmitted_power, truncated, beyond
+        grid,
+        reflection,
+        transmission,
+        reflected_power,
+        transmitted_power,
+        truncated,
+        beyond,
+        gain,
+        returned,
     )
 
 
