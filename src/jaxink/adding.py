@@ -44,59 +44,111 @@ class RoughElement(eqx.Module):
     one_down: Float[Array, "orders channels channels"]
 
 
+class FromBehind(NamedTuple):
+    """Ideally diffuse light from behind that meets what is put together, azimuthal order 0.
+
+    With v the diffuse light in the basis of fluxes: ``passed`` is what comes out in front, T^T v, shape
+    ``(channels,)``, and ``returned`` v R' v, with R' the reflection of the whole seen from behind.
+    """
+
+    passed: Array
+    returned: Array | float
+
+    def after(self, under, resolved, between) -> "FromBehind":
+        """The same after an element put in front, which reflects ``under`` to what lies below.
+
+        ``resolved`` is (1 - under R)^-1 and ``between`` what of the light from above goes down to R.
+        """
+        returned = self.passed @ _times(resolved, _times(under, self.passed))
+        return FromBehind(_times(_transpose_of(between), self.passed), self.returned + returned)
+
+
+def _times(element, light):
+    """An element, diagonal or not, on light of azimuthal order 0."""
+    if jnp.ndim(element) < 2:
+        return element * light
+    return (element if element.ndim == 2 else element[0]) @ light
+
+
+def _transpose_of(element):
+    """Transpose of an element that may be diagonal."""
+    return element if jnp.ndim(element) < 2 else transpose(element)
+
+
 class Below(NamedTuple):
-    """What lies below: vectors where it is diagonal in the channels, None where there is nothing."""
+    """What lies below: vectors where it is diagonal in the channels, None where there is nothing.
+
+    ``from_behind``: None where nobody asks for it.
+    """
 
     reflection: Array | None
     transmission: Array | None
     is_symmetric: bool
+    from_behind: FromBehind | None = None
 
-
-NOTHING_BELOW = Below(None, None, True)
+    def seen_through(self, under, resolved, between) -> FromBehind | None:
+        """Light from behind after one more element in front, as of `FromBehind.after`."""
+        return self.from_behind and self.from_behind.after(under, resolved, between)
 
 
 def add_diagonal(element, below: Below) -> Below:
     """Put an element that is diagonal in the channels in front of what lies below."""
     if element is NOTHING:
         return below
-    reflection, transmission, is_symmetric = below
+    reflection, transmission, is_symmetric, _ = below
     above, under, t = element
     if reflection is None:
-        return Below(above, t, True)
+        return Below(above, t, True, below.seen_through(under, 1.0, t))
     if reflection.ndim == 1:
+        resolved = 1 / at_least_tiny(1 - under * reflection)
         above, _, through = join(element, (reflection, 0.0, transmission))
-        return Below(above, through, True)
+        return Below(above, through, True, below.seen_through(under, resolved, resolved * t))
     if is_symmetric:
-        between = resolvent(under, reflection) * t
+        resolved = resolvent(under, reflection)
     else:
-        between = inverse(jnp.eye(t.shape[0]) - under[:, None] * reflection) * t
-    return Below(jnp.diag(above) + t[:, None] * (reflection @ between), transmission @ between, is_symmetric)
+        resolved = inverse(jnp.eye(t.shape[0]) - under[:, None] * reflection)
+    between = resolved * t
+    return Below(
+        jnp.diag(above) + t[:, None] * (reflection @ between),
+        transmission @ between,
+        is_symmetric,
+        below.seen_through(under, resolved, between),
+    )
 
 
 def add_layer(layer_reflection, layer_transmission, below: Below) -> Below:
     """Put a scattering layer in front of what lies below."""
-    reflection, transmission, is_symmetric = below
+    reflection, transmission, is_symmetric, _ = below
     if reflection is None:
-        return Below(layer_reflection, layer_transmission, True)
+        from_behind = below.seen_through(layer_reflection, 1.0, layer_transmission)
+        return Below(layer_reflection, layer_transmission, True, from_behind)
     if reflection.ndim == 1:
         # (1 - R r)^-1 is the transpose of (1 - r R)^-1, for symmetric R.
-        between = transpose(resolvent(reflection, layer_reflection)) @ layer_transmission
+        resolved = transpose(resolvent(reflection, layer_reflection))
+        between = resolved @ layer_transmission
         onward = transmission[:, None] * between
         back = reflection[:, None] * between
     else:
         identity = jnp.eye(layer_reflection.shape[-1])
-        between = inverse(identity - layer_reflection @ reflection) @ layer_transmission
+        resolved = inverse(identity - layer_reflection @ reflection)
+        between = resolved @ layer_transmission
         onward, back = transmission @ between, reflection @ between
-    return Below(layer_reflection + layer_transmission @ back, onward, is_symmetric)
+    from_behind = below.seen_through(layer_reflection, resolved, between)
+    return Below(layer_reflection + layer_transmission @ back, onward, is_symmetric, from_behind)
 
 
 def add_rough(element: RoughElement, below: Below) -> Below:
     """Put a rough interface in front of what lies below."""
-    reflection, transmission, _ = below
+    reflection, transmission, _, _ = below
     if reflection is None:
-        return Below(element.above, element.down, False)
+        from_behind = below.seen_through(element.below, 1.0, element.down)
+        return Below(element.above, element.down, False, from_behind)
     if reflection.ndim == 1:
         reflection, transmission = jnp.diag(reflection), jnp.diag(transmission)
     identity = jnp.eye(reflection.shape[-1])
-    between = inverse(identity - element.below @ reflection) @ element.down
-    return Below(element.above + element.up @ (reflection @ between), transmission @ between, False)
+    resolved = inverse(identity - element.below @ reflection)
+    between = resolved @ element.down
+    from_behind = below.seen_through(element.below, resolved, between)
+    return Below(
+        element.above + element.up @ (reflection @ between), transmission @ between, False, from_behind
+    )

@@ -91,6 +91,16 @@ def _diffuse_bsdf(stack, directions, config):
             once = once + _scattered_once(k, layer, optics, fields_in, fields_out, directions)
     for k in stack.rough:
         once = once + _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directions)
+    if stack.backing is not None:
+        # Light that comes to the backing, and by reciprocity light from it that is seen, is what the stack
+        # transmits in all: regular light is exact, the rest smooth over its passage.
+        through_out, through_in = (
+            jnp.split(response.fields.transmission, parts)[k] + rows @ response.transmitted_power
+            for k, rows in ((1, from_front[1]), (0, from_front[0]))
+        )
+        seen = through_out[directions.outgoing] * through_in[directions.incidence]
+        sent = response.backing_gain / (jnp.pi * stack.index_back**2)
+        once = once + jnp.where(transmitted, 0.0, sent * seen)
     index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
     return index_out**2 * (rest + once)
 
@@ -199,7 +209,8 @@ def hemispherical_power(
     -------
     reflectance, transmittance
         Share of the incident power. Without absorption they sum to 1: to rounding at the channels of the
-        solver, to its accuracy between them.
+        solver, to its accuracy between them. A backing adds to the reflectance only: transmitted is what
+        comes to the far side without it.
 
     Raises
     ------
@@ -218,7 +229,9 @@ def _hemispherical_power(stack, sin_incidence, config):
     fields = response.fields
     rows = response.grid.interpolation(kappa) * response.passage_front[:, None]
     reflectance = fields.reflection + rows @ response.reflected_power
-    return reflectance, fields.transmission + rows @ response.transmitted_power
+    transmittance = fields.transmission + rows @ response.transmitted_power
+    returned = response.backing_gain * response.returned_power
+    return reflectance + transmittance * returned, transmittance
 
 
 _compiled_power = eqx.filter_jit(_hemispherical_power)

@@ -99,6 +99,7 @@ class ForwardModel(eqx.Module):
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
         self._check_wavelengths()
+        self._check_backing(np.any(pairs[:, 3] > 0.5))
         self.block_media, self.exposed, self.rarest, self.rough_faces = self._channel_layout()
         self.mie_sizes = mie_sizes(sample, self.wavelengths_nm)
         self.rough_tables = ()
@@ -131,7 +132,13 @@ class ForwardModel(eqx.Module):
     def _index_names(self) -> tuple[str, ...]:
         """Names of the refractive indices of front, layers and back."""
         inside = (f"{layer.name}.refractive_index" for layer in self.sample.layers)
-        return "surroundings.index_front", *inside, "surroundings.index_back"
+        return "surroundings.index_front", *inside, self._index_behind()
+
+    def _index_behind(self) -> str:
+        """Name of the refractive index behind the last face: no gap is between what touches optically."""
+        backing = self.sample.backing
+        in_contact = backing is not None and backing.contact
+        return f"{self.sample.layers[-1].name}.refractive_index" if in_contact else "surroundings.index_back"
 
     def _channel_layout(self):
         table, names = self.sample.parameters, self._index_names()
@@ -141,8 +148,10 @@ class ForwardModel(eqx.Module):
         indices = [max(float(values[n]) for values in each) for n in names]
         free = [self.sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names]
         scatters = [False, *(layer.scatters for layer in self.sample.layers), False]
-        require_equal_surroundings(indices[0], indices[-1], self.cones)
-        chosen = block_media(indices, scatters, free)
+        if self.sample.backing is None or not self.sample.backing.contact:
+            require_equal_surroundings(indices[0], indices[-1], self.cones)
+        # A backing sends light in all directions, too.
+        chosen = block_media(indices, [*scatters[:-1], self.sample.backing is not None], free)
         lowest = chosen[0]
         exposed = any(
             scatters[k] and not free[k] and abs(indices[k] / indices[lowest] - 1) < 1e-5
@@ -157,6 +166,14 @@ class ForwardModel(eqx.Module):
             for k, face in enumerate(_rough_faces(self.sample))
         )
         return chosen, exposed, rarest, faces
+
+    def _check_backing(self, has_transmission):
+        backing = self.sample.backing
+        if backing is not None and backing.side == "both" and has_transmission:
+            raise InputRefusedError(
+                'the measurement has rows of side T, but behind an opaque backing with side = "both" nothing '
+                'is transmitted; write side = "R" if it was taken away for them.'
+            )
 
     def _check_wavelengths(self):
         named = {n.split("@")[1] for n in self.sample.parameters if "@" in n}
@@ -196,7 +213,7 @@ class ForwardModel(eqx.Module):
         return Stack(
             layers,
             values["surroundings.index_front"],
-            values["surroundings.index_back"],
+            values[self._index_behind()],
             self.block_media,
             self.exposed,
             tuple(_slopes(face, values) for face in self.rough_faces),
@@ -205,6 +222,7 @@ class ForwardModel(eqx.Module):
                 for table, face in zip(rough_tables, self.rough_faces, strict=bool(rough_tables))
             ),
             self.rarest,
+            None if self.sample.backing is None else values["backing.reflectance"],
         )
 
     def sizes(

@@ -14,7 +14,8 @@ from jaxtyping import Array, Float
 
 from jaxink.adding import (
     NOTHING,
-    NOTHING_BELOW,
+    Below,
+    FromBehind,
     RoughElement,
     add_diagonal,
     add_layer,
@@ -85,6 +86,10 @@ class Stack(eqx.Module):
     rarest
         Positions in (front, layers..., back) of the media that have the lowest index of all, where it is
         fixed: a rough interface then need not look at the channels that do not propagate there.
+    backing
+        Reflectance of an ideally diffuse reflector that stands behind the stack while its reflection is
+        looked at, in the medium of ``index_back``; None where nothing does. Transmission is always that of
+        the stack alone.
     """
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
@@ -95,6 +100,7 @@ class Stack(eqx.Module):
     slopes: tuple[SlopeDensity | None, ...] = ()
     known: tuple[RoughInterface | None, ...] = ()
     rarest: tuple[int, ...] = eqx.field(static=True, default=())
+    backing: Float[Array, ""] | None = None
 
     @property
     def rough(self) -> list[int]:
@@ -381,6 +387,11 @@ class StackResponse(eqx.Module):
         Regular light at the further directions that were asked for.
     passage_front, passage_back
         `_passages` of these directions.
+    backing_gain
+        Diffuse light that a backing sends towards the stack, all its reflections to and fro summed, over the
+        light that first comes to it; 0 without one.
+    returned_power
+        Share of that light which leaves in front.
     """
 
     grid: ChannelGrid
@@ -392,6 +403,8 @@ class StackResponse(eqx.Module):
     fields: RegularFields
     passage_front: Float[Array, " directions"]
     passage_back: Float[Array, " directions"]
+    backing_gain: Float[Array, ""] | float
+    returned_power: Float[Array, ""] | float
 
 
 def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " directions"]) -> StackResponse:
@@ -434,7 +447,11 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     rough = {k: _rough_element(stack, k, grid, scale, config) for k in stack.rough}
 
     # From the back to the front; elements that are diagonal in the channels are joined first.
-    below, run = NOTHING_BELOW, NOTHING
+    diffuse = None
+    if stack.backing is not None:
+        behind = jnp.where(grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
+        diffuse = FromBehind(behind, 0.0)
+    below, run = Below(None, None, True, diffuse), NOTHING
     respond = _RESPONSES[layer_method(config.layer_method)]
     once_reflected, once_transmitted = 0.0, 0.0
     for k in reversed(range(len(stack.layers) + 1)):
@@ -463,6 +480,11 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
             once_transmitted = once_transmitted + once[1]
     below = add_diagonal(run, below)
     reflection, transmission = below.reflection, below.transmission
+    gain, returned = 0.0, 0.0
+    if stack.backing is not None:
+        sent = behind @ behind
+        gain = stack.backing / (1 - stack.backing * below.from_behind.returned / sent)
+        returned = jnp.sqrt(etendue) @ below.from_behind.passed / sent
 
     passages = _passages(stack, everywhere, squared)
     front, back = (passage[:n_channels] for passage in passages)
@@ -485,7 +507,16 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     powers = reflected_power, transmitted_power
     beyond_front, beyond_back = (passage[n_channels:] for passage in passages)
     return StackResponse(
-        grid, reflection, transmission, *powers, truncated, beyond, beyond_front, beyond_back
+        grid,
+        reflection,
+        transmission,
+        *powers,
+        truncated,
+        beyond,
+        beyond_front,
+        beyond_back,
+        gain,
+        returned,
     )
 
 

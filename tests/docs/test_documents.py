@@ -142,6 +142,7 @@ TABLES = {
     name: getattr(schema, name)
     for name in (
         "SURROUNDINGS",
+        "BACKING",
         "CLEAR_LAYER",
         "SCATTERING_LAYER",
         "COEFFICIENTS",
@@ -192,6 +193,7 @@ def test_every_choice_is_named():
         *schema.ROUGHNESS_DENSITIES,
         *schema.DISPERSIONS,
         *schema.FACES,
+        *(f'"{side}"' for side in schema.BACKING_SIDES),
         "clear",
         "scattering",
     ):

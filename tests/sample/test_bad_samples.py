@@ -300,6 +300,49 @@ BAD_SAMPLES = [
         ("[noise]", "[[weights]]\nweight = -2\n[noise]"),
         "weights.weight is -2; it must lie between 0 and inf.",
     ),
+    (
+        "backing without reflectance",
+        ("[noise]", '[backing]\nside = "R"\n[noise]'),
+        "backing.reflectance is missing; write reflectance = <number>.",
+    ),
+    (
+        "backing brighter than white",
+        ("[noise]", "[backing]\nreflectance = 1.2\n[noise]"),
+        "backing.reflectance is 1.2; it must lie between 0 and 1.",
+    ),
+    (
+        "backing in transmission only",
+        ("[noise]", '[backing]\nreflectance = 0.2\nside = "T"\n[noise]'),
+        "[backing] has side = 'T'; it must be one of: R, both.",
+    ),
+    (
+        "backing that touches and is taken away",
+        ("[noise]", '[backing]\nreflectance = 0.2\nside = "R"\ncontact = true\n[noise]'),
+        'backing.contact is true, so the backing cannot be taken away: write side = "both" or leave it out.',
+    ),
+    (
+        "contact that is a number",
+        ("[noise]", "[backing]\nreflectance = 0.2\ncontact = 1\n[noise]"),
+        "backing.contact is 1; it must be true or false.",
+    ),
+    (
+        "layer called backing",
+        ('name = "plate"', 'name = "backing"', "[noise]", "[backing]\nreflectance = 0.2\n[noise]"),
+        "two layers are named 'backing'; give each a name of its own.",
+    ),
+    (
+        "backing behind an opaque layer",
+        (
+            SCATTERING + "\nabsorption_per_mm = 1.0",
+            "single_scattering_albedo = 0.9",
+            "thickness_um = 80",
+            'thickness_um = "opaque"',
+            "[noise]",
+            "[backing]\nreflectance = 0.2\n[noise]",
+        ),
+        "there is a [backing] behind the opaque layer 'ink', which lets no light come to it; take it out, or "
+        "give the layer a thickness.",
+    ),
 ]
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.sample import Prior, parse_sample, sample_from_dict, sample_to_dict
+from jaxink.sample import Backing, Prior, parse_sample, sample_from_dict, sample_to_dict
 from jaxink.sample.parameters import Parameter, ParameterTable, evaluate_tie
 
 SAMPLE = """\
@@ -113,6 +113,19 @@ def test_plain_data_and_back(sample):
     assert sample_to_dict(again) == sample_to_dict(sample)
     assert again.layers == sample.layers
     assert again.parameters.values_with({}) == sample.parameters.values_with({})
+
+
+def test_backing_as_plain_data_and_back():
+    sample = parse_sample(
+        SAMPLE + "\n[backing]\nreflectance = { value = 0.3, free = true, min = 0, max = 1 }\n"
+    )
+    assert sample.parameters["backing.reflectance"].free
+    again = sample_from_dict(sample_to_dict(sample))
+    assert again.backing == sample.backing == Backing("R", False)
+    # Results of before there were backings lack the key.
+    older = sample_to_dict(sample)
+    del older["backing"]
+    assert sample_from_dict(older).backing is None
 
 
 def test_numbers_of_a_rough_face_are_parameters(sample):

@@ -163,6 +163,7 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
         parameters=ParameterTable(list((_without(numbers, _FRONT, _BACK) | media).values())),
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
+        backing=None,
     )
     nowhere = [0.0] * len(wavelengths_nm)
     return ForwardModel(
@@ -259,6 +260,7 @@ def reversed_sample(sample: Sample) -> Sample:
         parameters=ParameterTable(numbers),
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
+        backing=None,
     )
 
 

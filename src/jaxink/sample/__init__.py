@@ -1,12 +1,13 @@
 """What the experimenter knows of a sample; no JAX is needed to read it."""
 
 from jaxink.sample.archive import sample_from_dict, sample_to_dict
-from jaxink.sample.description import Layer, Noise, Roughness, Sample, load_sample, parse_sample
+from jaxink.sample.description import Backing, Layer, Noise, Roughness, Sample, load_sample, parse_sample
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 from jaxink.sample.populations import Population
 
 __all__ = [
+    "Backing",
     "Dispersion",
     "Layer",
     "Noise",

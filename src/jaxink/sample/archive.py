@@ -4,7 +4,7 @@ import dataclasses
 import math
 from typing import Any
 
-from jaxink.sample.description import Layer, Noise, Roughness, Sample
+from jaxink.sample.description import Backing, Layer, Noise, Roughness, Sample
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 from jaxink.sample.populations import Population
@@ -25,6 +25,7 @@ def sample_to_dict(sample: Sample) -> dict[str, Any]:
     """
     plain = {f.name: getattr(sample, f.name) for f in dataclasses.fields(sample)}
     plain["layers"] = [dataclasses.asdict(layer) for layer in sample.layers]
+    plain["backing"] = sample.backing and dataclasses.asdict(sample.backing)
     plain["noise"] = dataclasses.asdict(sample.noise)
     plain["dispersions"] = [dataclasses.asdict(dispersion) for dispersion in sample.dispersions]
     plain["parameters"] = [
@@ -56,6 +57,7 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
         )
         particles = {"radius_table": _pair(layer.get("radius_table")), "populations": populations}
         layers.append(Layer(**{**layer, "phase_table": table, "roughness": faces, **particles}))
+    backing = plain.get("backing")
     parameters = []
     for p in plain["parameters"]:
         limits = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}
@@ -67,6 +69,7 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
             **plain,
             "layers": tuple(layers),
             "parameters": ParameterTable(parameters),
+            "backing": backing and Backing(**backing),
             "noise": Noise(**plain["noise"]),
             "wavelengths_nm": tuple(plain["wavelengths_nm"]),
             "masks": tuple((k, v) for k, v in plain["masks"]),

@@ -90,6 +90,22 @@ class Layer:
 
 
 @dataclasses.dataclass(frozen=True)
+class Backing:
+    """An ideally diffuse, opaque reflector behind the sample; its reflectance is a parameter.
+
+    Parameters
+    ----------
+    side
+        Of `schema.BACKING_SIDES`.
+    contact
+        Whether it touches the last layer optically; otherwise the surroundings are between.
+    """
+
+    side: str
+    contact: bool
+
+
+@dataclasses.dataclass(frozen=True)
 class Noise:
     """Declared noise of the measurement; None where nothing is declared.
 
@@ -133,6 +149,8 @@ class Sample:
         (incidence in degrees or None for all, side or None for both, weight) for residuals.
     dispersions
         Refractive indices given as functions of the wavelength.
+    backing
+        What stands behind it, or None.
     """
 
     layers: tuple[Layer, ...]
@@ -145,6 +163,7 @@ class Sample:
     masks: tuple[tuple[str, float], ...] = ()
     weights: tuple[tuple[float | None, str | None, float], ...] = ()
     dispersions: tuple[Dispersion, ...] = ()
+    backing: Backing | None = None
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
         """Values that hold at one wavelength, by plain name.
@@ -232,6 +251,7 @@ _TOP_KEYS = (
     "lit_side",
     "surroundings",
     "layers",
+    "backing",
     "instrument",
     "noise",
     "masks",
@@ -262,9 +282,10 @@ class _Reader:
         for key, quantity in schema.SURROUNDINGS.items():
             self._quantity("surroundings", key, quantity, surroundings)
         layers = tuple(self._layer(i, table) for i, table in enumerate(self._layer_tables()))
+        backing = self._backing(layers[-1])
         names = [layer.name for layer in layers]
         for name in names:
-            if names.count(name) > 1 or name == "surroundings":
+            if names.count(name) > 1 or name == "surroundings" or (name == "backing" and backing):
                 raise InputRefusedError(f"two layers are named '{name}'; give each a name of its own.")
         if not any(layer.scatters for layer in layers):
             raise InputRefusedError(
@@ -300,6 +321,7 @@ class _Reader:
             masks=tuple(self._settings("masks", schema.MASKS).items()),
             weights=self._weights(),
             dispersions=tuple(self.dispersions),
+            backing=backing,
         )
 
     def _wavelengths(self) -> tuple[float, ...]:
@@ -379,6 +401,30 @@ class _Reader:
             for key, quantity in _particles(schema.MIE, inner).items():
                 self._quantity(name, key, quantity, inner)
         return tuple(populations)
+
+    def _backing(self, last: Layer) -> Backing | None:
+        """A reflector behind the sample."""
+        if "backing" not in self.document:
+            return None
+        table = table_of(self.document, "backing")
+        only(table, ("side", "contact", *schema.BACKING), "[backing]")
+        side = choice({"side": "R"} | table, "side", schema.BACKING_SIDES, "[backing]")
+        contact = table.get("contact", False)
+        if not isinstance(contact, bool):
+            raise InputRefusedError(f"backing.contact is {contact!r}; it must be true or false.")
+        if contact and "side" in table and side != "both":
+            raise InputRefusedError(
+                'backing.contact is true, so the backing cannot be taken away: write side = "both" or '
+                "leave it out."
+            )
+        if last.opaque:
+            raise InputRefusedError(
+                f"there is a [backing] behind the opaque layer '{last.name}', which lets no light come to "
+                "it; take it out, or give the layer a thickness."
+            )
+        for key, quantity in schema.BACKING.items():
+            self._quantity("backing", key, quantity, table)
+        return Backing("both" if contact else side, contact)
 
     def _roughness(self, layer: str, face: str, given: Any) -> Roughness:
         """A face that is declared rough; its numbers become parameters."""

@@ -40,6 +40,10 @@ SURROUNDINGS = {
     "index_front": dataclasses.replace(_INDEX, default=1.0),
     "index_back": dataclasses.replace(_INDEX, default=1.0),
 }
+# Of an ideally diffuse reflector behind the sample.
+BACKING = {"reflectance": Quantity("", 0.0, 1.0)}
+# Which scans see it: those of reflection alone, from the others it was taken away; or it stays.
+BACKING_SIDES = ("R", "both")
 CLEAR_LAYER = {
     "refractive_index": _INDEX,
     "thickness_mm": Quantity("mm", 0.0, 1e4),
