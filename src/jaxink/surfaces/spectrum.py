@@ -145,7 +145,7 @@ class KCorrelation(PowerSpectrum):
 
     References
     ----------
-    Church, Takacs, Leonard 1989 Proc. SPIE 1165, 136; Stover 2012 Optical Scattering, 3rd ed., chapter 4.
+    Church, Takacs, Leonard 1989 Proc. SPIE 1165, 136; Stover 2012 Optical Scattering, 3rd ed.
     """
 
     height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
