@@ -14,6 +14,7 @@ from jaxink.export.boundary import (
     within_incident_power,
 )
 from jaxink.export.sampling import diffuse_totals
+from jaxink.surfaces.height_map import HeightMap
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum
 from jaxink.surfaces.wave_optics import WaveSurface
@@ -115,6 +116,32 @@ def test_limited_power_keeps_reciprocity(waves):
     r_ii, t_ia, t_ai, _ = limited.bsdf_per_sr
     np.testing.assert_allclose(r_ii, np.swapaxes(r_ii, 1, 2), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(t_ia, np.swapaxes(t_ai, 1, 2) / 1.5**2, rtol=1e-6, atol=1e-9)
+
+
+def test_measured_surface_by_both_optics():
+    # Simulated heights of a Gaussian spectrum: the table of what was measured is that of what was made.
+    made = GaussianSpectrum(0.25**2, 2.0)
+    frequency = np.hypot(*np.meshgrid(*[np.fft.fftfreq(256, 0.2)] * 2))
+    noise = np.fft.fft2(np.random.default_rng(8).standard_normal((256, 256)))
+    heights = HeightMap(
+        np.fft.ifft2(noise * np.sqrt(np.asarray(made.density_um4(frequency))) / 0.2).real, 0.2
+    )
+    coarse = BoundaryOptions(1.5, 1.0, n_theta=25, n_phi=19)
+    slopes = heights.slope_density()
+    variance = heights.slope_statistics().variance
+    for measured, expected, most in (
+        (facet_boundary(slopes, [550.0], coarse), facet_boundary(Beckmann(variance), [550.0], coarse), 0.1),
+        (
+            wave_boundary(heights.power_spectrum(), [550.0], coarse),
+            wave_boundary(made, [550.0], coarse),
+            0.15,
+        ),
+    ):
+        # In the plane of incidence, light from air at 38 degrees; the specular direction is an entry.
+        found, wanted = (table.bsdf_per_sr[3, 0, 8, :, -1] for table in (measured, expected))
+        bright = wanted > 0.3 * wanted.max()
+        assert bright[8]
+        np.testing.assert_allclose(found[bright], wanted[bright], rtol=most)
 
 
 def test_wrong_options_are_refused():

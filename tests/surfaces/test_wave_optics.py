@@ -10,7 +10,7 @@ from scipy.special import j0
 from jaxink.errors import InputRefusedError
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import Beckmann
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, tabulated_spectrum
 from jaxink.surfaces.wave_optics import (
     WaveSurface,
     perturbation_factor,
@@ -98,6 +98,15 @@ def test_reciprocity(amplitude):
     back = scattered_bsdf(surface.reversed, into, out, AZIMUTHS, True)
     np.testing.assert_allclose(there, back, rtol=1e-8)
     assert np.max(there) > 1e-3
+
+
+def test_scattering_is_continuous_at_the_specular_direction():
+    frequency = np.geomspace(1e-3, 20, 60)
+    table = tabulated_spectrum(frequency, GaussianSpectrum(0.1**2, 5.0).density_um4(frequency) + 1e-12)
+    for spectrum in (table, KCorrelation(0.1**2, 5.0, 3.5)):
+        surface, cosine = WaveSurface(spectrum, 1.0, 1.5, 550.0), jnp.full(2, 0.8)
+        at, beside = scattered_bsdf(surface, cosine, cosine, jnp.array([[0.0], [1e-4]]), False)
+        np.testing.assert_allclose(at, beside, rtol=1e-4)
 
 
 @pytest.mark.parametrize(("front", "back"), [(1.0, 1.5), (1.5, 1.0)])

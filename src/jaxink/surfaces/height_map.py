@@ -44,30 +44,30 @@ class TabulatedSlopes(SlopeDensity):
     """
 
     height_scale: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    slopes: Float[np.ndarray, " nodes"]
-    log_density: Float[np.ndarray, " nodes"]
+    slopes: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+    log_density: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
     strength: ClassVar[str | None] = None
 
     def _scale(self):
-        weight = np.exp(self.log_density) * self.slopes * np.gradient(self.slopes)
-        return self.height_scale * float(np.sqrt(weight @ self.slopes**2 / np.sum(weight) / 2))
+        weight = jnp.exp(self.log_density) * self.slopes * jnp.gradient(self.slopes)
+        return self.height_scale * jnp.sqrt(weight @ self.slopes**2 / jnp.sum(weight) / 2)
 
     def _largest_slope(self):
         return self.height_scale * self.slopes[-1]
 
     def _shape(self, slope):
         x, y = self.slopes, self.log_density
-        step, rise = np.diff(x), np.diff(y)
+        step, rise = jnp.diff(x), jnp.diff(y)
         secant = rise / step
         # Flat at slope 0, where a density in the plane is smooth; else the parabola through three nodes.
         inner = (secant[:-1] * step[1:] + secant[1:] * step[:-1]) / (step[1:] + step[:-1])
-        tangent = np.concatenate([[0.0], inner, secant[-1:]])
+        tangent = jnp.concatenate([jnp.zeros(1), inner, secant[-1:]])
         at = slope / self.height_scale
         k = jnp.clip(jnp.searchsorted(x, at, side="right") - 1, 0, len(step) - 1)
-        width = jnp.asarray(step)[k]
-        t = (at - jnp.asarray(x)[k]) / width
-        left, right = (jnp.asarray(tangent)[k + end] * width for end in (0, 1))
-        low, climb = jnp.asarray(y)[k], jnp.asarray(rise)[k]
+        width = step[k]
+        t = (at - x[k]) / width
+        left, right = (tangent[k + end] * width for end in (0, 1))
+        low, climb = y[k], rise[k]
         curved = (1 - t) * (left - climb) - t * (right - climb)
         return slope * jnp.exp(low + t * climb + t * (1 - t) * curved)
 

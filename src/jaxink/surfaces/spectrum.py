@@ -23,7 +23,7 @@ _MIXTURE = np.linspace(-45.0, 4.5, 199)
 # Beyond its last node a table falls off at least as fast as this power: the height variance stays finite.
 _LEAST_FALL = 4.0
 # Logarithm of the least distance, over the scale, at which a transform gives a correlation.
-_LEAST_LOG_DISTANCE = -8.0
+_LEAST_LOG_DISTANCE = -5.0
 # Far enough beyond the nodes, as a logarithm, for an integral to the end.
 _FAR = 30.0
 
@@ -237,13 +237,13 @@ class TabulatedSpectrum(PowerSpectrum):
     """
 
     height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    log_frequency: Float[np.ndarray, " nodes"]
+    log_frequency: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
     log_shape: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
 
     @property
     def length_um(self):
         """Inverse of 2 pi times the geometric mean of the nodes' frequencies."""
-        return jnp.asarray(np.exp(-np.mean(self.log_frequency)) / (2 * np.pi))
+        return jnp.exp(-jnp.mean(self.log_frequency)) / (2 * jnp.pi)
 
     @property
     def _last_power(self):
@@ -261,7 +261,7 @@ class TabulatedSpectrum(PowerSpectrum):
         x, y = self.log_frequency, self.log_shape
         starts = jnp.concatenate([x[:1] - _FAR, x])
         stops = jnp.concatenate([x, x[-1:] + _FAR])
-        slope = jnp.concatenate([jnp.zeros(1), jnp.diff(y) / np.diff(x), self._last_power[None]]) + power
+        slope = jnp.concatenate([jnp.zeros(1), jnp.diff(y) / jnp.diff(x), self._last_power[None]]) + power
         level = jnp.concatenate([y[:1], y]) + power * starts
         width = jnp.clip(end, starts, stops) - starts
         grown = slope * width
@@ -293,9 +293,9 @@ class TabulatedSpectrum(PowerSpectrum):
         shape = self.shape(jnp.exp(log_nodes()) / (2 * jnp.pi * scale))
         values = radial_fourier(shape) / (2 * jnp.pi * scale) ** 2
         position = jnp.log(jnp.maximum(distance_um, 1e-300) / scale).reshape(-1)
-        # The transform's error goes as the inverse distance: the smallest ones are met by a straight line.
+        # The transform's error goes as the inverse distance: the smallest ones are met by a parabola.
         at = interpolate_log(values, jnp.maximum(position, _LEAST_LOG_DISTANCE))
-        at = 1 - (1 - at) * jnp.exp(jnp.minimum(position - _LEAST_LOG_DISTANCE, 0.0))
+        at = 1 - (1 - at) * jnp.exp(2 * jnp.minimum(position - _LEAST_LOG_DISTANCE, 0.0))
         return jnp.minimum(at, 1.0).reshape(jnp.shape(distance_um))
 
     def covered_per_um(self):
