@@ -1,0 +1,328 @@
+"""Measured surface heights: the facet slopes that ray optics asks for, the spectrum that wave optics does.
+
+A map knows the surface only between two lengths. Below its extent: slower undulations were removed with the
+tilt. Above its pitch: a slope from central differences is that of a height averaged over two pitches, and
+falls to 2/pi of the true one at the spatial frequency 1/(4 pitch).
+"""
+
+import dataclasses
+import warnings
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.numerics.precision import require_float64
+from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.surfaces.spectrum import TabulatedSpectrum, tabulated_spectrum
+
+_FEWEST_HEIGHTS = 16
+# Largest ratio of slope variances at the pitch and at twice the pitch where the pitch is fine enough.
+_MOST_GROWTH = 1.15
+_SLOPE_BINS, _FEWEST_PER_BIN = 32, 30
+# Share of the steepest facets that no bin resolves.
+_STEEPEST = 1e-4
+# Rings of frequencies; fewer for a profile, whose transform to the plane differentiates the noise.
+_BINS_PER_OCTAVE, _BINS_OF_PROFILE = 6, 2
+
+
+class TabulatedSlopes(SlopeDensity):
+    """Density through nodes, cubic in its logarithm, all slopes times a common factor.
+
+    Parameters
+    ----------
+    height_scale
+        Factor of the heights, and so of the slopes. What a surface does to light changes as its square.
+    slopes
+        Nodes, from 0 to the largest slope, ascending.
+    log_density
+        Logarithm of P at the nodes for the factor 1, up to a constant.
+    """
+
+    height_scale: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    slopes: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+    log_density: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+    strength: ClassVar[str | None] = None
+
+    def _scale(self):
+        weight = jnp.exp(self.log_density) * self.slopes * jnp.gradient(self.slopes)
+        return self.height_scale * jnp.sqrt(weight @ self.slopes**2 / jnp.sum(weight) / 2)
+
+    def _largest_slope(self):
+        return self.height_scale * self.slopes[-1]
+
+    def _shape(self, slope):
+        x, y = self.slopes, self.log_density
+        step, rise = jnp.diff(x), jnp.diff(y)
+        secant = rise / step
+        # Flat at slope 0, where a density in the plane is smooth; else the parabola through three nodes.
+        inner = (secant[:-1] * step[1:] + secant[1:] * step[:-1]) / (step[1:] + step[:-1])
+        tangent = jnp.concatenate([jnp.zeros(1), inner, secant[-1:]])
+        at = slope / self.height_scale
+        k = jnp.clip(jnp.searchsorted(x, at, side="right") - 1, 0, len(step) - 1)
+        width = step[k]
+        t = (at - x[k]) / width
+        left, right = (tangent[k + end] * width for end in (0, 1))
+        low, climb = y[k], rise[k]
+        curved = (1 - t) * (left - climb) - t * (right - climb)
+        return slope * jnp.exp(low + t * climb + t * (1 - t) * curved)
+
+
+@dataclasses.dataclass(frozen=True)
+class SlopeStatistics:
+    """What central differences say of a map's slopes.
+
+    Parameters
+    ----------
+    variance
+        Of the slope along one axis, averaged over the axes.
+    variance_twice_as_coarse
+        The same from every second height: where it is much smaller, the surface has slopes that the pitch
+        does not resolve.
+    bandwidth_per_um
+        Spatial frequency at which the differences see 2/pi of a slope, 1/(4 pitch), of the coarser axis.
+    anisotropy
+        Ratio of the slope variances along the axes, the larger over the smaller; 1 for a profile.
+    """
+
+    variance: float
+    variance_twice_as_coarse: float
+    bandwidth_per_um: float
+    anisotropy: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class HeightMap:
+    """Measured heights of a surface that is isotropic but for noise; mean and tilt are removed.
+
+    Parameters
+    ----------
+    heights_um
+        Shape ``(rows, columns)``, or ``(points,)`` for a profile.
+    pitch_um
+        Distance of neighbouring heights: one number, or that along rows (y) and along columns (x).
+    """
+
+    heights_um: Float[np.ndarray, "..."]
+    pitch_um: float | tuple[float, float]
+
+    def __post_init__(self):
+        heights = np.array(self.heights_um, float)
+        if heights.ndim not in (1, 2) or min(heights.shape) < _FEWEST_HEIGHTS:
+            raise InputRefusedError(
+                f"heights_um has shape {heights.shape}; a map needs two axes, a profile one, of at least "
+                f"{_FEWEST_HEIGHTS} heights each."
+            )
+        if not np.all(np.isfinite(heights)):
+            where = tuple(int(k) for k in np.argwhere(~np.isfinite(heights))[0])
+            raise InputRefusedError(
+                f"heights_um has a height that is not a number at {where}; fill it or cut the map there."
+            )
+        pitch = np.broadcast_to(np.asarray(self.pitch_um, float), heights.ndim)
+        if not np.all((pitch > 0) & np.isfinite(pitch)):
+            raise InputRefusedError(f"pitch_um is {self.pitch_um}; it must be above 0.")
+        axes = np.meshgrid(*(np.linspace(-1, 1, n) for n in heights.shape), indexing="ij")
+        plane = np.stack([np.ones(heights.size), *(axis.ravel() for axis in axes)], axis=1)
+        heights = heights - (plane @ np.linalg.lstsq(plane, heights.ravel(), rcond=None)[0]).reshape(
+            heights.shape
+        )
+        heights.setflags(write=False)
+        object.__setattr__(self, "heights_um", heights)
+        object.__setattr__(self, "pitch_um", tuple(float(p) for p in pitch))
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether heights were measured along a line only."""
+        return self.heights_um.ndim == 1
+
+    @property
+    def height_variance_um2(self) -> float:
+        """Mean squared height about the plane."""
+        return float(np.mean(self.heights_um**2))
+
+    def _slopes(self, every: int = 1) -> list[np.ndarray]:
+        """Central differences along each axis, of every so many heights, at the same inner points."""
+        heights = self.heights_um[(slice(None, None, every),) * self.heights_um.ndim]
+        found = []
+        for axis, pitch in enumerate(self.pitch_um):
+            inner = [slice(1, -1)] * heights.ndim
+            ahead, behind = list(inner), list(inner)
+            ahead[axis], behind[axis] = slice(2, None), slice(None, -2)
+            found.append((heights[tuple(ahead)] - heights[tuple(behind)]) / (2 * every * pitch))
+        return found
+
+    def slope_statistics(self) -> SlopeStatistics:
+        """Slope variance, and how far the pitch resolves it.
+
+        Returns
+        -------
+        SlopeStatistics
+            For a profile the variance of its slope is that along one axis, too.
+
+        Warns
+        -----
+        UserWarning
+            Where the variance still grows from twice the pitch to the pitch by more than 15 percent.
+        """
+        each = [float(np.mean(s**2)) for s in self._slopes()]
+        fine, coarse = float(np.mean(each)), float(np.mean([np.mean(s**2) for s in self._slopes(every=2)]))
+        if fine > _MOST_GROWTH * coarse:
+            warnings.warn(
+                f"the slope variance of the height map is {fine:.3g} at its pitch and {coarse:.3g} at twice "
+                "the pitch: the pitch is too coarse for the surface's slopes, or the heights are noisy; "
+                "measure with a smaller pitch.",
+                stacklevel=2,
+            )
+        bandwidth = 1 / (4 * max(self.pitch_um))
+        return SlopeStatistics(fine, coarse, bandwidth, max(each) / max(min(each), 1e-300))
+
+    def slope_density(self) -> TabulatedSlopes:
+        """Density of the facets' slopes, all azimuths together.
+
+        Returns
+        -------
+        TabulatedSlopes
+            Up to the slope that one facet in ten thousand exceeds.
+
+        Raises
+        ------
+        InputRefusedError
+            For a profile, which shows slopes along one direction only, and for a flat map.
+
+        Warns
+        -----
+        UserWarning
+            As `slope_statistics`.
+        """
+        require_float64()
+        if self.is_profile:
+            raise InputRefusedError(
+                "heights_um is a profile, which shows slopes along one direction only; take a map, or the "
+                "Beckmann density with the variance of slope_statistics."
+            )
+        self.slope_statistics()
+        slope = np.sqrt(sum(s**2 for s in self._slopes())).ravel()
+        largest = np.quantile(slope, 1 - _STEEPEST)
+        if largest <= 0:
+            raise InputRefusedError("heights_um is flat; it has no slopes.")
+        fine = np.linspace(0, largest, _SLOPE_BINS + 1)
+        counts = np.histogram(slope, fine)[0]
+        edges, held = [0.0], 0
+        for count, end in zip(counts, fine[1:], strict=True):
+            held += count
+            if held >= _FEWEST_PER_BIN:
+                edges.append(end)
+                held = 0
+        # What is left over joins the last bin.
+        edges = np.array([*edges[:-1], largest])
+        areas = np.pi * np.diff(edges**2)
+        density = np.histogram(slope, edges)[0] / areas
+        # The mean over a ring is met halfway in area, not in slope.
+        centres = np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)
+        logarithm = np.log(density)
+        ends = np.interp([0.0, largest], centres, logarithm)
+        ends += [
+            (logarithm[0] - logarithm[1]) / (centres[1] ** 2 - centres[0] ** 2) * centres[0] ** 2,
+            (logarithm[-1] - logarithm[-2]) / (centres[-1] - centres[-2]) * (largest - centres[-1]),
+        ]
+        nodes = np.concatenate([[0.0], centres, [largest]])
+        return TabulatedSlopes(1.0, nodes, np.concatenate([ends[:1], logarithm, ends[1:]]))
+
+    def power_spectrum(self) -> TabulatedSpectrum:
+        """Isotropic power spectral density, from the map's or profile's extent to half its sampling rate.
+
+        Returns
+        -------
+        TabulatedSpectrum
+            Through means over rings of frequencies, six an octave. Of a profile two an octave, by
+            `isotropic_from_profile`: valid for an isotropic surface, up to about half the highest frequency,
+            and where the profile is thousands of correlation lengths long; a shorter one is too noisy. Where
+            its spectrum is flat, towards frequency 0, the result is noise that is kept where positive: up to
+            several times too high. It is 5 percent high elsewhere.
+        """
+        frequency, density = self._periodogram()
+        lowest, highest = frequency[frequency > 0].min(), 1 / (2 * max(self.pitch_um))
+        per_octave = _BINS_OF_PROFILE if self.is_profile else _BINS_PER_OCTAVE
+        n_bins = int(np.ceil(per_octave * np.log2(highest / lowest)))
+        edges = np.geomspace(lowest / 2 ** (0.5 / per_octave), highest, n_bins + 1)
+        position = np.digitize(frequency.ravel(), edges) - 1
+        kept = (position >= 0) & (position < n_bins)
+        position, at, values = position[kept], frequency.ravel()[kept], density.ravel()[kept]
+        counts = np.bincount(position, minlength=n_bins)
+        full = counts > 0
+        nodes, means = (
+            np.bincount(position, weights=w, minlength=n_bins)[full] / counts[full] for w in (at, values)
+        )
+        if self.is_profile:
+            nodes, means = isotropic_from_profile(nodes, means)
+        return tabulated_spectrum(nodes, np.maximum(means, 1e-12 * means.max()))
+
+    def _periodogram(self):
+        """Frequencies and two-sided density of the map, tapered by Hann windows."""
+        heights, window = self.heights_um, np.ones(())
+        for n in heights.shape:
+            window = np.multiply.outer(window, np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2)
+        heights = heights - np.sum(window * heights) / np.sum(window)
+        density = np.abs(np.fft.fftn(window * heights)) ** 2
+        density *= np.prod(self.pitch_um) / (heights.size * np.mean(window**2))
+        axes = [np.fft.fftfreq(n, p) for n, p in zip(heights.shape, self.pitch_um, strict=True)]
+        squared = sum(axis**2 for axis in np.meshgrid(*axes, indexing="ij"))
+        return np.sqrt(squared), density
+
+
+def isotropic_from_profile(
+    frequency_per_um: Float[np.ndarray, " nodes"], profile_density_um3: Float[np.ndarray, " nodes"]
+) -> tuple[Float[np.ndarray, " inner"], Float[np.ndarray, " inner"]]:
+    """Density in the plane of frequencies from that of a profile, for an isotropic surface.
+
+    PSD(f) = -1/pi times the integral of PSD_1'(t) / sqrt(t^2 - f^2) over t > f, PSD_1 a power law between its
+    nodes and beyond the last.
+
+    Parameters
+    ----------
+    frequency_per_um
+        Ascending, above 0.
+    profile_density_um3
+        Two-sided density of the profile, whose integral over all positive and negative frequencies is the
+        height variance.
+
+    Returns
+    -------
+    frequency_per_um, density_um4
+        Without the last node, and without nodes where noise makes the density negative.
+
+    References
+    ----------
+    Church, Takacs, Leonard 1989 Proc. SPIE 1165, 136 (the relation of both densities).
+    """
+    frequency, profile = np.asarray(frequency_per_um, float), np.asarray(profile_density_um3, float)
+    if len(frequency) < 4 or np.any(np.diff(frequency) <= 0) or np.any(profile <= 0):
+        raise InputRefusedError(
+            "the spectrum of a profile needs at least 4 ascending frequencies with densities above 0."
+        )
+    x, y = np.log(frequency), np.log(profile)
+    fall = np.diff(y) / np.diff(x)
+    unit, weight = gauss_legendre_unit(12)
+    # The power law of the last octave, which noise in the last two nodes alone would upset.
+    last = np.arange(len(x)) >= len(x) - 2
+    last |= x > x[-1] - np.log(2)
+    tail = min(np.polyfit(x[last], y[last], 1)[0], -1.5)
+    starts, stops = np.append(x[:-1], x[-1]), np.append(x[1:], x[-1] + 12.0)
+    powers, levels = np.append(fall, tail), np.append(y[:-1], y[-1])
+    found = []
+    for k, here in enumerate(frequency[:-1]):
+        # t = f cosh(w): dt / sqrt(t^2 - f^2) = dw.
+        begin, end = (np.arccosh(np.exp(np.maximum(edge[k:] - x[k], 0.0))) for edge in (starts, stops))
+        w = begin[:, None] + (end - begin)[:, None] * unit
+        logarithm = np.log(here * np.cosh(w))
+        slope = powers[k:, None] * np.exp(
+            levels[k:, None] + powers[k:, None] * (logarithm - starts[k:, None]) - logarithm
+        )
+        found.append(-np.sum((end - begin)[:, None] * weight * slope) / np.pi)
+    density = np.array(found)
+    positive = density > 0
+    return frequency[:-1][positive], density[positive]

@@ -1,0 +1,302 @@
+"""Light scattered by one rough interface between clear media, from the power spectrum of its height.
+
+Polar angles belong to the medium in which the light travels; the azimuth is that between the directions of
+propagation, 0 straight on. A change of height by dz changes the phase of light from i to o by A dz, with
+
+    A = k0 n_i (cos_i + cos_o) in reflection,    A = k0 |n_o cos_o - n_i cos_i| in transmission,
+
+and the interface scatters by the spatial frequency f = |n_o sin_o - n_i sin_i| / lambda (as vectors in the
+plane). Both are the same with i and o exchanged, and so is every BSDF here, over the squared index of the
+medium of leaving: reciprocity is exact. What is not exact is energy, see `jaxink.surfaces.wave_power`.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.interfaces import fresnel_reflectance, propagating_cosine
+from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
+from jaxink.numerics.precision import require_float64
+from jaxink.surfaces.spectrum import PowerSpectrum
+
+# Pairs of polar angles whose transforms are made at once: bounds the memory.
+_BATCH = 512
+AMPLITUDES = ("perturbation", "fresnel")
+
+
+class WaveSurface(eqx.Module):
+    """A rough interface by wave optics.
+
+    Parameters
+    ----------
+    spectrum
+        Of the height.
+    index_front, index_back
+        Refractive indices of the medium that light comes from and of the other; real.
+    wavelength_nm
+        In vacuum.
+    amplitude
+        How strongly each unit of height scatters. ``perturbation``: by first-order vector perturbation
+        theory, unpolarised, exact for a slightly rough surface at all angles; evanescent light and total
+        reflection are in it. ``fresnel``: the scalar choice of generalised Harvey-Shack, A^2 times the
+        geometric mean of the Fresnel coefficients at both directions, for small angles.
+    several_orders
+        Whether scattering by more than the first order in A sigma is counted (generalised Harvey-Shack);
+        without, and with ``perturbation``, it is Rayleigh-Rice.
+    """
+
+    spectrum: PowerSpectrum
+    index_front: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    index_back: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    wavelength_nm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    amplitude: str = eqx.field(static=True, default="perturbation")
+    several_orders: bool = eqx.field(static=True, default=True)
+
+    def __check_init__(self):
+        if self.amplitude not in AMPLITUDES:
+            raise InputRefusedError(
+                f"amplitude is {self.amplitude!r}; it must be one of: {', '.join(AMPLITUDES)}."
+            )
+
+    @property
+    def reversed(self) -> "WaveSurface":
+        """The same interface, lit from its other side."""
+        return eqx.tree_at(lambda s: (s.index_front, s.index_back), self, (self.index_back, self.index_front))
+
+    def index_out(self, is_transmission: bool) -> Float[Array, ""]:
+        """Refractive index of the medium that light leaves to."""
+        return self.index_back if is_transmission else self.index_front
+
+    @property
+    def wavelength_um(self) -> Float[Array, ""]:
+        """In vacuum."""
+        return self.wavelength_nm / 1000
+
+
+def refracted_cosine(
+    index_1: Float[ArrayLike, ""], index_2: Float[ArrayLike, ""], cosine_1: Float[Array, "*shape"]
+) -> Float[Array, "*shape"]:
+    """Cosine in the second medium; 0 where the channel is evanescent."""
+    return propagating_cosine(1 - (index_1 / index_2) ** 2 * (1 - cosine_1**2))
+
+
+def phase_per_height(
+    surface: WaveSurface, cosine_out: Float[ArrayLike, "*shape"], cosine_in, is_transmission: bool
+) -> Float[Array, "*shape"]:
+    """A, the phase by which light changes for each um of height.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_out, cosine_in
+        With the normal, each in its own medium.
+    is_transmission
+        Whether light leaves on the other side.
+
+    Returns
+    -------
+    Float[Array, "*shape"]
+        rad/um.
+
+    References
+    ----------
+    Krywonos, Harvey, Choi 2011 JOSA A 28, 1121.
+    """
+    wavenumber, n = 2 * jnp.pi / surface.wavelength_um, surface.index_front
+    if is_transmission:
+        return wavenumber * jnp.abs(surface.index_back * cosine_out - n * cosine_in)
+    return wavenumber * n * (cosine_out + cosine_in)
+
+
+def regular_power(
+    surface: WaveSurface, cosine_in: Float[Array, " angles"], is_transmission: bool
+) -> Float[Array, " angles"]:
+    """Share of the power that leaves in the specular or refracted direction: Fresnel exp(-A^2 sigma^2).
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_in
+        Of incidence.
+    is_transmission
+        Whether light leaves on the other side; 0 beyond the critical angle.
+
+    Returns
+    -------
+    Float[Array, " angles"]
+    """
+    n_i, n_t = surface.index_front, surface.index_back
+    beyond = refracted_cosine(n_i, n_t, cosine_in)
+    reflected = fresnel_reflectance(n_i, n_t, cosine_in, beyond)
+    power, cosine_out = (1 - reflected, beyond) if is_transmission else (reflected, cosine_in)
+    phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
+    return power * jnp.exp(-(phase**2) * surface.spectrum.height_variance_um2)
+
+
+def _complex_cosine(squared):
+    """Root of the squared cosine, imaginary where the channel is evanescent, for light that decays."""
+    passes = squared > 0
+    root = jnp.sqrt(jnp.maximum(jnp.abs(squared), 1e-30))
+    return jnp.where(passes, root, 0.0) + 1j * jnp.where(passes, 0.0, root)
+
+
+def _surface_fields(index_here, index_there, cosine):
+    """Fields at a smooth interface over 2 cos, of light of unit amplitude that arrives: s, p along, p D_z."""
+    squared = 1 - (index_here / index_there) ** 2 * (1 - cosine**2)
+    beyond = _complex_cosine(squared)
+    s = index_here / (index_here * cosine + index_there * beyond)
+    p = index_here / (index_there * cosine + index_here * beyond)
+    return s, p * beyond, p * jnp.sqrt(jnp.maximum(1 - cosine**2, 0.0))
+
+
+def perturbation_factor(
+    surface: WaveSurface,
+    cosine_out: Float[Array, " points"],
+    cosine_in: Float[Array, " points"],
+    azimuth_rad: Float[Array, " points"],
+    is_transmission: bool,
+) -> Float[Array, " points"]:
+    """BSDF over the PSD to first order in the height, unpolarised: Rayleigh-Rice for both sides.
+
+    Heights act as a sheet of polarisation (n_i^2 - n_t^2) h, driven by the field at the smooth interface: its
+    tangential E and normal D, which are continuous there. What the sheet sends to a direction is, by
+    reciprocity, the field that light from that direction would have at the interface.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_out, cosine_in
+        With the normal, each in its own medium.
+    azimuth_rad
+        Between the directions of propagation.
+    is_transmission
+        Whether light leaves on the other side.
+
+    Returns
+    -------
+    Float[Array, " points"]
+        um^-4 / sr. In reflection 16 pi^2 n_i^4 cos_i cos_o Q / lambda^4.
+
+    References
+    ----------
+    Rice 1951 Comm. Pure Appl. Math. 4, 351; Stover 2012 Optical Scattering, 3rd ed.; for the
+    fields at a shifted interface Johnson et al. 2002 Phys. Rev. E 65, 066611.
+    """
+    n_i, n_t = surface.index_front, surface.index_back
+    n_o, n_beyond = (n_t, n_i) if is_transmission else (n_i, n_t)
+    s_in, along_in, normal_in = _surface_fields(n_i, n_t, cosine_in)
+    s_out, along_out, normal_out = _surface_fields(n_o, n_beyond, cosine_out)
+    across, turned = jnp.cos(azimuth_rad), jnp.sin(azimuth_rad)
+    # The normal fields of two waves from opposite sides point the same way, those from one side do not.
+    sign = -1.0 if is_transmission else 1.0
+    squares = (
+        jnp.abs(s_in * s_out * across) ** 2
+        + jnp.abs(s_in * along_out * turned) ** 2
+        + jnp.abs(along_in * s_out * turned) ** 2
+        + jnp.abs(along_in * along_out * across - sign * normal_in * normal_out) ** 2
+    )
+    step = (n_i**2 - n_t**2) ** 2
+    whole = 16 * jnp.pi**2 / surface.wavelength_um**4 * n_o / n_i
+    return whole * cosine_in * cosine_out * step * squares / 2
+
+
+def _fresnel_factor(surface, cosine_out, cosine_in, is_transmission):
+    """BSDF over the PSD of scalar theory: n_o^2 A^2 / lambda^2 with a Fresnel coefficient of both ends."""
+    n_i, n_t = surface.index_front, surface.index_back
+    n_o, n_beyond = (n_t, n_i) if is_transmission else (n_i, n_t)
+    at_in = fresnel_reflectance(n_i, n_t, cosine_in, refracted_cosine(n_i, n_t, cosine_in))
+    at_out = fresnel_reflectance(n_o, n_beyond, cosine_out, refracted_cosine(n_o, n_beyond, cosine_out))
+    product = (1 - at_in) * (1 - at_out) if is_transmission else at_in * at_out
+    mean = jnp.where(product > 0, jnp.sqrt(jnp.where(product > 0, product, 1.0)), 0.0)
+    phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
+    return n_o**2 * phase**2 / surface.wavelength_um**2 * mean
+
+
+def _broadened(spectrum: PowerSpectrum, phase_variance, log_position):
+    """Transform of sigma^2 (exp(-g (1 - rho)) - exp(-g)) / g at phase variances g: the PSD at g = 0.
+
+    ``log_position`` has the frequencies of each phase variance along its last axis.
+    """
+    length = spectrum.length_um
+    rho = spectrum.correlation(jnp.exp(log_nodes()) * length)
+
+    def of(pair):
+        g, position = pair
+        x = g * rho
+        small = jnp.abs(x) < 1e-5
+        safe = jnp.where(small, 1.0, x)
+        # exp(g (rho - 1)) - exp(-g) without loss of digits for small g, and without overflow for large.
+        large = (jnp.exp(g * (rho - 1)) - jnp.exp(-g)) / safe
+        values = rho * jnp.where(x > 1, large, jnp.exp(-g) * jnp.where(small, 1 + x / 2, jnp.expm1(x) / safe))
+        return jnp.maximum(interpolate_log(radial_fourier(values), position), 0.0)
+
+    transform = jax.lax.map(of, (phase_variance, log_position), batch_size=_BATCH)
+    return spectrum.height_variance_um2 * length**2 * transform
+
+
+@eqx.filter_jit
+def _bsdf(surface, cosine_out, cosine_in, azimuth_rad, is_transmission):
+    n_i, n_o = surface.index_front, surface.index_out(is_transmission)
+    out, into = cosine_out[:, None], cosine_in[:, None]
+    sine_out, sine_in = (jnp.sqrt(jnp.maximum(1 - c**2, 0.0)) for c in (out, into))
+    # Law of cosines without cancellation near the specular direction.
+    squared = (n_o * sine_out - n_i * sine_in) ** 2
+    squared += 4 * n_o * sine_out * n_i * sine_in * jnp.sin(azimuth_rad / 2) ** 2
+    frequency = jnp.sqrt(jnp.maximum(squared, 1e-30)) / surface.wavelength_um
+    spectrum = surface.spectrum
+    if surface.several_orders:
+        phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
+        position = jnp.log(2 * jnp.pi * frequency * spectrum.length_um)
+        density = _broadened(spectrum, phase**2 * spectrum.height_variance_um2, position)
+    else:
+        density = spectrum.density_um4(frequency)
+    if surface.amplitude == "perturbation":
+        factor = perturbation_factor(surface, out, into, azimuth_rad, is_transmission)
+    else:
+        factor = _fresnel_factor(surface, out, into, is_transmission)
+    return factor * density
+
+
+def scattered_bsdf(
+    surface: WaveSurface,
+    cosine_out: Float[Array, " pairs"],
+    cosine_in: Float[Array, " pairs"],
+    azimuth_rad: Float[Array, "pairs azimuths"],
+    is_transmission: bool,
+) -> Float[Array, "pairs azimuths"]:
+    """BSDF of scattered light, without the regular part, no cosine.
+
+    Valid where slopes are small (sharp edges, shadows and light that meets the surface twice are not in it),
+    and where the spectrum is known at f: `jaxink.surfaces.wave_power.validity` gives the numbers. For
+    A sigma << 1 it is `perturbation_factor` times the PSD; for A sigma >> 1 the lobe of facets with the
+    spectrum's slope variance. Below about 1e-10 of a lobe's peak it is rounding.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_out, cosine_in
+        With the normal, each in its own medium.
+    azimuth_rad
+        Between the directions of propagation; several for each pair of polar angles cost little.
+    is_transmission
+        Whether light leaves on the other side.
+
+    Returns
+    -------
+    Float[Array, "pairs azimuths"]
+        1/sr; differentiable in the fields of the surface.
+
+    References
+    ----------
+    Krywonos, Harvey, Choi 2011 JOSA A 28, 1121 (generalised Harvey-Shack); Rice 1951 Comm. Pure Appl.
+    Math. 4, 351.
+    """
+    require_float64()
+    cosine_out, cosine_in = jnp.asarray(cosine_out), jnp.asarray(cosine_in)
+    return _bsdf(surface, cosine_out, cosine_in, jnp.asarray(azimuth_rad), is_transmission)

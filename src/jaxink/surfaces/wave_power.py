@@ -1,0 +1,168 @@
+"""Balance of the power at an interface by wave optics, and numbers that say where the theory is valid."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from jaxink.interfaces import propagating_cosine
+from jaxink.numerics.precision import require_float64
+from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.surfaces.wave_optics import (
+    WaveSurface,
+    phase_per_height,
+    refracted_cosine,
+    regular_power,
+    scattered_bsdf,
+)
+
+# Nodes over the distance from the specular direction, in the plane of direction cosines, and about it.
+_RADIAL, _AROUND = 64, 40
+
+
+def _disc(index_out, sine_in_optical, scale):
+    """Nodes over all propagating directions, polar about the specular one in the plane of direction cosines.
+
+    Returns optical sines, azimuths and weights of the area element.
+    """
+    psi_unit, psi_weight = gauss_legendre_unit(_AROUND)
+    inside = sine_in_optical < index_out
+    # Seen from outside the disc of directions only a cone of azimuths meets it.
+    cone = jnp.arcsin(jnp.minimum(index_out / sine_in_optical, 1.0))
+    opening = jnp.where(inside, jnp.pi, cone)
+    psi = jnp.pi - opening * (1 - (1 - psi_unit) ** 2)
+    psi_weight = opening * 2 * (1 - psi_unit) * psi_weight
+    root = jnp.sqrt(jnp.maximum(index_out**2 - (sine_in_optical * jnp.sin(psi)) ** 2, 0.0))
+    towards = -sine_in_optical * jnp.cos(psi)
+    low, high = jnp.where(inside, 0.0, towards - root), towards + root
+    start, end = (jnp.arcsinh(jnp.maximum(r, 0.0) / scale)[:, None] for r in (low, high))
+    unit, weight = gauss_legendre_unit(_RADIAL)
+    v = start + (end - start) * unit
+    radius = scale * jnp.sinh(v)
+    area = psi_weight[:, None] * (end - start) * weight * jnp.sqrt(scale**2 + radius**2) * radius
+    x = sine_in_optical + radius * jnp.cos(psi)[:, None]
+    y = radius * jnp.sin(psi)[:, None]
+    return jnp.sqrt(x**2 + y**2).ravel(), jnp.arctan2(y, x).ravel(), 2 * area.ravel()
+
+
+@eqx.filter_jit
+def scattered_power(
+    surface: WaveSurface, cosine_in: Float[ArrayLike, ""], is_transmission: bool
+) -> Float[Array, ""]:
+    """Share of the power that is scattered into one hemisphere.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_in
+        Of incidence, below 1.
+    is_transmission
+        Whether into the other side.
+
+    Returns
+    -------
+    Float[Array, ""]
+        The integral of the BSDF times the cosine, by quadrature about the specular direction.
+    """
+    n_i, n_o = surface.index_front, surface.index_out(is_transmission)
+    sine = n_i * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-12))
+    scale = surface.wavelength_um / (2 * jnp.pi * surface.spectrum.length_um)
+    optical_sine, azimuth, area = _disc(n_o, sine, jnp.minimum(scale, 1.0))
+    cosine_out = propagating_cosine(1 - (optical_sine / n_o) ** 2)
+    cosine_in = jnp.full_like(cosine_out, cosine_in)
+    at = scattered_bsdf(surface, cosine_out, cosine_in, azimuth[:, None], is_transmission)
+    return jnp.sum(at[:, 0] * area) / n_o**2
+
+
+class PowerBalance(eqx.Module):
+    """Where light of one incidence goes, as shares of its power.
+
+    Parameters
+    ----------
+    regular_reflected, regular_transmitted
+        In the specular and in the refracted direction.
+    scattered_reflected, scattered_transmitted
+        Into either hemisphere.
+    """
+
+    regular_reflected: Float[Array, ""]
+    regular_transmitted: Float[Array, ""]
+    scattered_reflected: Float[Array, ""]
+    scattered_transmitted: Float[Array, ""]
+
+    @property
+    def total(self) -> Float[Array, ""]:
+        """All light that leaves; 1 for an exact theory. Nothing is renormalised."""
+        return sum(jax.tree.leaves(self))
+
+
+def balance(surface: WaveSurface, cosine_in: Float[ArrayLike, ""]) -> PowerBalance:
+    """Balance of power at one incidence.
+
+    The regular part loses 1 - exp(-A^2 sigma^2) of its power whatever the spectrum, while light is scattered
+    as the spectrum says: the total is not 1 where frequencies above 1/lambda have much of the height
+    variance (they scatter into no direction), near grazing, and near the critical angle.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_in
+        Of incidence.
+
+    Returns
+    -------
+    PowerBalance
+    """
+    require_float64()
+    cosine = jnp.atleast_1d(jnp.asarray(cosine_in))
+    return PowerBalance(
+        regular_power(surface, cosine, False)[0],
+        regular_power(surface, cosine, True)[0],
+        scattered_power(surface, cosine[0], False),
+        scattered_power(surface, cosine[0], True),
+    )
+
+
+def validity(surface: WaveSurface, cosine_in: float) -> dict[str, float]:
+    """Numbers that say whether the theory may be trusted at an incidence.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    cosine_in
+        Of incidence.
+
+    Returns
+    -------
+    dict[str, float]
+        ``a_sigma_reflection``, ``a_sigma_transmission``: phases in the specular and refracted directions;
+        first order alone (Rayleigh-Rice) needs them below about 0.3. ``slope``: root of the slope variance of
+        the frequencies that scatter into the hemisphere; it should be below 0.3, and below the next,
+        ``grazing_slope``: the tangent of the light's elevation, or else facets shadow each other.
+        ``highest_frequency_per_um``: up to which light is scattered on either side.
+        ``height_variance_beyond``: share of the height variance above it, which scatters nowhere but dims the
+        regular light. ``uncovered``: share of the frequencies from 0 to the highest in which the spectrum is
+        extrapolated. ``power_error``: `balance` minus 1.
+    """
+    cosine = jnp.asarray(cosine_in)
+    n_i, n_t, spectrum = surface.index_front, surface.index_back, surface.spectrum
+    sigma = jnp.sqrt(spectrum.height_variance_um2)
+    beyond = refracted_cosine(n_i, n_t, cosine)
+    sine = jnp.sqrt(1 - cosine**2)
+    highest = float((jnp.maximum(n_i, n_t) + n_i * sine) / surface.wavelength_um)
+    low, high = spectrum.covered_per_um()
+    within = jnp.asarray(highest)
+    beyond_highest = 1 - spectrum.height_variance_below(within) / jnp.maximum(sigma**2, 1e-300)
+    return {
+        "a_sigma_reflection": float(sigma * phase_per_height(surface, cosine, cosine, False)),
+        "a_sigma_transmission": float(sigma * phase_per_height(surface, beyond, cosine, True)),
+        "slope": float(jnp.sqrt(spectrum.slope_variance_below(within))),
+        "grazing_slope": float(cosine / jnp.maximum(sine, 1e-12)),
+        "highest_frequency_per_um": highest,
+        "height_variance_beyond": float(jnp.where(sigma > 0, beyond_highest, 0.0)),
+        "uncovered": 1 - max(min(high, highest) - low, 0.0) / highest,
+        "power_error": float(balance(surface, cosine).total) - 1,
+    }
