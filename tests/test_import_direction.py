@@ -15,7 +15,7 @@ FLOORS = (
     ("numerics", "measurement", "sample", "data"),
     ("geometry", "interfaces", "particles"),
     ("channels", "optics", "volume"),
-    ("slab", "surfaces"),
+    ("slab", "surfaces", "lateral"),
     ("adding",),
     ("stack",),
     ("resolution",),

@@ -3,6 +3,7 @@
 Elements that are diagonal in the channels (smooth interfaces, clear layers) stay vectors as long as they can.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -152,3 +153,66 @@ def add_rough(element: RoughElement, below: Below) -> Below:
     return Below(
         element.above + element.up @ (reflection @ between), transmission @ between, False, from_behind
     )
+
+
+class Pile(NamedTuple):
+    """A stack on its way from the back to the front; elements that are diagonal are joined first.
+
+    Parameters
+    ----------
+    below
+        What lies below the diagonal elements ``run``.
+    run
+        Those elements, joined.
+    damping
+        Factor of light that has gone a way sideways, at one lateral frequency; None: ways do not matter.
+        The first way in and the last way out are left out: they are known.
+    way
+        Of one passage through ``run``. Light between its parts is reflected so weakly that only its first
+        way to and fro counts.
+    regular
+        Regular reflectance and transmittance of what lies below, followed where ``damping`` is.
+    """
+
+    below: Below
+    damping: Callable | None = None
+    run: tuple = NOTHING
+    way: Array | float = 0.0
+    regular: tuple = NOTHING
+
+    def with_diagonal(self, element, way=0.0) -> "Pile":
+        """An interface or a clear layer in front."""
+        if self.damping is None or self.run is NOTHING:
+            return self._replace(run=join(element, self.run), way=self.way + way)
+        (a, a_below, t), (b, b_below, u) = element, self.run
+        gain = 1 / at_least_tiny(1 - a_below * b)
+        above = a + t**2 * self.damping(2 * way) * gain * b
+        under = b_below + u**2 * self.damping(2 * self.way) * gain * a_below
+        return self._replace(run=(above, under, t * gain * u), way=self.way + way)
+
+    def closed(self, is_front=False) -> "Pile":
+        """The diagonal elements put in front of what lies below them."""
+        if self.damping is None or self.run is NOTHING:
+            return self._replace(below=add_diagonal(self.run, self.below), run=NOTHING)
+        above, under, t = self.run
+        regular = join((above, under, t), self.regular)
+        if self.below.reflection is None:
+            # Factors below 0 leave the resolvent of symmetric reflections no root.
+            from_behind = self.below.seen_through(under, 1.0, t)
+            below = Below(jnp.diag(above), jnp.diag(t), False, from_behind)
+        else:
+            through = t if is_front else t * self.damping(self.way)
+            below = add_diagonal((above, under, through), self.below)
+        return self._replace(below=below, run=NOTHING, way=0.0, regular=regular)
+
+    def with_layer(self, reflection, transmission, undeviated) -> "Pile":
+        """A scattering layer in front; ``undeviated`` is its regular transmittance."""
+        pile = self.closed()
+        regular = pile.regular if pile.damping is None else join((0.0, 0.0, undeviated), pile.regular)
+        return pile._replace(below=add_layer(reflection, transmission, pile.below), regular=regular)
+
+    def with_rough(self, element: RoughElement) -> "Pile":
+        """A rough interface in front, from which no light comes regularly."""
+        pile = self.closed()
+        nothing = jnp.zeros(element.down.shape[-1])
+        return pile._replace(below=add_rough(element, pile.below), regular=(nothing, nothing, nothing))

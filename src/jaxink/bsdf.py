@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.geometry import Directions, scattering_cosines
@@ -60,12 +61,57 @@ def diffuse_bsdf(
 
 
 def _diffuse_bsdf(stack, directions, config):
+    if stack.lateral is None:
+        smooth, once = _smooth_and_once(stack, directions, config)
+    else:
+        smooth, once = _seen_in_the_field(stack, directions, config)
+    index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
+    return index_out**2 * (smooth + once)
+
+
+def _seen_in_the_field(stack, directions, config):
+    """The same two parts, of light that comes out where the detector sees it."""
+    lateral = stack.lateral
+
+    def smooth_at(frequency):
+        return _smooth_and_once(stack, directions, config, frequency)[0]
+
+    way = _known_way(stack, directions)
+    smooth = jnp.sum(jax.vmap(smooth_at)(lateral.frequencies).T * lateral.coefficients(*way), axis=1)
+    # Light scattered once goes the known way only.
+    _, once = _smooth_and_once(stack, directions, config)
+    return smooth, lateral.seen_directly(*way) * once
+
+
+def _known_way(stack, directions):
+    """Way sideways in and out, from the axis of the detector on its side, and cosine of incidence."""
+    indices = jnp.stack([layer.refractive_index for layer in stack.layers])[:, None]
+    ends = [*stack.scattering, *(k if k <= stack.scattering[0] else k - 1 for k in stack.rough)]
+    before, after = np.arange(len(stack.layers)) < min(ends), np.arange(len(stack.layers)) > max(ends)
+
+    def ways(kappa):
+        way = stack.lateral.displacements(propagating_cosine(1 - (kappa / indices) ** 2))
+        return before @ way, after @ way
+
+    side = directions.is_transmission
+    kappa_in = stack.index_front * directions.sin_incidence[directions.incidence]
+    index_out = jnp.where(side, stack.index_back, stack.index_front)
+    kappa_out = index_out * directions.sin_outgoing[directions.outgoing]
+    (front_in, back_in), (front_out, back_out) = ways(kappa_in), ways(kappa_out)
+    way_in, way_out = jnp.where(side, -back_in, front_in), jnp.where(side, back_out, front_out)
+    along = way_in + way_out * jnp.cos(directions.azimuth_rad)
+    cosine = jnp.sqrt(1 - directions.sin_incidence[directions.incidence] ** 2)
+    return along, way_out * jnp.sin(directions.azimuth_rad), cosine
+
+
+def _smooth_and_once(stack, directions, config, frequency=None):
+    """Basic radiance per irradiance: what is interpolated, and what is known exactly."""
     transmitted = directions.is_transmission
     kappa_in = stack.index_front * directions.sin_incidence
     kappa_front = stack.index_front * directions.sin_outgoing
     kappa_back = stack.index_back * directions.sin_outgoing
     kappa = jnp.concatenate([kappa_in, kappa_front, kappa_back])
-    response = solve_stack(stack, config, kappa)
+    response = solve_stack(stack, config, kappa, frequency)
 
     parts = [kappa_in.shape[0], kappa_in.shape[0] + kappa_front.shape[0]]
     rows = response.grid.interpolation(kappa)
@@ -100,9 +146,8 @@ def _diffuse_bsdf(stack, directions, config):
         )
         seen = through_out[directions.outgoing] * through_in[directions.incidence]
         sent = response.backing_gain / (jnp.pi * stack.index_back**2)
-        once = once + jnp.where(transmitted, 0.0, sent * seen)
-    index_out = jnp.where(transmitted, stack.index_back, stack.index_front)
-    return index_out**2 * (rest + once)
+        rest = rest + jnp.where(transmitted, 0.0, sent * seen)
+    return rest, once
 
 
 _compiled_bsdf = eqx.filter_jit(_diffuse_bsdf)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
+from jaxink.lateral import LateralField
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
 from jaxink.resolution import demand, sizes_for
@@ -223,7 +224,20 @@ class ForwardModel(eqx.Module):
             ),
             self.rarest,
             None if self.sample.backing is None else values["backing.reflectance"],
+            self._lateral(values),
         )
+
+    def _lateral(self, values: Mapping) -> LateralField | None:
+        """Where light is seen; ways in the ink are not followed."""
+        sample = self.sample
+        if sample.beam_diameter_mm is None:
+            return None
+        thickness = [
+            jnp.zeros(()) if layer.scatters else values[f"{layer.name}.thickness_mm"]
+            for layer in sample.layers
+        ]
+        thickness = jnp.stack([jnp.asarray(one, float) for one in thickness])
+        return LateralField(sample.beam_diameter_mm / 2, sample.detector_diameter_mm / 2, thickness)
 
     def sizes(
         self, free_values: Mapping, accuracy: float = 1e-4, layer_method: str = "fastest"

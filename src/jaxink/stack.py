@@ -13,18 +13,15 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.adding import (
-    NOTHING,
     Below,
     FromBehind,
+    Pile,
     RoughElement,
-    add_diagonal,
-    add_layer,
-    add_rough,
     at_least_tiny,
-    join,
 )
 from jaxink.channels import ChannelGrid
 from jaxink.interfaces import fresnel_reflectance, propagating_cosine
+from jaxink.lateral import LateralField, bessel_j0
 from jaxink.numerics.legendre import associated_legendre
 from jaxink.numerics.linear_algebra import transpose
 from jaxink.optics import ClearLayer, ScatteringLayer, TruncatedOptics, delta_m
@@ -90,6 +87,8 @@ class Stack(eqx.Module):
         Reflectance of an ideally diffuse reflector that stands behind the stack while its reflection is
         looked at, in the medium of ``index_back``; None where nothing does. Transmission is always that of
         the stack alone.
+    lateral
+        Beam and field of the detector; None where all light is seen, wherever it comes out.
     """
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
@@ -101,6 +100,7 @@ class Stack(eqx.Module):
     known: tuple[RoughInterface | None, ...] = ()
     rarest: tuple[int, ...] = eqx.field(static=True, default=())
     backing: Float[Array, ""] | None = None
+    lateral: LateralField | None = None
 
     @property
     def rough(self) -> list[int]:
@@ -407,7 +407,12 @@ class StackResponse(eqx.Module):
     returned_power: Float[Array, ""] | float
 
 
-def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " directions"]) -> StackResponse:
+def solve_stack(
+    stack: Stack,
+    config: SolverConfig,
+    kappa: Float[Array, " directions"],
+    frequency: Float[Array, ""] | None = None,
+) -> StackResponse:
     """Solve the multiple scattering of a stack for every pair of channels.
 
     Parameters
@@ -418,6 +423,9 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
         Sizes of the discretisation.
     kappa
         Further directions, n sin(theta), at which the regular light is wanted.
+    frequency
+        Lateral frequency in 1/mm at which the multiply scattered light is wanted, without the first way in
+        and the last way out; None: its sum over all places.
 
     Returns
     -------
@@ -451,22 +459,25 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
     if stack.backing is not None:
         behind = jnp.where(grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
         diffuse = FromBehind(behind, 0.0)
-    below, run = Below(None, None, True, diffuse), NOTHING
+    pile, ways = Pile(Below(None, None, True, diffuse)), [0.0] * len(stack.layers)
+    if frequency is not None:
+        pile = pile._replace(damping=lambda way: bessel_j0(frequency * way))
+        ways = stack.lateral.displacements(fields.cosines)
     respond = _RESPONSES[layer_method(config.layer_method)]
     once_reflected, once_transmitted = 0.0, 0.0
     for k in reversed(range(len(stack.layers) + 1)):
         if k in rough:
-            below, run = add_rough(rough[k], add_diagonal(run, below)), NOTHING
+            pile = pile.with_rough(rough[k])
         else:
             r = fields.interfaces[k]
-            run = join((r, r, 1 - r), run)
+            pile = pile.with_diagonal((r, r, 1 - r))
         if k == 0:
             break
         layer, optics, cosine = stack.layers[k - 1], truncated[k - 1], fields.cosines[k - 1]
         if optics is None:
-            run = join((0.0, 0.0, _attenuation(layer.optical_thickness, cosine)), run)
+            inside = _attenuation(layer.optical_thickness, cosine)
+            pile = pile.with_diagonal((0.0, 0.0, inside), ways[k - 1])
         else:
-            below, run = add_diagonal(run, below), NOTHING
             n2 = layer.refractive_index**2
             safe_cosine = jnp.where(cosine > 0, cosine, 1.0)
             table = associated_legendre(config.n_moments, config.n_orders, cosine)
@@ -474,29 +485,32 @@ def solve_stack(stack: Stack, config: SolverConfig, kappa: Float[Array, " direct
                 optics, cosine, etendue / (n2 * safe_cosine), table
             )
             response = respond(a_matrix, b_matrix, thickness[k - 1] / 2)
-            below = add_layer(*response, below)
+            pile = pile.with_layer(*response, _attenuation(optics.optical_thickness, cosine))
             once = _once_on_channels(optics, n2, fields, k - 1, (even + odd, even - odd))
             once_reflected = once_reflected + once[0]
             once_transmitted = once_transmitted + once[1]
-    below = add_diagonal(run, below)
-    reflection, transmission = below.reflection, below.transmission
+    pile = pile.closed(is_front=True)
+    reflection, transmission, _, from_behind = pile.below
+    regular = fields.reflection, fields.transmission
+    if frequency is not None:
+        regular = pile.regular[0], pile.regular[2]
     gain, returned = 0.0, 0.0
     if stack.backing is not None:
         sent = behind @ behind
-        gain = stack.backing / (1 - stack.backing * below.from_behind.returned / sent)
-        returned = jnp.sqrt(etendue) @ below.from_behind.passed / sent
+        gain = stack.backing / (1 - stack.backing * from_behind.returned / sent)
+        returned = jnp.sqrt(etendue) @ from_behind.passed / sent
 
     passages = _passages(stack, everywhere, squared)
     front, back = (passage[:n_channels] for passage in passages)
-    reflected_power = (scale @ reflection[0] / scale - fields.reflection) / front
-    transmitted_power = (scale @ transmission[0] / scale - fields.transmission) / front
+    reflected_power = (scale @ reflection[0] / scale - regular[0]) / front
+    transmitted_power = (scale @ transmission[0] / scale - regular[1]) / front
     norm = scale[:, None] * scale[None, :]
     for k, element in rough.items():
         arriving, back_arriving = fields.arriving_from_front[k], fields.arriving_from_back[k]
         reflection = reflection - arriving[:, None] * element.one_above * arriving
         transmission = transmission - back_arriving[:, None] * element.one_down * arriving
-    reflection = (reflection - jnp.diag(fields.reflection)) / norm - once_reflected
-    transmission = (transmission - jnp.diag(fields.transmission)) / norm - once_transmitted
+    reflection = (reflection - jnp.diag(regular[0])) / norm - once_reflected
+    transmission = (transmission - jnp.diag(regular[1])) / norm - once_transmitted
     reflection = reflection / (front[:, None] * front)
     transmission = transmission / (back[:, None] * front)
     if stack.exposed:

@@ -343,6 +343,17 @@ BAD_SAMPLES = [
         "there is a [backing] behind the opaque layer 'ink', which lets no light come to it; take it out, or "
         "give the layer a thickness.",
     ),
+    (
+        "beam without a field",
+        ("[noise]", "[instrument]\nbeam_diameter_mm = 2\n[noise]"),
+        "[instrument] has one of beam_diameter_mm and detector_diameter_mm; give both, or neither if the "
+        "detector sees all light, wherever it comes out.",
+    ),
+    (
+        "field without a size",
+        ("[noise]", "[instrument]\nbeam_diameter_mm = 2\ndetector_diameter_mm = 0\n[noise]"),
+        "instrument.detector_diameter_mm is 0 mm; it must lie between 0.001 and 10000 mm.",
+    ),
 ]
 
 

@@ -164,6 +164,8 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
         backing=None,
+        beam_diameter_mm=None,
+        detector_diameter_mm=None,
     )
     nowhere = [0.0] * len(wavelengths_nm)
     return ForwardModel(
@@ -261,6 +263,8 @@ def reversed_sample(sample: Sample) -> Sample:
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
         backing=None,
+        beam_diameter_mm=None,
+        detector_diameter_mm=None,
     )
 
 

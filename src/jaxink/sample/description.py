@@ -141,6 +141,9 @@ class Sample:
         Wavelengths whose rows are used; empty: all of the file.
     source_half_angle_deg, detector_half_angle_deg
         Cones of the instrument; 0 is a perfect one.
+    beam_diameter_mm, detector_diameter_mm
+        Beam, across it, and disc on the sample that the detector sees; None: all light is seen, wherever it
+        comes out.
     noise
         Declared noise.
     masks
@@ -164,6 +167,8 @@ class Sample:
     weights: tuple[tuple[float | None, str | None, float], ...] = ()
     dispersions: tuple[Dispersion, ...] = ()
     backing: Backing | None = None
+    beam_diameter_mm: float | None = None
+    detector_diameter_mm: float | None = None
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
         """Values that hold at one wavelength, by plain name.
@@ -304,6 +309,11 @@ class _Reader:
                 "in which light meets them."
             )
         instrument = self._settings("instrument", schema.INSTRUMENT)
+        if (instrument["beam_diameter_mm"] is None) != (instrument["detector_diameter_mm"] is None):
+            raise InputRefusedError(
+                "[instrument] has one of beam_diameter_mm and detector_diameter_mm; give both, or neither if "
+                "the detector sees all light, wherever it comes out."
+            )
         parameters = ParameterTable(self.parameters)
         for dispersion in self.dispersions:
             dispersion.check(parameters, self.wavelengths)
@@ -322,6 +332,8 @@ class _Reader:
             weights=self._weights(),
             dispersions=tuple(self.dispersions),
             backing=backing,
+            beam_diameter_mm=instrument["beam_diameter_mm"],
+            detector_diameter_mm=instrument["detector_diameter_mm"],
         )
 
     def _wavelengths(self) -> tuple[float, ...]:
@@ -498,10 +510,13 @@ class _Reader:
     def _settings(self, table_name: str, keys: dict) -> dict[str, float]:
         table = table_of(self.document, table_name)
         only(table, keys, f"[{table_name}]")
-        return {
-            key: bounded(table.get(key, default), lowest, highest, f"{table_name}.{key}", unit)
-            for key, (lowest, highest, default, unit) in keys.items()
-        }
+        values = {}
+        for key, (lowest, highest, default, unit) in keys.items():
+            value = table.get(key, default)
+            values[key] = (
+                None if value is None else bounded(value, lowest, highest, f"{table_name}.{key}", unit)
+            )
+        return values
 
     def _noise(self) -> Noise:
         table = table_of(self.document, "noise")

@@ -119,6 +119,8 @@ FACES = ("front_roughness", "back_roughness")
 INSTRUMENT = {
     "source_half_angle_deg": (0.0, 30.0, 0.0, "deg"),
     "detector_half_angle_deg": (0.0, 30.0, 0.0, "deg"),
+    "beam_diameter_mm": (1e-3, 1e4, None, "mm"),
+    "detector_diameter_mm": (1e-3, 1e4, None, "mm"),
 }
 NOISE = {
     "relative": (0.0, 1.0, None, ""),
