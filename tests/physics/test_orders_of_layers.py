@@ -1,0 +1,77 @@
+"""Samples as they come: every order of plates, inks, coats and gaps keeps energy and is reciprocal."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxink.bsdf import diffuse_bsdf, hemispherical_power
+from jaxink.geometry import Directions
+from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer
+from jaxink.stack import SolverConfig, Stack, block_media
+from jaxink.surfaces.slopes import slope_density
+from physics.probe import ink
+
+SMALL = SolverConfig(10, 8, 16, 6)
+PLATE, GAP, PRIMER, COAT = (ClearLayer(n, 0.0) for n in (1.49, 1.0, 1.6, 1.42))
+GREY = ClearLayer(1.49, 0.2)
+WHITE, THIN = ink(1.52, 2.0, 1.0, 0.4), ink(1.5, 0.5, 1.0, -0.2)
+DEEP = ink(1.52, OPAQUE_OPTICAL_THICKNESS, 1.0, 0.4)
+
+ORDERS = {
+    "without a plate": (WHITE,),
+    "on the exit face": (PLATE, WHITE),
+    "on the entry face": (WHITE, PLATE),
+    "on both faces": (WHITE, PLATE, THIN),
+    "opaque": (PLATE, DEEP),
+    "opaque, without a plate": (DEEP,),
+    "absorbing plate": (GREY, WHITE),
+    "absorbing plate, lit from the ink": (WHITE, GREY),
+    "primer": (PLATE, PRIMER, WHITE),
+    "air gap": (PLATE, GAP, WHITE),
+    "top coat": (PLATE, WHITE, COAT),
+    "plates with air gaps": (PLATE, GAP, PLATE, WHITE),
+    "rough plate": (PLATE, WHITE),
+}
+
+
+def stack_of(name: str) -> Stack:
+    """Stack of an order, in air."""
+    layers = ORDERS[name]
+    indices = [1.0, *(float(layer.refractive_index) for layer in layers), 1.0]
+    scatters = [False, *(not isinstance(layer, ClearLayer) for layer in layers), False]
+    media = block_media(indices, scatters, [False] * len(indices))
+    rough = (slope_density("beckmann", 12.0), None, None)
+    return Stack(layers, 1.0, 1.0, media, slopes=rough if "rough" in name else ())
+
+
+@eqx.filter_jit
+def light_of(stack, sines, pairs):
+    return hemispherical_power(stack, sines, SMALL), diffuse_bsdf(stack, pairs, SMALL)
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_energy_and_reciprocity(name):
+    stack, is_rough = stack_of(name), "rough" in name
+    random = np.random.default_rng(3)
+    a, b, azimuth = random.uniform(2, 85, 20), random.uniform(2, 85, 20), random.uniform(0, 180, 20)
+    pairs = Directions.from_degrees(
+        np.concatenate([a, b]), np.concatenate([b, a]), np.tile(azimuth, 2), np.zeros(40, bool)
+    )
+    grid = stack.grid(SMALL)
+    sines = jnp.asarray(grid.kappa[np.asarray(grid.kappa) < 1])
+    (reflectance, transmittance), bsdf = light_of(stack, sines, pairs)
+    total = np.asarray(reflectance + transmittance)
+    if "absorbing" in name:
+        assert np.all((total > 0.3) & (total < 0.99))
+        assert np.mean(total) < 0.9
+    elif "opaque" in name:
+        # 1 / optical thickness of light still finds its way through.
+        np.testing.assert_allclose(total, 1.0, atol=1e-5)
+        assert np.all(np.abs(transmittance) < 1e-6)
+    else:
+        np.testing.assert_allclose(total, 1.0, atol=1e-8 if is_rough else 1e-10)
+    # A rough face is resolved by its channels: 0.5 % at these sizes.
+    there, back_again = np.asarray(bsdf).reshape(2, 20)
+    np.testing.assert_allclose(there, back_again, rtol=1e-2 if is_rough else 1e-8)
+    assert np.all(there > 0)
