@@ -47,7 +47,7 @@ def light_of(stack):
     """Total power of each channel, and smooth multiple scattering between channels, in reflection."""
     grid = stack.grid(SMALL)
     response = solve_stack(stack, SMALL, grid.kappa)
-    fields, passage = response.fields, response.fields.passage(stack)[0]
+    fields, passage = response.fields, response.passage_front
     reflectance = fields.reflection + passage * response.reflected_power
     return reflectance, fields.transmission + passage * response.transmitted_power, response.reflection
 
