@@ -3,6 +3,8 @@ import os
 # The tests decide the precision and the strictness, before anything imports jax.
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_NUMPY_RANK_PROMOTION", "allow")
+# Most of the time goes into compiling programs that run once: half of it goes into making them fast.
+os.environ.setdefault("XLA_FLAGS", "--xla_backend_optimization_level=0")
 
 from pathlib import Path  # noqa: E402
 

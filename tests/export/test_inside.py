@@ -233,8 +233,10 @@ def test_roughness_stays_with_its_interface():
     assert [layer.name for layer in turned.layers] == ["plate", "ink", "coat"]
     assert [face.face for face in turned.layers[0].roughness] == ["back_roughness"]
     # The plate declares the face that it shares with the ink: it is the ink's, and is not left out.
-    with pytest.raises(InputRefusedError, match="layer 'ink' declares back_roughness"):
-        jaxink.ink_table(sample, ["coat", "ink"])
+    model = ink_alone(find_ink(sample, ["coat", "ink"]), sample.wavelengths_nm or (550.0,), 1e-2)
+    *others, shared = model.rough_faces
+    assert shared.name == "plate.front_roughness"
+    assert others == [None, None]
 
 
 @pytest.mark.parametrize(
