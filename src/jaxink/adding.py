@@ -34,7 +34,9 @@ def join(upper, lower):
 class RoughElement(eqx.Module):
     """A rough interface in the basis of fluxes, as seen from above and from below.
 
-    ``one_above`` and ``one_down`` are the parts of reflection and transmission that meet one facet only.
+    ``one_above``, ``one_below`` and ``one_down`` are the parts of reflection and transmission that meet one
+    facet only. ``regular`` holds regular reflectances of both sides and transmittance, which the first four
+    include; None where there is no regular light.
     """
 
     above: Float[Array, "orders channels channels"]
@@ -42,7 +44,9 @@ class RoughElement(eqx.Module):
     down: Float[Array, "orders channels channels"]
     up: Float[Array, "orders channels channels"]
     one_above: Float[Array, "orders channels channels"]
+    one_below: Float[Array, "orders channels channels"]
     one_down: Float[Array, "orders channels channels"]
+    regular: tuple | None = None
 
 
 class FromBehind(NamedTuple):
@@ -212,7 +216,8 @@ class Pile(NamedTuple):
         return pile._replace(below=add_layer(reflection, transmission, pile.below), regular=regular)
 
     def with_rough(self, element: RoughElement) -> "Pile":
-        """A rough interface in front, from which no light comes regularly."""
+        """A rough interface in front."""
         pile = self.closed()
         nothing = jnp.zeros(element.down.shape[-1])
-        return pile._replace(below=add_rough(element, pile.below), regular=(nothing, nothing, nothing))
+        regular = join(element.regular or (nothing, nothing, nothing), pile.regular)
+        return pile._replace(below=add_rough(element, pile.below), regular=regular)

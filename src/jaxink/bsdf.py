@@ -21,6 +21,7 @@ from jaxink.stack import (
 )
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
+from jaxink.surfaces.wave_face import WaveFace, wave_lobes
 
 
 def diffuse_bsdf(
@@ -136,7 +137,11 @@ def _smooth_and_once(stack, directions, config, frequency=None):
         if isinstance(layer, ScatteringLayer):
             once = once + _scattered_once(k, layer, optics, fields_in, fields_out, directions)
     for k in stack.rough:
-        once = once + _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directions)
+        if isinstance(stack.faces[k], WaveFace):
+            factors = rows @ jnp.stack(response.lobe_factors[k], axis=1)
+            once = once + _met_waves(stack, k, kappa, factors, to_outgoing, fields_in, fields_out, directions)
+        else:
+            once = once + _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directions)
     if stack.backing is not None:
         # Light that comes to the backing, and by reciprocity light from it that is seen, is what the stack
         # transmits in all: regular light is exact, the rest smooth over its passage.
@@ -192,7 +197,7 @@ def _scattered_once(k, layer, optics, fields_in, fields_out, directions):
 
 def _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directions):
     """Basic radiance per irradiance of light that met one facet of interface ``k`` and is regular else."""
-    density, front, back = stack.slopes[k], stack.indices[k], stack.indices[k + 1]
+    density, front, back = stack.faces[k], stack.indices[k], stack.indices[k + 1]
 
     def cosines_and_areas(index):
         cosine = propagating_cosine(1 - (kappa / index) ** 2)
@@ -209,6 +214,36 @@ def _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directio
     reflected = reflected * per_area_front[out] * fields_out.arriving_from_front[k] / front**2
     through = through * per_area_back[out] * fields_out.arriving_from_back[k]
     return jnp.where(side, through, reflected) * per_area_front[into] * fields_in.arriving_from_front[k]
+
+
+def _met_waves(stack, k, kappa, factors, to_outgoing, fields_in, fields_out, directions):
+    """The same for an interface by wave optics, which also leaves regular light on its other side."""
+    face, indices = stack.faces[k], stack.indices[k : k + 2]
+    into, out = directions.incidence, to_outgoing
+    cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
+    safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]
+    outer_is_front = stack.outer_is_front(k)
+    # The factor of a direction on the front and on the back side.
+    sides = (0, 1) if outer_is_front else (1, 0)
+    at_side = [factors[:, side] for side in sides]
+    leaving = [safe[side][out] for side in (0, 1)]
+
+    def lobes(side):
+        there = 1 - side
+        index, ends = (indices[side], indices[there]), (leaving[side], leaving[there])
+        back, through = wave_lobes(face, index, ends, safe[side][into], directions.azimuth_rad)
+        if side == sides[1]:
+            back = back * at_side[side][out] * at_side[side][into]
+        return back, through * at_side[there][out] * at_side[side][into]
+
+    (front_back, front_through), (back_back, back_through) = lobes(0), lobes(1)
+    down, up = fields_in.arriving_from_front[k], fields_in.returning_from_front[k]
+    side = directions.is_transmission
+    out_front = jnp.where(side, fields_out.returning_from_back[k], fields_out.arriving_from_front[k])
+    out_back = jnp.where(side, fields_out.arriving_from_back[k], fields_out.returning_from_front[k])
+    to_front = front_back * down + back_through * up
+    to_back = front_through * down + back_back * up
+    return out_front * to_front + out_back * to_back
 
 
 def regular_power(
@@ -232,7 +267,8 @@ def regular_power(
     kappa = stack.index_front * sin_incidence
     indices = jnp.stack(stack.indices)
     thickness = jnp.stack([layer.optical_thickness for layer in stack.layers])
-    fields = regular_fields(indices, 1 - (kappa / indices[:, None]) ** 2, thickness, stack.rough)
+    squared = 1 - (kappa / indices[:, None]) ** 2
+    fields = regular_fields(indices, squared, thickness, stack.kept_regular(squared))
     return fields.reflection, fields.transmission
 
 

@@ -17,8 +17,11 @@ from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
 from jaxink.resolution import demand, sizes_for
 from jaxink.sample import Layer, Roughness, Sample
 from jaxink.stack import SolverConfig, Stack, block_media
-from jaxink.surfaces.slopes import SlopeMixture, slope_density
+from jaxink.surfaces.height_map import TabulatedSlopes
+from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, SlopeMixture, slope_density
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
 from jaxink.surfaces.table import RoughTable, rough_table
+from jaxink.surfaces.wave_face import WaveFace
 from jaxink.volume import MieSizes, mie_sizes, volume_scattering
 
 
@@ -110,7 +113,7 @@ class ForwardModel(eqx.Module):
     def _rough_table(self, interface: int) -> RoughTable | None:
         """An interface computed beforehand at each wavelength, where at most its angle is free."""
         face, table = self.rough_faces[interface], self.sample.parameters
-        if face is None or face.second_density is not None:
+        if face is None or face.density not in DENSITIES or face.second_density is not None:
             return None
         names = self._index_names()
         if any(not p.is_fixed and p.name.startswith(names) for p in table.values()):
@@ -217,7 +220,7 @@ class ForwardModel(eqx.Module):
             values[self._index_behind()],
             self.block_media,
             self.exposed,
-            tuple(_slopes(face, values) for face in self.rough_faces),
+            tuple(face and _face(face, values, wavelength_nm) for face in self.rough_faces),
             tuple(
                 table and table.at(values[f"{face.name}.sigma_deg"])
                 for table, face in zip(rough_tables, self.rough_faces, strict=bool(rough_tables))
@@ -351,8 +354,9 @@ def _rough_faces(sample: Sample) -> list[Roughness | None]:
     faces: list = [None] * (len(sample.layers) + 1)
     for k, layer in enumerate(sample.layers):
         for face in layer.roughness:
-            sigma = sample.parameters.get(f"{face.name}.sigma_deg")
-            if face.second_density is None and sigma is not None and sigma.is_fixed and sigma.value == 0:
+            strength = sample.parameters.get(face.strength)
+            flat = strength is not None and strength.is_fixed and strength.value == 0
+            if flat and face.second_density is None:
                 continue
             interface = k if face.face == "front_roughness" else k + 1
             if faces[interface] is not None:
@@ -363,15 +367,34 @@ def _rough_faces(sample: Sample) -> list[Roughness | None]:
     return faces
 
 
-def _slopes(face: Roughness | None, values: Mapping):
-    """Density of the facet slopes of an interface."""
-    if face is None:
-        return None
-    first = slope_density(face.density, values[f"{face.name}.sigma_deg"])
+def _face(face: Roughness, values: Mapping, wavelength_nm) -> SlopeDensity | WaveFace:
+    """What makes an interface rough, at one wavelength."""
+
+    def get(key):
+        return values[f"{face.name}.{key}"]
+
+    if face.spectrum is not None:
+        return WaveFace(_spectrum(face, get), wavelength_nm, face.amplitude)
+    if face.nodes is not None:
+        slopes, log_density, _ = face.nodes
+        return TabulatedSlopes(get("height_scale"), np.array(slopes), np.array(log_density))
+    first = slope_density(face.density, get("sigma_deg"))
     if face.second_density is None:
         return first
-    second = slope_density(face.second_density, values[f"{face.name}.second_sigma_deg"])
-    return SlopeMixture(first, second, values[f"{face.name}.second_weight"])
+    return SlopeMixture(
+        first, slope_density(face.second_density, get("second_sigma_deg")), get("second_weight")
+    )
+
+
+def _spectrum(face: Roughness, get) -> PowerSpectrum:
+    if face.nodes is not None:
+        log_frequency, log_shape, variance = face.nodes
+        variance = variance * get("height_scale") ** 2
+        return TabulatedSpectrum(variance, np.array(log_frequency), np.array(log_shape))
+    variance = get("height_rms_um") ** 2
+    if face.spectrum == "gaussian":
+        return GaussianSpectrum(variance, get("correlation_length_um"))
+    return KCorrelation(variance, get("length_b_um"), get("exponent"))
 
 
 def _layer(layer: Layer, values: Mapping, wavelength_nm, sizes: MieSizes):

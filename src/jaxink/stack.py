@@ -9,7 +9,6 @@ the channels and interpolated.
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.adding import (
@@ -29,6 +28,7 @@ from jaxink.slab import doubled_response, layer_method, layer_response
 from jaxink.surfaces.facets import mean_transmittance
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
 from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.surfaces.wave_face import WaveFace, kept_regular, wave_interface
 
 
 class SolverConfig(eqx.Module):
@@ -74,9 +74,9 @@ class Stack(eqx.Module):
         Which refractive indices end the blocks of channels: positions in (front, layers..., back).
     exposed
         True where a scattering layer has the index of the surroundings, see `ChannelGrid`.
-    slopes
-        Density of the facet slopes of each interface from the front to the back, None where it is smooth;
-        empty if all are.
+    faces
+        What makes each interface rough, from the front to the back: a density of facet slopes, or a spectrum
+        of heights by wave optics; None where it is smooth; empty if all are.
     known
         For each interface, what it does between the channels where that is known beforehand; empty if
         none is.
@@ -96,7 +96,7 @@ class Stack(eqx.Module):
     index_back: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     block_media: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True, default=False)
-    slopes: tuple[SlopeDensity | None, ...] = ()
+    faces: tuple[SlopeDensity | WaveFace | None, ...] = ()
     known: tuple[RoughInterface | None, ...] = ()
     rarest: tuple[int, ...] = eqx.field(static=True, default=())
     backing: Float[Array, ""] | None = None
@@ -105,7 +105,7 @@ class Stack(eqx.Module):
     @property
     def rough(self) -> list[int]:
         """Positions of the rough interfaces."""
-        return [k for k, density in enumerate(self.slopes) if density is not None]
+        return [k for k, face in enumerate(self.faces) if face is not None]
 
     def outer_is_front(self, interface: int) -> bool:
         """Whether regular light comes to a rough interface from its front side.
@@ -114,12 +114,42 @@ class Stack(eqx.Module):
         """
         return min(self.scattering) >= interface or max(self.scattering) >= interface
 
+    def sides(self, interface: int) -> tuple[int, int]:
+        """Positions of the media on the outer and on the inner side of a rough interface."""
+        return (interface, interface + 1) if self.outer_is_front(interface) else (interface + 1, interface)
+
     def rough_arguments(self, interface: int, config: SolverConfig) -> tuple:
         """Arguments of `rough_interface` for an interface, after the grid."""
-        sides = (interface, interface + 1) if self.outer_is_front(interface) else (interface + 1, interface)
+        sides = self.sides(interface)
         outer, inner = (self.indices[side] for side in sides)
         sizes = RoughSizes(n_outer=config.nodes_escaping if sides[0] in self.rarest else None)
-        return outer, inner, self.slopes[interface], config.n_orders, sizes
+        return outer, inner, self.faces[interface], config.n_orders, sizes
+
+    def kept_regular(self, squared_cosine: Float[Array, "media directions"]):
+        """What roughness leaves of the regular light of each interface.
+
+        Parameters
+        ----------
+        squared_cosine
+            mu^2 of directions in front, layers and back.
+
+        Returns
+        -------
+        Float[Array, "3 interfaces directions"] or None
+            Factors of what is reflected to the front, to the back, and passes; None where all is smooth.
+        """
+        if not self.rough:
+            return None
+        cosines = propagating_cosine(squared_cosine)
+        kept = []
+        for k in range(len(self.layers) + 1):
+            face = self.faces[k]
+            if isinstance(face, WaveFace):
+                media = (self.indices[k], self.indices[k + 1]), (cosines[k], cosines[k + 1])
+                kept.append(jnp.stack(kept_regular(face, *media)))
+            else:
+                kept.append(jnp.full((3, cosines.shape[1]), 1.0 if face is None else 0.0))
+        return jnp.stack(kept, axis=1)
 
     @property
     def indices(self) -> list:
@@ -201,6 +231,8 @@ class RegularFields(eqx.Module):
     arriving_from_front, arriving_from_back
         Flux that comes to each interface from its front, and from its back, for light that enters at the
         front and at the back respectively, shape ``(layers + 1, channels)``.
+    returning_from_front, returning_from_back
+        The same from its other side: after a reflection beyond.
     """
 
     reflection: Float[Array, " channels"]
@@ -213,6 +245,8 @@ class RegularFields(eqx.Module):
     interfaces: Float[Array, "interfaces channels"]
     arriving_from_front: Float[Array, "interfaces channels"]
     arriving_from_back: Float[Array, "interfaces channels"]
+    returning_from_front: Float[Array, "interfaces channels"]
+    returning_from_back: Float[Array, "interfaces channels"]
 
 
 def _passages(stack: Stack, fields: RegularFields, squared_cosine):
@@ -234,10 +268,15 @@ def _passages(stack: Stack, fields: RegularFields, squared_cosine):
 
 
 def _facets_pass(stack: Stack, interface, squared_cosine, here, there):
+    """Share of light that crosses a rough interface, about."""
     cosine = propagating_cosine(squared_cosine[here])
     sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
     indices = stack.indices[here], stack.indices[there]
-    return mean_transmittance(cosine, sine, *indices, stack.slopes[interface])
+    face = stack.faces[interface]
+    if isinstance(face, WaveFace):
+        beyond = propagating_cosine(squared_cosine[there])
+        return 1 - fresnel_reflectance(*indices, cosine, beyond)
+    return mean_transmittance(cosine, sine, *indices, face)
 
 
 def _attenuation(optical_thickness, cosine):
@@ -250,7 +289,7 @@ def regular_fields(
     indices: Float[Array, " media"],
     squared_cosine: Float[Array, "media channels"],
     optical_thickness: Float[Array, " layers"],
-    rough: list[int],
+    kept: Float[Array, "3 interfaces channels"] | None,
 ) -> RegularFields:
     """Regular light in every layer, with all multiple reflections, incoherently.
 
@@ -263,8 +302,8 @@ def regular_fields(
     optical_thickness
         Optical thickness of each layer: the true one for what a detector sees in the regular direction, the
         truncated one for the light that is scattered further.
-    rough
-        Positions of the interfaces that are rough: no light comes from them regularly.
+    kept
+        As of `Stack.kept_regular`.
 
     Returns
     -------
@@ -274,23 +313,25 @@ def regular_fields(
     cosines = propagating_cosine(squared_cosine)
     interfaces = fresnel_reflectance(indices[:-1, None], indices[1:, None], cosines[:-1], cosines[1:])
     inside = _attenuation(optical_thickness[:, None], cosines[1:-1])
-    # Interfaces and layers in turn, from the front to the back.
+    # Interfaces and layers in turn, from the front to the back: reflection of either side, transmission.
     n_layers, n_channels = inside.shape
-    smooth = np.ones((n_layers + 1, 1))
-    smooth[rough] = 0.0
-    r = jnp.zeros((2 * n_layers + 1, n_channels)).at[::2].set(smooth * interfaces)
-    t = jnp.zeros_like(r).at[::2].set(smooth * (1 - interfaces)).at[1::2].set(inside)
+    at_faces = interfaces, interfaces, 1 - interfaces
+    if kept is not None:
+        at_faces = tuple(share * factor for share, factor in zip(at_faces, kept, strict=True))
+    empty = jnp.zeros((2 * n_layers + 1, n_channels))
+    r_front, r_back, t = (empty.at[::2].set(share) for share in at_faces)
+    t = t.at[1::2].set(inside)
 
     def put_before(beyond, element):
-        (reflection, transmission), (r, t) = beyond, element
-        gain = 1 / at_least_tiny(1 - r * reflection)
+        (reflection, transmission), (r, under, t) = beyond, element
+        gain = 1 / at_least_tiny(1 - under * reflection)
         after = (r + t**2 * gain * reflection, t * gain * transmission)
         return after, after
 
     nothing = (jnp.zeros(n_channels), jnp.ones(n_channels))
     # below[k], above[k]: what the elements from k on, or before k, reflect and transmit.
-    _, below = jax.lax.scan(put_before, nothing, (r, t), reverse=True)
-    _, above = jax.lax.scan(put_before, nothing, (r, t))
+    _, below = jax.lax.scan(put_before, nothing, (r_front, r_back, t), reverse=True)
+    _, above = jax.lax.scan(put_before, nothing, (r_back, r_front, t))
     below, through_below = (jnp.concatenate([b, e[None]]) for b, e in zip(below, nothing, strict=True))
     above, through_above = (jnp.concatenate([e[None], b]) for b, e in zip(above, nothing, strict=True))
     gain = 1 / at_least_tiny(1 - above * below)
@@ -306,8 +347,10 @@ def regular_fields(
         up_from_back=up_back[bottom],
         cosines=cosines[1:-1],
         interfaces=interfaces,
-        arriving_from_front=down_front[::2],
+        arriving_from_front=down_front[:-1:2],
         arriving_from_back=up_back[1::2],
+        returning_from_front=(down_front * below)[1::2],
+        returning_from_back=(up_back * above)[:-1:2],
     )
 
 
@@ -392,6 +435,8 @@ class StackResponse(eqx.Module):
         light that first comes to it; 0 without one.
     returned_power
         Share of that light which leaves in front.
+    lobe_factors
+        By position of a rough interface, `RoughInterface.lobe_factors`.
     """
 
     grid: ChannelGrid
@@ -405,6 +450,7 @@ class StackResponse(eqx.Module):
     passage_back: Float[Array, " directions"]
     backing_gain: Float[Array, ""] | float
     returned_power: Float[Array, ""] | float
+    lobe_factors: dict
 
 
 def solve_stack(
@@ -447,12 +493,14 @@ def solve_stack(
     column = indices[:, None]
     # Channels and further directions in one pass: fewer operations to trace and to compile.
     squared = jnp.concatenate([grid.squared_cosine(column), 1 - (kappa / column) ** 2], axis=1)
-    everywhere = regular_fields(indices, squared, jnp.stack(thickness), stack.rough)
+    kept = stack.kept_regular(squared)
+    everywhere = regular_fields(indices, squared, jnp.stack(thickness), kept)
     fields = jax.tree.map(lambda x: x[..., :n_channels], everywhere)
 
     # A block between equal indices has no width, and its channels nothing in them.
     scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
-    rough = {k: _rough_element(stack, k, grid, scale, config) for k in stack.rough}
+    known = {k: _interface(stack, k, grid, config) for k in stack.rough}
+    rough = {k: _rough_element(stack, k, grid, scale, interface) for k, interface in known.items()}
 
     # From the back to the front; elements that are diagonal in the channels are joined first.
     diffuse = None
@@ -506,9 +554,8 @@ def solve_stack(
     transmitted_power = (scale @ transmission[0] / scale - regular[1]) / front
     norm = scale[:, None] * scale[None, :]
     for k, element in rough.items():
-        arriving, back_arriving = fields.arriving_from_front[k], fields.arriving_from_back[k]
-        reflection = reflection - arriving[:, None] * element.one_above * arriving
-        transmission = transmission - back_arriving[:, None] * element.one_down * arriving
+        met = _met_on_channels(element, fields, k)
+        reflection, transmission = reflection - met[0], transmission - met[1]
     reflection = (reflection - jnp.diag(regular[0])) / norm - once_reflected
     transmission = (transmission - jnp.diag(regular[1])) / norm - once_transmitted
     reflection = reflection / (front[:, None] * front)
@@ -531,6 +578,7 @@ def solve_stack(
         beyond_back,
         gain,
         returned,
+        {k: interface.lobe_factors for k, interface in known.items()},
     )
 
 
@@ -554,30 +602,43 @@ def _once_on_channels(optics, n2, fields: RegularFields, k, phase):
 _RESPONSES = {"discrete_ordinates": layer_response, "adding_doubling": doubled_response}
 
 
-def _rough_element(stack: Stack, k, grid, scale, config) -> RoughElement:
-    """A rough interface with the side of regular light put where it is."""
-    outer_is_front = stack.outer_is_front(k)
-    interface = stack.known[k] if stack.known else None
-    if interface is None:
-        interface = rough_interface(grid, *stack.rough_arguments(k, config))
-    sides = (k, k + 1) if outer_is_front else (k + 1, k)
-    interface = interface.of_fluxes(scale, *(grid.squared_cosine(stack.indices[side]) > 0 for side in sides))
-    total, one = interface.total, interface.one
-    entering = transpose(total.leaving)
-    if outer_is_front:
-        return RoughElement(
-            total.outer_reflection,
-            total.inner_reflection,
-            entering,
-            total.leaving,
-            one.outer_reflection,
-            transpose(one.leaving),
-        )
-    return RoughElement(
-        total.inner_reflection,
-        total.outer_reflection,
-        total.leaving,
-        entering,
-        one.inner_reflection,
-        one.leaving,
+def _met_on_channels(element: RoughElement, fields: RegularFields, k):
+    """Light that meets a rough interface once and is regular else, between the channels."""
+    down, up_from_back = fields.arriving_from_front[k], fields.arriving_from_back[k]
+    if element.regular is None:
+        # No regular light comes from beyond.
+        return down[:, None] * element.one_above * down, up_from_back[:, None] * element.one_down * down
+    up, down_from_back = fields.returning_from_front[k], fields.returning_from_back[k]
+    to_front = element.one_above * down + transpose(element.one_down) * up
+    to_back = element.one_down * down + element.one_below * up
+    return (
+        down[:, None] * to_front + up[:, None] * to_back,
+        down_from_back[:, None] * to_front + up_from_back[:, None] * to_back,
     )
+
+
+def _interface(stack: Stack, k, grid, config) -> RoughInterface:
+    """A rough interface between channels."""
+    if stack.known and stack.known[k] is not None:
+        return stack.known[k]
+    outer, inner, face, n_orders, sizes = stack.rough_arguments(k, config)
+    if isinstance(face, WaveFace):
+        return wave_interface(grid, outer, inner, face, n_orders)
+    return rough_interface(grid, outer, inner, face, n_orders, sizes)
+
+
+def _rough_element(stack: Stack, k, grid, scale, interface: RoughInterface) -> RoughElement:
+    """A rough interface in the basis of fluxes, with the side of regular light put where it is."""
+    propagates = (grid.squared_cosine(stack.indices[side]) > 0 for side in stack.sides(k))
+    interface = interface.of_fluxes(scale, *propagates)
+    total, one, regular = interface.total, interface.one, interface.regular
+    entering = transpose(total.leaving)
+    if stack.outer_is_front(k):
+        sides = total.outer_reflection, total.inner_reflection, entering, total.leaving
+        once = one.outer_reflection, one.inner_reflection, transpose(one.leaving)
+        kept = regular and (regular.outer_reflection, regular.inner_reflection, regular.leaving)
+    else:
+        sides = total.inner_reflection, total.outer_reflection, total.leaving, entering
+        once = one.inner_reflection, one.outer_reflection, one.leaving
+        kept = regular and (regular.inner_reflection, regular.outer_reflection, regular.leaving)
+    return RoughElement(*sides, *once, kept)

@@ -151,10 +151,11 @@ TABLES = {
         "MIE_LAYER",
         "ROUGHNESS",
         "SECOND_ROUGHNESS",
+        "HEIGHT_MAP",
     )
 } | {
     name: quantities
-    for name, quantities in (schema.PHASE_FUNCTIONS | schema.DISPERSIONS).items()
+    for name, quantities in (schema.PHASE_FUNCTIONS | schema.DISPERSIONS | schema.SPECTRA).items()
     if quantities
 }
 

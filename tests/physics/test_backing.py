@@ -27,7 +27,7 @@ ROUGH = Stack(
     1.0,
     1.0,
     (0, 1),
-    slopes=(None, None, slope_density("beckmann", 10.0)),
+    faces=(None, None, slope_density("beckmann", 10.0)),
 )
 
 

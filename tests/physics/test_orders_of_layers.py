@@ -39,7 +39,7 @@ def stack_of(name: str) -> Stack:
     scatters = [False, *(not isinstance(layer, ClearLayer) for layer in layers), False]
     media = block_media(indices, scatters, [False] * len(indices))
     rough = (slope_density("beckmann", 12.0), None, None)
-    return Stack(layers, 1.0, 1.0, media, slopes=rough if "rough" in name else ())
+    return Stack(layers, 1.0, 1.0, media, faces=rough if "rough" in name else ())
 
 
 @eqx.filter_jit

@@ -259,7 +259,7 @@ BAD_SAMPLES = [
         "roughness of unknown kind",
         ("thickness_mm = 1.0", 'thickness_mm = 1.0\nfront_roughness = { density = "gauss", sigma_deg = 3 }'),
         "plate.front_roughness has density = 'gauss'; it must be one of: cauchy, cauchy_angle, cauchy2d, "
-        "beckmann, ggx.",
+        "beckmann, ggx, height_map.",
     ),
     (
         "roughness without its angle",

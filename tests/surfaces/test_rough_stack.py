@@ -60,7 +60,7 @@ def with_known_faces(stack):
         indices = jnp.asarray(outer), jnp.asarray(inner)
         return _interface(stack.grid(CONFIG), *indices, density, fine)
 
-    faces = tuple(known(k) if density is not None else None for k, density in enumerate(stack.slopes))
+    faces = tuple(known(k) if density is not None else None for k, density in enumerate(stack.faces))
     return eqx.tree_at(lambda s: s.known, stack, faces)
 
 

@@ -221,7 +221,7 @@ def reversed_stack(stack: Stack) -> Stack:
         # Their order does not matter; in a fixed one both directions mostly share a compiled program.
         tuple(sorted(last - medium for medium in stack.block_media)),
         stack.exposed,
-        stack.slopes[::-1],
+        stack.faces[::-1],
         stack.known[::-1],
         tuple(sorted(last - medium for medium in stack.rarest)),
     )

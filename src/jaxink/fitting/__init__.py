@@ -1,5 +1,6 @@
 """Fitting a sample to a measurement, by gradient or by simplex."""
 
+from jaxink.fitting.held_out import predict_left_out
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective, noise_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import FitResult, load_result
@@ -16,5 +17,6 @@ __all__ = [
     "make_objective",
     "noise_of",
     "predict",
+    "predict_left_out",
     "prepare_data",
 ]

@@ -4,10 +4,11 @@ import dataclasses
 import math
 from typing import Any
 
-from jaxink.sample.description import Backing, Layer, Noise, Roughness, Sample
+from jaxink.sample.description import Backing, Layer, Noise, Sample
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 from jaxink.sample.populations import Population
+from jaxink.sample.roughness import Roughness
 
 
 def sample_to_dict(sample: Sample) -> dict[str, Any]:
@@ -50,7 +51,7 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
     for layer in plain["layers"]:
         table = layer["phase_table"]
         table = table and (table[0], tuple(table[1]), tuple(table[2]))
-        faces = tuple(Roughness(**face) for face in layer["roughness"])
+        faces = tuple(_roughness(face) for face in layer["roughness"])
         # Results of before there were several kinds of particles lack these keys.
         populations = tuple(
             Population(p["name"], _pair(p["radius_table"])) for p in layer.get("populations", ())
@@ -82,6 +83,11 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
 def _pair(columns):
     """A table of two columns, or None."""
     return columns and tuple(tuple(column) for column in columns)
+
+
+def _roughness(plain: dict[str, Any]) -> Roughness:
+    nodes = plain.get("nodes")
+    return Roughness(**{**plain, "nodes": nodes and (tuple(nodes[0]), tuple(nodes[1]), nodes[2])})
 
 
 def _dispersion(plain: dict[str, Any]) -> Dispersion:

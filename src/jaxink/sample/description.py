@@ -22,26 +22,7 @@ from jaxink.sample.entries import (
 )
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.populations import Population, check_volume, population_tables, radius_table
-
-
-@dataclasses.dataclass(frozen=True)
-class Roughness:
-    """Declared roughness of one face of a layer.
-
-    Parameters
-    ----------
-    face
-        ``front_roughness`` (towards the light) or ``back_roughness``.
-    density, second_density
-        Of `schema.ROUGHNESS_DENSITIES`; the second is None where there is one density only.
-    name
-        First part of the names of its parameters, such as ``ink.back_roughness``.
-    """
-
-    face: str
-    density: str
-    second_density: str | None
-    name: str
+from jaxink.sample.roughness import Roughness, read_roughness
 
 
 @dataclasses.dataclass(frozen=True)
@@ -222,10 +203,10 @@ def load_sample(path: str | Path) -> Sample:
         raise InputRefusedError(f"{path}: there is no such sample file.") from None
     except (OSError, UnicodeDecodeError) as problem:
         raise InputRefusedError(f"{path}: cannot be read as a text file ({problem}).") from None
-    return parse_sample(text, str(path))
+    return parse_sample(text, str(path), path.parent)
 
 
-def parse_sample(text: str, source: str = "sample") -> Sample:
+def parse_sample(text: str, source: str = "sample", folder: str | Path | None = None) -> Sample:
     """Read the text of a sample file; see `load_sample`.
 
     Parameters
@@ -234,6 +215,8 @@ def parse_sample(text: str, source: str = "sample") -> Sample:
         TOML.
     source
         Name for messages.
+    folder
+        Where files that it names are looked for; None: the working folder.
 
     Returns
     -------
@@ -244,7 +227,7 @@ def parse_sample(text: str, source: str = "sample") -> Sample:
     except tomllib.TOMLDecodeError as problem:
         raise InputRefusedError(f"{source}: is not valid TOML: {problem}.") from None
     try:
-        return _Reader(document).sample()
+        return _Reader(document, Path(folder or ".")).sample()
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
 
@@ -267,8 +250,8 @@ _TOP_KEYS = (
 class _Reader:
     """Turns a parsed document into a `Sample`, refusing everything it does not know."""
 
-    def __init__(self, document: dict[str, Any]):
-        self.document = document
+    def __init__(self, document: dict[str, Any], folder: Path):
+        self.document, self.folder = document, folder
         self.parameters: list[Parameter] = []
         self.dispersions: list[Dispersion] = []
 
@@ -366,7 +349,11 @@ class _Reader:
             )
         where = f"layer '{name}'"
         kind = choice(table, "kind", ("clear", "scattering"), where)
-        roughness = tuple(self._roughness(name, face, table[face]) for face in schema.FACES if face in table)
+        roughness = tuple(
+            read_roughness(name, face, table[face], self.folder, self._quantity)
+            for face in schema.FACES
+            if face in table
+        )
         if kind == "clear":
             only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), where)
             for key, quantity in schema.CLEAR_LAYER.items():
@@ -437,21 +424,6 @@ class _Reader:
         for key, quantity in schema.BACKING.items():
             self._quantity("backing", key, quantity, table)
         return Backing("both" if contact else side, contact)
-
-    def _roughness(self, layer: str, face: str, given: Any) -> Roughness:
-        """A face that is declared rough; its numbers become parameters."""
-        where = f"{layer}.{face}"
-        if not isinstance(given, dict):
-            raise InputRefusedError(f'{where} must be {{ density = "...", sigma_deg = ... }}.')
-        second = given.get("second_density")
-        quantities = schema.ROUGHNESS | (schema.SECOND_ROUGHNESS if second is not None else {})
-        only(given, ("density", "second_density", *quantities), where)
-        density = choice(given, "density", schema.ROUGHNESS_DENSITIES, where)
-        if second is not None:
-            choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
-        for key, quantity in quantities.items():
-            self._quantity(where, key, quantity, given)
-        return Roughness(face, density, second, where)
 
     def _phase_table(self, table, where):
         by_angle, by_moments = "phase_value" in table, "moments" in table

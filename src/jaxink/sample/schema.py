@@ -113,6 +113,20 @@ _SIGMA = Quantity("deg", 0.0, 45.0, scale="log")
 ROUGHNESS = {"sigma_deg": _SIGMA}
 # Of a second density that a face may have, with its share.
 SECOND_ROUGHNESS = {"second_sigma_deg": _SIGMA, "second_weight": Quantity("", 0.0, 1.0)}
+# Rough faces by wave optics: power spectra of their heights, with their numbers.
+_HEIGHT = Quantity("um", 0.0, 1e4, scale="log")
+_LENGTH = Quantity("um", 1e-3, 1e7, scale="log")
+SPECTRA = {
+    "k_correlation": {
+        "height_rms_um": _HEIGHT,
+        "length_b_um": _LENGTH,
+        "exponent": Quantity("", 2.001, 200.0),
+    },
+    "gaussian": {"height_rms_um": _HEIGHT, "correlation_length_um": _LENGTH},
+}
+AMPLITUDES = ("perturbation", "fresnel")
+# Of a measured map: the factor of its heights.
+HEIGHT_MAP = {"height_scale": Quantity("", 0.0, 100.0, 1.0)}
 FACES = ("front_roughness", "back_roughness")
 
 # Plain settings: key -> (lowest, highest, default, unit).

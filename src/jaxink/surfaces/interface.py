@@ -54,15 +54,26 @@ class RoughInterface(eqx.Module):
         Light that meets one facet.
     several
         Light that meets more, of the first azimuthal orders only; it has no others.
+    regular
+        Share of the power of each channel that is reflected or passes regularly, shape ``(channels,)``; None
+        where nothing does.
+    lobe_factors
+        For each channel, factors of a lobe's directions on the outer and on the inner side: the product of
+        two is what ``one`` has over the lobe of the theory, but for light that stays outside. None: 1.
     """
 
     one: RoughResponse
     several: RoughResponse
+    regular: RoughResponse | None = None
+    lobe_factors: tuple[Float[Array, " channels"], Float[Array, " channels"]] | None = None
 
     @property
     def total(self) -> RoughResponse:
         """All light."""
-        return jax.tree.map(lambda one, more: one.at[: more.shape[0]].add(more), self.one, self.several)
+        total = jax.tree.map(lambda one, more: one.at[: more.shape[0]].add(more), self.one, self.several)
+        if self.regular is None:
+            return total
+        return jax.tree.map(lambda matrix, share: matrix + jnp.diag(share), total, self.regular)
 
     def of_fluxes(self, scale: Float[Array, " channels"], outer, inner) -> "RoughInterface":
         """The interface in the basis of fluxes, in which no light is lost however it comes.
@@ -81,8 +92,8 @@ class RoughInterface(eqx.Module):
         -------
         RoughInterface
         """
-        fluxes = jax.tree.map(lambda matrix: scale[:, None] * matrix / scale, self)
-        total = fluxes.total
+        one, several = jax.tree.map(lambda matrix: scale[:, None] * matrix / scale, (self.one, self.several))
+        total = RoughInterface(one, several, self.regular).total
         outer, inner = jnp.where(outer, scale, 0.0), jnp.where(inner, scale, 0.0)
 
         def missing(matrix, column_sums, leaving):
@@ -97,8 +108,8 @@ class RoughInterface(eqx.Module):
             missing(total.inner_reflection[0], reflected, inner),
             to_leaving,
         )
-        one = jax.tree.map(lambda matrix, addition: matrix.at[0].add(addition), fluxes.one, additions)
-        return RoughInterface(one, fluxes.several)
+        one = jax.tree.map(lambda matrix, addition: matrix.at[0].add(addition), one, additions)
+        return RoughInterface(one, several, self.regular, self.lobe_factors)
 
 
 class RoughSizes(eqx.Module):
@@ -155,13 +166,38 @@ def _coefficients(n_nodes: int) -> np.ndarray:
 
 
 def _collect(grid: ChannelGrid, source, index, weights, n_orders):
+    """`rows_of_samples` of light that comes from vectors ``source``, against its direction of travel."""
+    sine = jnp.sqrt(jnp.maximum(source[0] ** 2 + source[1] ** 2, 1e-30))
+    return rows_of_samples(grid, index * sine, -source[0] / sine, weights, n_orders)
+
+
+def rows_of_samples(
+    grid: ChannelGrid,
+    kappa: Float[Array, "receivers samples"],
+    cos_azimuth: Float[Array, "receivers samples"],
+    weights: list[Float[Array, "receivers samples"]],
+    n_orders: int,
+) -> Float[Array, "weights orders receivers channels"]:
     """Rows that give weighted sums of a field at samples from its values at the channels, for each weight.
 
-    ``source`` are vectors towards where the light comes from; its azimuth is that of its direction of travel.
+    Parameters
+    ----------
+    grid
+        The channels.
+    kappa
+        Optical sines of the samples.
+    cos_azimuth
+        Cosines of the azimuths between the directions of travel of sample and receiver.
+    weights
+        Of the samples.
+    n_orders
+        Azimuthal orders.
+
+    Returns
+    -------
+    Float[Array, "weights orders receivers channels"]
     """
-    sine = jnp.sqrt(jnp.maximum(source[0] ** 2 + source[1] ** 2, 1e-30))
-    kappa = index * sine
-    series = _chebyshev(-source[0] / sine, n_orders)
+    series = _chebyshev(cos_azimuth, n_orders)
     # Odd orders vanish towards the normal as the sine: interpolated without it.
     series = series * jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], kappa, 1.0)
     series = jnp.concatenate([series * weight for weight in weights])

@@ -13,7 +13,7 @@ medium of leaving: reciprocity is exact. What is not exact is energy, see `jaxin
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.interfaces import fresnel_reflectance, propagating_cosine
@@ -65,9 +65,9 @@ class WaveSurface(eqx.Module):
         """The same interface, lit from its other side."""
         return eqx.tree_at(lambda s: (s.index_front, s.index_back), self, (self.index_back, self.index_front))
 
-    def index_out(self, is_transmission: bool) -> Float[Array, ""]:
+    def index_out(self, is_transmission: bool | Bool[Array, ""]) -> Float[Array, ""]:
         """Refractive index of the medium that light leaves to."""
-        return self.index_back if is_transmission else self.index_front
+        return jnp.where(is_transmission, self.index_back, self.index_front)
 
     @property
     def wavelength_um(self) -> Float[Array, ""]:
@@ -105,10 +105,9 @@ def phase_per_height(
     ----------
     Krywonos, Harvey, Choi 2011 JOSA A 28, 1121.
     """
-    wavenumber, n = 2 * jnp.pi / surface.wavelength_um, surface.index_front
-    if is_transmission:
-        return wavenumber * jnp.abs(surface.index_back * cosine_out - n * cosine_in)
-    return wavenumber * n * (cosine_out + cosine_in)
+    wavenumber, into = 2 * jnp.pi / surface.wavelength_um, surface.index_front * cosine_in
+    out = surface.index_out(is_transmission) * cosine_out
+    return wavenumber * jnp.where(is_transmission, jnp.abs(out - into), out + into)
 
 
 def regular_power(
@@ -150,7 +149,7 @@ def _surface_fields(index_here, index_there, cosine):
     beyond = _complex_cosine(squared)
     s = index_here / (index_here * cosine + index_there * beyond)
     p = index_here / (index_there * cosine + index_here * beyond)
-    return s, p * beyond, p * jnp.sqrt(jnp.maximum(1 - cosine**2, 0.0))
+    return s, p * beyond, p * jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-24))
 
 
 def perturbation_factor(
@@ -188,12 +187,12 @@ def perturbation_factor(
     fields at a shifted interface Johnson et al. 2002 Phys. Rev. E 65, 066611.
     """
     n_i, n_t = surface.index_front, surface.index_back
-    n_o, n_beyond = (n_t, n_i) if is_transmission else (n_i, n_t)
+    n_o, n_beyond = surface.index_out(is_transmission), jnp.where(is_transmission, n_i, n_t)
     s_in, along_in, normal_in = _surface_fields(n_i, n_t, cosine_in)
     s_out, along_out, normal_out = _surface_fields(n_o, n_beyond, cosine_out)
     across, turned = jnp.cos(azimuth_rad), jnp.sin(azimuth_rad)
     # The normal fields of two waves from opposite sides point the same way, those from one side do not.
-    sign = -1.0 if is_transmission else 1.0
+    sign = jnp.where(is_transmission, -1.0, 1.0)
     squares = (
         jnp.abs(s_in * s_out * across) ** 2
         + jnp.abs(s_in * along_out * turned) ** 2
@@ -208,16 +207,39 @@ def perturbation_factor(
 def _fresnel_factor(surface, cosine_out, cosine_in, is_transmission):
     """BSDF over the PSD of scalar theory: n_o^2 A^2 / lambda^2 with a Fresnel coefficient of both ends."""
     n_i, n_t = surface.index_front, surface.index_back
-    n_o, n_beyond = (n_t, n_i) if is_transmission else (n_i, n_t)
+    n_o, n_beyond = surface.index_out(is_transmission), jnp.where(is_transmission, n_i, n_t)
     at_in = fresnel_reflectance(n_i, n_t, cosine_in, refracted_cosine(n_i, n_t, cosine_in))
     at_out = fresnel_reflectance(n_o, n_beyond, cosine_out, refracted_cosine(n_o, n_beyond, cosine_out))
-    product = (1 - at_in) * (1 - at_out) if is_transmission else at_in * at_out
+    product = jnp.where(is_transmission, (1 - at_in) * (1 - at_out), at_in * at_out)
     mean = jnp.where(product > 0, jnp.sqrt(jnp.where(product > 0, product, 1.0)), 0.0)
     phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
     return n_o**2 * phase**2 / surface.wavelength_um**2 * mean
 
 
-def _broadened(spectrum: PowerSpectrum, phase_variance, log_position):
+def amplitude_factor(
+    surface: WaveSurface,
+    cosine_out: Float[Array, " points"],
+    cosine_in: Float[Array, " points"],
+    azimuth_rad: Float[Array, " points"],
+    is_transmission: bool,
+) -> Float[Array, " points"]:
+    """BSDF over the broadened PSD, um^-4 / sr, as the surface's ``amplitude`` chooses it.
+
+    Parameters
+    ----------
+    surface, cosine_out, cosine_in, azimuth_rad, is_transmission
+        As of `perturbation_factor`.
+
+    Returns
+    -------
+    Float[Array, " points"]
+    """
+    if surface.amplitude == "perturbation":
+        return perturbation_factor(surface, cosine_out, cosine_in, azimuth_rad, is_transmission)
+    return _fresnel_factor(surface, cosine_out, cosine_in, is_transmission)
+
+
+def broadened(spectrum: PowerSpectrum, phase_variance, log_position):
     """Transform of sigma^2 (exp(-g (1 - rho)) - exp(-g)) / g at phase variances g: the PSD at g = 0.
 
     ``log_position`` has the frequencies of each phase variance along its last axis.
@@ -252,14 +274,10 @@ def _bsdf(surface, cosine_out, cosine_in, azimuth_rad, is_transmission):
     if surface.several_orders:
         phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
         position = jnp.log(2 * jnp.pi * frequency * spectrum.length_um)
-        density = _broadened(spectrum, phase**2 * spectrum.height_variance_um2, position)
+        density = broadened(spectrum, phase**2 * spectrum.height_variance_um2, position)
     else:
         density = spectrum.density_um4(frequency)
-    if surface.amplitude == "perturbation":
-        factor = perturbation_factor(surface, out, into, azimuth_rad, is_transmission)
-    else:
-        factor = _fresnel_factor(surface, out, into, is_transmission)
-    return factor * density
+    return amplitude_factor(surface, out, into, azimuth_rad, is_transmission) * density
 
 
 def scattered_bsdf(

@@ -20,23 +20,23 @@ from jaxink.surfaces.wave_optics import (
 _RADIAL, _AROUND = 64, 40
 
 
-def _disc(index_out, sine_in_optical, scale):
+def disc(index_out, sine_in_optical, scale, n_radial: int = _RADIAL, n_around: int = _AROUND):
     """Nodes over all propagating directions, polar about the specular one in the plane of direction cosines.
 
-    Returns optical sines, azimuths and weights of the area element.
+    Returns optical sines, azimuths and weights of the area element, of both halves of the plane.
     """
-    psi_unit, psi_weight = gauss_legendre_unit(_AROUND)
+    psi_unit, psi_weight = gauss_legendre_unit(n_around)
     inside = sine_in_optical < index_out
     # Seen from outside the disc of directions only a cone of azimuths meets it.
     cone = jnp.arcsin(jnp.minimum(index_out / sine_in_optical, 1.0))
     opening = jnp.where(inside, jnp.pi, cone)
     psi = jnp.pi - opening * (1 - (1 - psi_unit) ** 2)
     psi_weight = opening * 2 * (1 - psi_unit) * psi_weight
-    root = jnp.sqrt(jnp.maximum(index_out**2 - (sine_in_optical * jnp.sin(psi)) ** 2, 0.0))
+    root = jnp.sqrt(jnp.maximum(index_out**2 - (sine_in_optical * jnp.sin(psi)) ** 2, 1e-24))
     towards = -sine_in_optical * jnp.cos(psi)
     low, high = jnp.where(inside, 0.0, towards - root), towards + root
     start, end = (jnp.arcsinh(jnp.maximum(r, 0.0) / scale)[:, None] for r in (low, high))
-    unit, weight = gauss_legendre_unit(_RADIAL)
+    unit, weight = gauss_legendre_unit(n_radial)
     v = start + (end - start) * unit
     radius = scale * jnp.sinh(v)
     area = psi_weight[:, None] * (end - start) * weight * jnp.sqrt(scale**2 + radius**2) * radius
@@ -68,7 +68,7 @@ def scattered_power(
     n_i, n_o = surface.index_front, surface.index_out(is_transmission)
     sine = n_i * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-12))
     scale = surface.wavelength_um / (2 * jnp.pi * surface.spectrum.length_um)
-    optical_sine, azimuth, area = _disc(n_o, sine, jnp.minimum(scale, 1.0))
+    optical_sine, azimuth, area = disc(n_o, sine, jnp.minimum(scale, 1.0))
     cosine_out = propagating_cosine(1 - (optical_sine / n_o) ** 2)
     cosine_in = jnp.full_like(cosine_out, cosine_in)
     at = scattered_bsdf(surface, cosine_out, cosine_in, azimuth[:, None], is_transmission)

@@ -1,0 +1,168 @@
+"""How a sample file describes a rough face: by facet slopes, by a spectrum of heights, or by a map."""
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxink.errors import InputRefusedError
+from jaxink.sample import schema
+from jaxink.sample.entries import choice, is_number, only
+
+HEIGHT_MAP = "height_map"
+
+
+@dataclasses.dataclass(frozen=True)
+class Roughness:
+    """Declared roughness of one face of a layer.
+
+    Parameters
+    ----------
+    face
+        ``front_roughness`` (towards the light) or ``back_roughness``.
+    density, second_density
+        Facet slopes, of `schema.ROUGHNESS_DENSITIES`, or ``height_map``; the second is None where there is
+        one density only, and the first where light is scattered by a spectrum of heights.
+    name
+        First part of the names of its parameters, such as ``ink.back_roughness``.
+    spectrum, amplitude
+        By wave optics: of `schema.SPECTRA`, or ``height_map``, and of `schema.AMPLITUDES`; else None.
+    nodes
+        Of a map: slopes and logarithms of their density, or logarithms of frequencies (1/um) and of the power
+        spectrum, and the variance of its heights (um^2); else None.
+    """
+
+    face: str
+    density: str | None
+    second_density: str | None
+    name: str
+    spectrum: str | None = None
+    amplitude: str | None = None
+    nodes: tuple[tuple[float, ...], tuple[float, ...], float] | None = None
+
+    @property
+    def strength(self) -> str:
+        """Name of the parameter without which the face is smooth."""
+        if HEIGHT_MAP in (self.density, self.spectrum):
+            return f"{self.name}.height_scale"
+        return f"{self.name}.{'height_rms_um' if self.spectrum else 'sigma_deg'}"
+
+
+def read_roughness(
+    layer: str, face: str, given: Any, folder: Path | None, quantity: Callable[..., None]
+) -> Roughness:
+    """A face that is declared rough; its numbers become parameters.
+
+    Parameters
+    ----------
+    layer, face
+        Names of the layer, and of the face.
+    given
+        What the file says.
+    folder
+        Where files that it names are looked for; None: the working folder.
+    quantity
+        Called with (first part of the name, key, `schema.Quantity`, table) for each number.
+
+    Returns
+    -------
+    Roughness
+    """
+    where = f"{layer}.{face}"
+    if not isinstance(given, dict):
+        raise InputRefusedError(f'{where} must be {{ density = "...", sigma_deg = ... }}.')
+    if "spectrum" in given and "density" in given:
+        raise InputRefusedError(
+            f"{where} has both a density (facets) and a spectrum (waves); a face is one or the other."
+        )
+    second, amplitude, nodes = given.get("second_density"), None, None
+    kind = "spectrum" if "spectrum" in given else "density"
+    if kind == "spectrum":
+        word = choice(given, kind, (*schema.SPECTRA, HEIGHT_MAP), where)
+        keys: tuple[str, ...] = ("spectrum", "amplitude")
+        amplitude = choice({"amplitude": schema.AMPLITUDES[0]} | given, "amplitude", schema.AMPLITUDES, where)
+        quantities = schema.SPECTRA.get(word, schema.HEIGHT_MAP)
+    else:
+        keys = ("density", "second_density")
+        known = (
+            schema.ROUGHNESS_DENSITIES if second is not None else (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP)
+        )
+        word = choice(given, kind, known, where)
+        quantities = schema.HEIGHT_MAP if word == HEIGHT_MAP else schema.ROUGHNESS
+        if second is not None:
+            choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
+            quantities = quantities | schema.SECOND_ROUGHNESS
+    if word == HEIGHT_MAP:
+        keys = (*keys, "file", "pitch_um")
+    only(given, (*keys, *quantities), where)
+    if word == HEIGHT_MAP:
+        nodes = _nodes(given, where, folder, by_waves=kind == "spectrum")
+    for key, one in quantities.items():
+        quantity(where, key, one, given)
+    density, spectrum = (None, word) if kind == "spectrum" else (word, None)
+    return Roughness(face, density, second, where, spectrum, amplitude, nodes)
+
+
+def _nodes(given: dict[str, Any], where: str, folder: Path | None, by_waves: bool):
+    """What the rays or waves need of a measured map."""
+    # Reading a sample needs no JAX, unless it has a map.
+    from jaxink.surfaces.height_map import HeightMap
+
+    pitch = given.get("pitch_um")
+    each = pitch if isinstance(pitch, list) else [pitch]
+    if not all(is_number(p) and p > 0 for p in each) or len(each) > 2:
+        raise InputRefusedError(
+            f"{where}.pitch_um is {pitch!r}; it must be the distance of neighbouring heights in um, or a "
+            "list of that along the columns and that along the rows of the file."
+        )
+    heights = read_heights(given.get("file"), f"{where}.file", folder)
+    try:
+        surface = HeightMap(heights, tuple(map(float, each)) if len(each) > 1 else float(each[0]))
+        if by_waves:
+            spectrum = surface.power_spectrum()
+            variance = float(spectrum.height_variance_um2)
+            columns = spectrum.log_frequency, spectrum.log_shape
+        else:
+            density = surface.slope_density()
+            variance, columns = surface.height_variance_um2, (density.slopes, density.log_density)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{where}.file: {problem}") from None
+    first, second = (tuple(np.asarray(column, float).tolist()) for column in columns)
+    return first, second, variance
+
+
+def read_heights(given: Any, where: str, folder: Path | None) -> np.ndarray:
+    """Heights in um from a file of numbers: rows of a CSV, or an array that numpy has saved.
+
+    Parameters
+    ----------
+    given
+        Name of the file, as written.
+    where
+        Key, for messages.
+    folder
+        Where it is looked for.
+
+    Returns
+    -------
+    np.ndarray
+        Of two axes; of one for a single row or column.
+    """
+    if not isinstance(given, str):
+        raise InputRefusedError(f'{where} is {given!r}; it must name the file of heights, such as "map.csv".')
+    path = (folder or Path()) / given
+    try:
+        if path.suffix == ".npy":
+            heights = np.load(path, allow_pickle=False)
+        else:
+            heights = np.loadtxt(path, delimiter=",", ndmin=2)
+        return np.squeeze(np.asarray(heights, float))
+    except FileNotFoundError:
+        raise InputRefusedError(f"{where}: there is no file {path}.") from None
+    except (OSError, ValueError, UnicodeDecodeError) as problem:
+        raise InputRefusedError(
+            f"{where}: {path} is not a table of heights in um, numbers separated by commas or an array that "
+            f"numpy has saved ({problem})."
+        ) from None

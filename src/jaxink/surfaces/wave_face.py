@@ -1,0 +1,305 @@
+"""A rough interface by wave optics inside a stack: matrices between channels, regular light, lobes.
+
+The theory of `jaxink.surfaces.wave_optics` is reciprocal but does not keep the power. Here the light that is
+reflected back to the outer side stays as the theory has it; what crosses, and what is reflected inside, is
+scaled by a factor of either direction, which keeps reciprocity, until no light is lost or made.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.channels import ChannelGrid
+from jaxink.interfaces import fresnel_reflectance, propagating_cosine
+from jaxink.numerics.hankel import N_NODES, STEP, log_nodes
+from jaxink.surfaces.interface import RoughInterface, RoughResponse, rows_of_samples
+from jaxink.surfaces.spectrum import PowerSpectrum
+from jaxink.surfaces.wave_optics import (
+    WaveSurface,
+    amplitude_factor,
+    broadened,
+    phase_per_height,
+)
+from jaxink.surfaces.wave_power import disc
+
+# Phases at which transforms are made, between the largest and this share of it; light whose phase hardly
+# depends on the height is scattered hardly.
+_N_PHASES, _LEAST_PHASE = 64, 0.005
+# Below, relative to the largest value of a transform, there is rounding only.
+_FLOOR = 1e-10
+# Nodes over the distance from the regular direction, and about it.
+_N_RADIAL, _N_AROUND = 32, 24
+# Steps of the scaling, and power below which it has nothing to do.
+_N_SCALINGS, _NOTHING = 60, 1e-12
+
+
+class WaveFace(eqx.Module):
+    """A rough face of a layer by wave optics; the stack knows its indices.
+
+    Parameters
+    ----------
+    spectrum
+        Of the height.
+    wavelength_nm
+        In vacuum.
+    amplitude
+        As of `WaveSurface`.
+    """
+
+    spectrum: PowerSpectrum
+    wavelength_nm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    amplitude: str = eqx.field(static=True, default="perturbation")
+
+    def between(self, index_here: Float[Array, ""], index_there: Float[Array, ""]) -> WaveSurface:
+        """The interface as light in the medium ``index_here`` meets it."""
+        return WaveSurface(self.spectrum, index_here, index_there, self.wavelength_nm, self.amplitude)
+
+
+class BroadenedSpectrum(eqx.Module):
+    """Spectra of exp(i A z) over A^2, tabulated over phases A per height and frequencies.
+
+    Parameters
+    ----------
+    log_phase
+        First node, and step, of the logarithm of A.
+    log_length
+        Logarithm of 2 pi times the length of the spectrum.
+    log_density
+        Logarithm of the density, shape ``(phases, frequencies)``.
+    """
+
+    log_phase: tuple[Float[Array, ""], Float[Array, ""]]
+    log_length: Float[Array, ""]
+    log_density: Float[Array, "phases frequencies"]
+
+    @classmethod
+    def of(cls, spectrum: PowerSpectrum, largest_phase_per_um: Float[Array, ""]) -> "BroadenedSpectrum":
+        """Table of a spectrum up to a phase per height."""
+        last = jnp.log(largest_phase_per_um)
+        step = -np.log(_LEAST_PHASE) / (_N_PHASES - 1)
+        first = last - step * (_N_PHASES - 1)
+        phase = jnp.exp(first + step * np.arange(_N_PHASES))
+        positions = jnp.broadcast_to(log_nodes(), (_N_PHASES, N_NODES))
+        density = broadened(spectrum, phase**2 * spectrum.height_variance_um2, positions)
+        # A largest value has no derivative where the compiler computes it twice, with other rounding.
+        floor = jax.lax.stop_gradient(_FLOOR * jnp.max(density, axis=1, keepdims=True) + 1e-300)
+        return cls(
+            (first, jnp.asarray(step)),
+            jnp.log(2 * jnp.pi * spectrum.length_um),
+            jnp.log(jnp.maximum(density, floor)),
+        )
+
+    def density_um4(
+        self, phase_per_um: Float[Array, "*shape"], frequency_per_um: Float[Array, "*shape"]
+    ) -> Float[Array, "*shape"]:
+        """Broadened PSD, cubic in the logarithms of both."""
+        first, step = self.log_phase
+        row = (jnp.log(jnp.maximum(phase_per_um, 1e-300)) - first) / step
+        column = (jnp.log(jnp.maximum(frequency_per_um, 1e-300)) + self.log_length) / STEP + N_NODES // 2
+        rows, row_weights = _cubic(row, _N_PHASES)
+        columns, column_weights = _cubic(column, N_NODES)
+        flat = self.log_density.ravel()
+        total = jnp.zeros(())
+        for j in range(4):
+            at = (rows + j) * N_NODES + columns
+            inner = sum(column_weights[k] * flat[at + k] for k in range(4))
+            total = total + row_weights[j] * inner
+        return jnp.exp(total)
+
+    def typical_frequency_per_um(self, phase_per_um, highest_per_um) -> Float[Array, ""]:
+        """Geometric mean, by power, of the frequencies up to a highest one."""
+        log_frequency = log_nodes() - self.log_length
+        density = self.density_um4(phase_per_um, jnp.exp(log_frequency))
+        weight = jnp.where(log_frequency < jnp.log(highest_per_um), density * jnp.exp(2 * log_frequency), 0.0)
+        return jnp.exp(weight @ log_frequency / (jnp.sum(weight) + 1e-300))
+
+
+def _cubic(position, n_nodes: int):
+    """First of four nodes about positions, and Lagrange weights."""
+    inside = jnp.clip(position, 0.0, n_nodes - 1.0)
+    first = jnp.clip(jnp.floor(inside).astype(int) - 1, 0, n_nodes - 4)
+    t = inside - first - 1
+    return first, (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+
+
+def kept_regular(face: WaveFace, indices: tuple, cosines: tuple) -> tuple:
+    """Factors exp(-A^2 sigma^2) of regular light that is reflected in front, behind, and passes.
+
+    Parameters
+    ----------
+    face
+        The interface.
+    indices, cosines
+        Refractive indices in front and behind, and cosines of the directions there.
+
+    Returns
+    -------
+    tuple
+        Three arrays of the shape of the cosines.
+    """
+    wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
+    front, back = (index * cosine for index, cosine in zip(indices, cosines, strict=True))
+    phases = 2 * front, 2 * back, front - back
+    variance = face.spectrum.height_variance_um2 * wavenumber**2
+    return tuple(jnp.exp(-variance * phase**2) for phase in phases)
+
+
+def _broadened_for(face: WaveFace, index_1, index_2) -> BroadenedSpectrum:
+    """The table for all light at an interface: reflection in the denser medium has the largest phase."""
+    wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
+    return BroadenedSpectrum.of(face.spectrum, 2 * wavenumber * jnp.maximum(index_1, index_2))
+
+
+def _kernel(surface, table, cosine_out, cosine_in, azimuth, frequency, is_transmission):
+    """BSDF of scattered light over the squared index of the medium that it leaves to."""
+    factor = amplitude_factor(surface, cosine_out, cosine_in, azimuth, is_transmission)
+    phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
+    return factor * table.density_um4(phase, frequency) / surface.index_out(is_transmission) ** 2
+
+
+def _samples(surface, table, cosine, is_transmission):
+    """Optical sines and azimuths from which light comes to channels in front, or through, and weights.
+
+    ``surface`` is seen from the side on which the light leaves; by reciprocity its kernel is that of light
+    that goes the other way.
+    """
+    index_source = surface.index_out(is_transmission)
+    wavelength = surface.wavelength_um
+    regular = phase_per_height(surface, jnp.ones(()), jnp.ones(()), is_transmission)
+    highest = 2 * jnp.maximum(surface.index_front, surface.index_back) / wavelength
+    typical = table.typical_frequency_per_um(regular, highest) * wavelength
+    scale = jnp.minimum(typical, 1.0)
+    sine = surface.index_front * jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
+    kappa, azimuth, area = jax.vmap(lambda s: disc(index_source, s, scale, _N_RADIAL, _N_AROUND))(sine)
+    cosine_source = propagating_cosine(1 - (kappa / index_source) ** 2)
+    safe = jnp.maximum(cosine_source, 1e-9)
+    squared = (kappa - sine[:, None]) ** 2 + 4 * kappa * sine[:, None] * jnp.sin(azimuth / 2) ** 2
+    frequency = jnp.sqrt(jnp.maximum(squared, 1e-30)) / wavelength
+    density = _kernel(surface, table, safe, cosine[:, None], azimuth, frequency, is_transmission)
+    return kappa, azimuth, jnp.where(cosine_source > 0, density * area, 0.0)
+
+
+def wave_interface(
+    grid: ChannelGrid,
+    index_outer: Float[Array, ""],
+    index_inner: Float[Array, ""],
+    face: WaveFace,
+    n_orders: int,
+) -> RoughInterface:
+    """Reflection and transmission of an interface by wave optics, between channels.
+
+    Parameters
+    ----------
+    grid
+        The channels.
+    index_outer, index_inner
+        Refractive indices of the media on either side.
+    face
+        The interface.
+    n_orders
+        Azimuthal orders.
+
+    Returns
+    -------
+    RoughInterface
+        With its regular light; what crosses keeps the power, see the head of this module.
+    """
+    table = _broadened_for(face, index_outer, index_inner)
+    cosines = [propagating_cosine(grid.squared_cosine(n)) for n in (index_outer, index_inner)]
+    inside = [jnp.where(cosine > 0, 1.0, 0.0) for cosine in cosines]
+    # Reflected outside and inside, leaving, entering: made together, for the sake of the compiler.
+    receiver, source = jnp.array([0, 1, 0, 1]), jnp.array([0, 1, 1, 0])
+    index, exists = jnp.stack([index_outer, index_inner]), jnp.stack(inside)
+    safe = jnp.where(exists > 0, jnp.stack(cosines), 0.5)
+
+    def rows(here, there):
+        surface = face.between(index[here], index[1 - here])
+        kappa, azimuth, weight = _samples(surface, table, safe[here], here != there)
+        found = rows_of_samples(grid, kappa, jnp.cos(azimuth), [weight], n_orders)[0]
+        return exists[here][:, None] * found * exists[there]
+
+    *raw, entering = jax.vmap(rows)(receiver, source)
+    raw = RoughResponse(*raw)
+    fresnel = fresnel_reflectance(index_outer, index_inner, *cosines)
+    shares = fresnel * inside[0], fresnel * inside[1], (1 - fresnel) * inside[0] * inside[1]
+    kept = kept_regular(face, (index_outer, index_inner), cosines)
+    regular = tuple(share * factor for share, factor in zip(shares, kept, strict=True))
+    # The transpose of `leaving` gives light of a single channel less exactly than the rows of `entering` do.
+    at_outer, at_inner = _scales(raw, entering[0], regular, inside)
+    one = RoughResponse(
+        raw.outer_reflection,
+        at_inner[:, None] * raw.inner_reflection * at_inner,
+        at_outer[:, None] * raw.leaving * at_inner,
+    )
+    none = jax.tree.map(lambda matrix: matrix[:0], one)
+    return RoughInterface(one, none, RoughResponse(*regular), (at_outer, at_inner))
+
+
+def _scales(raw: RoughResponse, entering, regular, inside):
+    """Factors of the directions on either side with which no power is lost or made.
+
+    With M what crosses and what is reflected inside, between all channels of both sides, and t the power that
+    is left for it: x (M x) = t, by damped iteration in which every step keeps x above 0.
+    """
+    n = entering.shape[0]
+    crossing, within = raw.leaving[0], raw.inner_reflection[0]
+    outside = jnp.sum(raw.outer_reflection[0], axis=1) + regular[0] + regular[2]
+    target = jnp.concatenate([1 - outside, 1 - regular[1] - regular[2]])
+    # Where nothing is scattered, or a channel does not exist, the factor is 1.
+    exists = jnp.concatenate(inside) > 0
+    target = jnp.where(exists, jnp.maximum(target, 0.0), 0.0) + _NOTHING
+
+    def scaled(x, _):
+        outer, inner = x[:n], x[n:]
+        met = jnp.concatenate([crossing @ inner, entering @ outer + within @ inner])
+        return jnp.sqrt(x * target / (jnp.where(exists, met, 0.0) + _NOTHING / x)), None
+
+    factors, _ = jax.lax.scan(scaled, jnp.ones(2 * n), length=_N_SCALINGS)
+    return factors[:n], factors[n:]
+
+
+def wave_lobes(
+    face: WaveFace,
+    index: tuple[Float[Array, ""], Float[Array, ""]],
+    cosines_out: tuple[Float[Array, " points"], Float[Array, " points"]],
+    cosine_in: Float[Array, " points"],
+    azimuth_rad: Float[Array, " points"],
+) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
+    """Reflected and transmitted lobes at given directions, without `RoughInterface.lobe_factors`.
+
+    Parameters
+    ----------
+    face
+        The interface.
+    index
+        Refractive index of the medium that light comes from, and of the other one.
+    cosines_out
+        Of the outgoing direction in either medium, above 0.
+    cosine_in
+        Of incidence, above 0.
+    azimuth_rad
+        Between the directions of propagation.
+
+    Returns
+    -------
+    reflected, transmitted
+        Basic radiance per irradiance, 1/sr.
+    """
+    surface, table = face.between(*index), _broadened_for(face, *index)
+    sine_in = index[0] * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-24))
+
+    def lobe(is_transmission, cosine_out):
+        index_out = surface.index_out(is_transmission)
+        sine_out = index_out * jnp.sqrt(jnp.maximum(1 - cosine_out**2, 1e-24))
+        squared = (sine_out - sine_in) ** 2 + 4 * sine_out * sine_in * jnp.sin(azimuth_rad / 2) ** 2
+        frequency = jnp.sqrt(jnp.maximum(squared, 1e-30)) / surface.wavelength_um
+        return _kernel(surface, table, cosine_out, cosine_in, azimuth_rad, frequency, is_transmission)
+
+    return tuple(jax.vmap(lobe)(jnp.array([False, True]), jnp.stack(cosines_out)))
