@@ -23,7 +23,7 @@ def block(values: np.ndarray) -> str:
 def provenance(table: InkTable, wavelength: int) -> list[str]:
     """Lines that say what a file holds and where it comes from, for its comments."""
     lines = [
-        f"ink BSDF of jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: inside of the plate, index "
+        f"BSDF by jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: inside of the plate, index "
         f"{table.index_inside[wavelength]:.9g}; A: other side, index {table.index_outside[wavelength]:.9g}",
         "values: radiance over irradiance in 1/sr, cosine not included",
     ]
