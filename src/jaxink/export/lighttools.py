@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.export.losses import ExportOptions
-from jaxink.export.sampling import diffuse_totals, interpolated
+from jaxink.export.sampling import diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
 from jaxink.export.text import block, provenance, row, stem
 
@@ -48,7 +48,7 @@ def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> N
         ]
         for c, component in enumerate(COMPONENTS):
             for i, theta_i in enumerate(table.theta_deg):
-                values = interpolated(table, component, w, theta_i, table.theta_deg, phi[:, None])
+                values = table.interpolated(component, theta_i, table.theta_deg, phi[:, None], w)
                 lines += [
                     f"AOI {theta_i:.9g}",
                     "POI 0",

@@ -1,4 +1,4 @@
-"""What writers ask of a table: values between its entries, hemispherical totals, and its lit directions."""
+"""What writers ask of a table: hemispherical totals, directions of regular light, and its power."""
 
 import dataclasses
 import math
@@ -13,37 +13,6 @@ from jaxink.export.table import COMPONENTS, InkTable
 _MOST_POWER = 1.01
 # Values below zero by less than this share of the largest are rounding, and written as zero.
 _ROUNDING = 1e-6
-
-
-def interpolated(
-    table: InkTable, component: str, wavelength: int, theta_i_deg, theta_o_deg, phi_deg
-) -> Float[np.ndarray, "..."]:
-    """BSDF between the entries of a table, linear in each angle.
-
-    Parameters
-    ----------
-    table
-        The table.
-    component
-        One of `COMPONENTS`.
-    wavelength
-        Position of the wavelength.
-    theta_i_deg, theta_o_deg, phi_deg
-        Directions, shapes that broadcast. Azimuths beyond 180 are mirrored.
-
-    Returns
-    -------
-    np.ndarray
-        1/sr, of the common shape.
-    """
-    from scipy.interpolate import RegularGridInterpolator
-
-    axes = (table.theta_deg, table.theta_deg, table.phi_deg)
-    turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
-    points = np.broadcast_arrays(np.asarray(theta_i_deg, float), theta_o_deg, turned)
-    values = table.bsdf_per_sr[COMPONENTS.index(component), wavelength]
-    # Without the reshape a single point would come back as a row of one.
-    return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1)).reshape(points[0].shape)
 
 
 def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarray, " angles"]:

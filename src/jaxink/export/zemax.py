@@ -11,7 +11,6 @@ from jaxink.export.sampling import (
     azimuth_weights,
     critical_angle_deg,
     exit_angles_deg,
-    interpolated,
     projected_weights,
 )
 from jaxink.export.table import COMPONENTS, InkTable
@@ -83,7 +82,7 @@ def _file(table: InkTable, component: str, w: int, radial, azimuth) -> str:
     above = theta <= 90
     angles = np.broadcast_to(incidence[:, None, None], theta.shape)
     values = np.zeros(theta.shape)
-    values[above] = interpolated(table, component, w, angles[above], theta[above], phi[above])
+    values[above] = table.interpolated(component, angles[above], theta[above], phi[above], w)
     totals = _totals(table, component, w, incidence)
     arriving = incidence <= _GRAZING_DEG
     sampled = (azimuth, radial, values[arriving])
