@@ -1,6 +1,7 @@
 """Numbers and heads of the text formats."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
@@ -30,6 +31,16 @@ def provenance(table: InkTable, wavelength: int) -> list[str]:
     for key, value in table.attrs.items():
         lines.append(f"{key}: {' '.join(str(value).split())}")
     return lines
+
+
+def comments(table: InkTable, wavelength: int) -> list[str]:
+    """`provenance` as lines that programs pass over."""
+    return [f"# {line}" for line in provenance(table, wavelength)]
+
+
+def write_lines(path: Path, lines: Iterable[str]) -> None:
+    """Write a text file for programs that know ASCII only."""
+    path.write_text("\n".join([*lines, ""]), encoding="ascii", errors="replace")
 
 
 def stem(table: InkTable, wavelength: int, name: str) -> str:
