@@ -11,7 +11,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 # From the bottom to the top; rooms of one floor do not import each other, unless the second table says so.
 FLOORS = (
     ("errors",),
-    ("materials", "netcdf"),
+    ("materials", "netcdf", "accuracy"),
     ("numerics", "measurement", "sample", "data"),
     ("geometry", "interfaces", "particles"),
     ("channels", "optics", "volume"),

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.cli.session import installed_version, one_sentence
 
 app = typer.Typer(
@@ -81,7 +82,7 @@ def fit(
         str,
         typer.Option(metavar="auto|all|none", help="Profile likelihood of weak, all or no parameters."),
     ] = "auto",
-    accuracy: Accuracy = 1e-4,
+    accuracy: Accuracy = DEFAULT_ACCURACY,
     layer_method: Annotated[
         str,
         typer.Option(
@@ -138,7 +139,7 @@ def predict(
         typer.Option(
             metavar="X",
             help="Largest relative error of the BSDF that the discretisation may cause; default: as the "
-            "result, 1e-4 for a sample file.",
+            f"result, {DEFAULT_ACCURACY:g} for a sample file.",
         ),
     ] = None,
     wavelength_nm: WavelengthNm = None,

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.scaling import UnitScale
 from jaxink.forward import ForwardModel
@@ -253,7 +254,7 @@ def make_objective(
     kind: str = "chi_square",
     config=None,
     noise: FitNoise | None = None,
-    accuracy: float = 1e-4,
+    accuracy: float = DEFAULT_ACCURACY,
     layer_method: str = "fastest",
 ) -> Objective:
     """Objective of a measurement and a sample.
