@@ -304,17 +304,8 @@ def make_objective(
         )
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
     priors = [(i, p.prior) for i, p in enumerate(free) if p.prior is not None]
-    model = ForwardModel(
-        sample,
-        data.theta_i_deg[used],
-        data.theta_o_deg[used],
-        data.phi_deg[used],
-        data.wavelength_nm[used],
-        data.is_transmission[used],
-        config,
-        accuracy,
-        layer_method,
-    )
+    directions = (column[used] for column in data.directions)
+    model = ForwardModel(sample, *directions, config, accuracy, layer_method)
     return Objective(
         model=model,
         measured=measured,

@@ -540,15 +540,4 @@ def predict(
     """
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     data = read(data) if isinstance(data, str | Path) else data
-    return evaluate(
-        ForwardModel(
-            sample,
-            data.theta_i_deg,
-            data.theta_o_deg,
-            data.phi_deg,
-            data.wavelength_nm,
-            data.is_transmission,
-            config,
-            accuracy,
-        )
-    )
+    return evaluate(ForwardModel(sample, *data.directions, config, accuracy))
