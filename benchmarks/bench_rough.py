@@ -39,13 +39,12 @@ def samples() -> dict[str, str]:
 def main() -> None:
     """Write the page."""
     data = jaxink.read(data_folder("simulated") / "white_ink_rough.csv")
-    columns = data.theta_i_deg, data.theta_o_deg, data.phi_deg, data.wavelength_nm, data.is_transmission
     runs, built = {}, {}
     with computing():
         for name, text in samples().items():
             sample = jaxink.parse_sample(text)
             start = time.perf_counter()
-            model = jaxink.ForwardModel(sample, *columns)
+            model = jaxink.ForwardModel(sample, *data.directions)
             jax.block_until_ready(eqx.filter(model.rough_tables, eqx.is_array))
             built[name] = time.perf_counter() - start
             free = {p.name: float(p.value) for p in sample.parameters.values() if p.free}

@@ -125,7 +125,7 @@ def paint_section() -> str:
         measured, incidence = result.data.bsdf_per_sr[used], result.data.theta_i_deg[used]
         folds = np.array([incidence == angle for angle in angles])
         alone = predict_left_out(result, folds)
-        misfit = np.log(result.predicted_per_sr[used] / measured)
+        misfit = np.log(result.predicted_per_sr / measured)
         missed = [np.log(p[fold] / measured[fold]) for p, fold in zip(alone, folds, strict=True)]
         rows.append(
             [

@@ -5,6 +5,9 @@ os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_NUMPY_RANK_PROMOTION", "allow")
 # Most of the time goes into compiling programs that run once: half of it goes into making them fast.
 os.environ.setdefault("XLA_FLAGS", "--xla_backend_optimization_level=0")
+# The solver's matrices are small: on a busy machine OpenBLAS's threads wait for each other, up to twenty
+# times as long as the solve takes. Fits and predictions limit them; here tests call the solver themselves.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from pathlib import Path  # noqa: E402
 

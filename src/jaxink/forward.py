@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.instrument import ConeRays, Cones, cone_rays, require_equal_surroundings
@@ -87,7 +88,7 @@ class ForwardModel(eqx.Module):
         wavelength_nm,
         is_transmission,
         config: SolverConfig | None = None,
-        accuracy: float = 1e-4,
+        accuracy: float = DEFAULT_ACCURACY,
         layer_method: str = "fastest",
     ):
         self.sample = sample
@@ -243,7 +244,7 @@ class ForwardModel(eqx.Module):
         return LateralField(sample.beam_diameter_mm / 2, sample.detector_diameter_mm / 2, thickness)
 
     def sizes(
-        self, free_values: Mapping, accuracy: float = 1e-4, layer_method: str = "fastest"
+        self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
     ) -> SolverConfig:
         """Sizes of the discretisation that keep the BSDF within an accuracy at every wavelength.
 

@@ -13,13 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.accuracy import DEFAULT_ACCURACY, require_accuracy
 from jaxink.errors import InputRefusedError
 from jaxink.particles.requirement import is_known
 from jaxink.stack import SolverConfig, Stack
 
 # Moments looked at: Henyey-Greenstein's fall below 1e-4 there up to an asymmetry parameter of 0.965.
 _MOST_MOMENTS = 256
-BEST_ACCURACY, WORST_ACCURACY = 1e-8, 0.1
 
 
 class Demand(eqx.Module):
@@ -68,22 +68,9 @@ def demand(stack: Stack) -> Demand:
     )
 
 
-def require_accuracy(accuracy: float) -> None:
-    """Refuse an accuracy that no sizes can be chosen for.
-
-    Raises
-    ------
-    InputRefusedError
-        If it is not between 1e-8 and 0.1.
-    """
-    if not BEST_ACCURACY <= accuracy <= WORST_ACCURACY:
-        raise InputRefusedError(
-            f"accuracy is {accuracy:g}; "
-            f"give a relative error between {BEST_ACCURACY:g} and {WORST_ACCURACY:g}."
-        )
-
-
-def sizes_for(demand: Demand, accuracy: float = 1e-4, layer_method: str = "fastest") -> SolverConfig:
+def sizes_for(
+    demand: Demand, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+) -> SolverConfig:
     """Sizes that meet a demand, or several along the leading axis, within an accuracy.
 
     Parameters
@@ -102,7 +89,7 @@ def sizes_for(demand: Demand, accuracy: float = 1e-4, layer_method: str = "faste
     Raises
     ------
     InputRefusedError
-        If the accuracy is not between 1e-8 and 0.1.
+        As `require_accuracy`.
     """
     require_accuracy(accuracy)
     moments = np.atleast_2d(demand.phase_moments)
@@ -153,7 +140,9 @@ def _even(number: float) -> int:
 _demand = eqx.filter_jit(demand)
 
 
-def choose_sizes(stack: Stack, accuracy: float = 1e-4, layer_method: str = "fastest") -> SolverConfig:
+def choose_sizes(
+    stack: Stack, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+) -> SolverConfig:
     """Smallest sizes that keep the BSDF of a stack within an accuracy, as far as its phase functions tell.
 
     Parameters
@@ -170,7 +159,7 @@ def choose_sizes(stack: Stack, accuracy: float = 1e-4, layer_method: str = "fast
     Raises
     ------
     InputRefusedError
-        If the accuracy is not between 1e-8 and 0.1, or if the stack is being differentiated or compiled.
+        As `sizes_for`, or if the stack is being differentiated or compiled.
     """
     if not is_known(stack):
         raise InputRefusedError(

@@ -82,8 +82,18 @@ def _layer_primal(a_matrix, b_matrix, half):
     w_basis = jax.lax.linalg.triangular_solve(factor, vectors, left_side=True, lower=True, transpose_a=True)
     z_even = (w_basis * _even(root, half)[..., None, :]) @ transpose(w_basis)
     z_odd = (w_basis * _odd(root, half)[..., None, :]) @ transpose(w_basis)
-    x_even, x_odd = positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
-    return x_even, x_odd, root, w_basis, factor @ vectors
+    return *_inverted(z_even, z_odd), root, w_basis, factor @ vectors
+
+
+def _inverted(z_even, z_odd):
+    """X_e = (1 + Z_even)^-1 and X_o = (1 + Z_odd)^-1."""
+    identity = jnp.eye(z_even.shape[-1])
+    return positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
+
+
+def _reflection_and_transmission(x_even, x_odd):
+    """R = X_e + X_o - 1 and T = X_e - X_o."""
+    return x_even + x_odd - jnp.eye(x_even.shape[-1]), x_even - x_odd
 
 
 @jax.custom_jvp
@@ -121,8 +131,7 @@ def layer_response(
     Higham 2008 Functions of Matrices, theorem 3.11 (Daleckii-Krein).
     """
     x_even, x_odd, *_ = _layer_primal(a_matrix, b_matrix, half_thickness)
-    identity = jnp.eye(a_matrix.shape[-1])
-    return x_even + x_odd - identity, x_even - x_odd
+    return _reflection_and_transmission(x_even, x_odd)
 
 
 @layer_response.defjvp
@@ -150,7 +159,7 @@ def _layer_response_jvp(primals, tangents):
         y = x @ w_basis
         change.append(-(y @ inner @ transpose(y)))
     d_even, d_odd = change
-    return (x_even + x_odd - identity, x_even - x_odd), (d_even + d_odd, d_even - d_odd)
+    return _reflection_and_transmission(x_even, x_odd), (d_even + d_odd, d_even - d_odd)
 
 
 def _csch_square(root, half):
@@ -231,9 +240,7 @@ def doubled_response(
         return jax.lax.cond(k < n_doublings, double, lambda state: state, state), None
 
     (even, odd), _ = jax.lax.scan(step, (even, odd), jnp.arange(_MOST_DOUBLINGS))
-    identity = jnp.eye(a_matrix.shape[-1])
-    x_even, x_odd = positive_definite_inverse(jnp.stack([identity + even, identity + odd]))
-    return x_even + x_odd - identity, x_even - x_odd
+    return _reflection_and_transmission(*_inverted(even, odd))
 
 
 def layer_method(name: str) -> str:

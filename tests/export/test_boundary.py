@@ -9,11 +9,10 @@ from jaxink.export import read_ink_table, write
 from jaxink.export.boundary import (
     BoundaryOptions,
     facet_boundary,
-    power_sent_out,
     wave_boundary,
     within_incident_power,
 )
-from jaxink.export.sampling import diffuse_totals
+from jaxink.export.sampling import diffuse_totals, power_sent_out
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum

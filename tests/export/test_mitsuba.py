@@ -7,7 +7,7 @@ import pytest
 
 from export.analytic_tables import CRITICAL_DEG, INDEX_INSIDE, smooth_table, vector
 from jaxink.export import COMPONENTS, ExportOptions, write
-from jaxink.export.sampling import diffuse_totals, interpolated
+from jaxink.export.sampling import diffuse_totals
 
 mi = pytest.importorskip("mitsuba")
 pytest.importorskip("jaxink.export.netcdf")
@@ -79,14 +79,14 @@ def test_eval_is_the_table_times_the_cosine(component, bsdf, table):
     for theta_i, theta_o, phi in ((0.0, 20.0, 180.0), (31.0, 52.0, 37.0), (61.0, 88.0, 251.0)):
         # Along the normal the plane of incidence is anywhere, and the table the same all round.
         source, outgoing = vector(component[2], theta_i, 201.0), vector(component[3], theta_o, 201.0 + phi)
-        expected = interpolated(table, component, 0, theta_i, theta_o, phi) * np.cos(np.deg2rad(theta_o))
+        expected = table.interpolated(component, theta_i, theta_o, phi) * np.cos(np.deg2rad(theta_o))
         value = bsdf.eval(context(IMPORTANCE), hit(source), mi.Vector3f(*map(float, outgoing)))
         np.testing.assert_allclose(list(value), expected, rtol=1e-5)
         # Light that arrives from the other end, the one with the camera's path: n^2 of radiance.
         value = bsdf.eval(context(RADIANCE), hit(source), mi.Vector3f(*map(float, outgoing)))
         np.testing.assert_allclose(list(value), expected * (into / out) ** 2, rtol=1e-5)
         back = component if component[0] == "R" else {"T_IA": "T_AI", "T_AI": "T_IA"}[component]
-        physical = interpolated(table, back, 0, theta_o, theta_i, phi) * np.cos(np.deg2rad(theta_o))
+        physical = table.interpolated(back, theta_o, theta_i, phi) * np.cos(np.deg2rad(theta_o))
         np.testing.assert_allclose(list(value), physical, rtol=2e-3)
 
 
@@ -195,7 +195,7 @@ def test_spectral_variants_interpolate_between_wavelengths(folder):
     interaction.wavelengths = [400.0, 500.0, 575.0, 700.0]
     value = bsdf.eval(context(IMPORTANCE), interaction, mi.Vector3f(*map(float, vector("A", 52.0, 238.0))))
     colour = smooth_table((450.0, 550.0, 650.0))
-    each = [float(interpolated(colour, "R_AA", w, 31.0, 52.0, 37.0)) for w in range(3)]
+    each = [float(colour.interpolated("R_AA", 31.0, 52.0, 37.0, w)) for w in range(3)]
     expected = np.interp([400, 500, 575, 700], colour.wavelength_nm, each) * np.cos(np.deg2rad(52))
     np.testing.assert_allclose(list(value), expected, rtol=1e-5)
 
@@ -208,7 +208,7 @@ def test_a_variant_of_three_colours_needs_one_wavelength(folder):
     bsdf = mi.load_dict({**asked, "wavelength_nm": 650.0})
     value = bsdf.eval(context(IMPORTANCE), hit([0, 0, 1]), mi.Vector3f(0, 0, 1))
     assert list(value)[1] == pytest.approx(
-        float(interpolated(smooth_table((650.0,)), "R_AA", 0, 0, 0, 0)), rel=1e-5
+        float(smooth_table((650.0,)).interpolated("R_AA", 0, 0, 0)), rel=1e-5
     )
 
 

@@ -26,8 +26,8 @@ def environment(tmp_path_factory):
     """The processes share compiled programs, so that only the first of each kind compiles."""
     cache = str(tmp_path_factory.mktemp("compiled"))
     return {
-        # As users run it, not with the compiler settings of the tests.
-        **{name: value for name, value in os.environ.items() if name != "XLA_FLAGS"},
+        # As users run it, not with the settings of the tests for the compiler and for LAPACK.
+        **{k: v for k, v in os.environ.items() if k not in ("XLA_FLAGS", "OPENBLAS_NUM_THREADS")},
         "JAX_COMPILATION_CACHE_DIR": cache,
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.2",
         "TF_CPP_MIN_LOG_LEVEL": "3",

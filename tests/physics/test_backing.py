@@ -1,8 +1,6 @@
 """A diffuse reflector behind the sample: R = Rs + T rho T' / (1 - rho Rs'), energy, simulated data."""
 
-import csv
 import dataclasses
-import json
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +17,7 @@ from jaxink.sample import parse_sample
 from jaxink.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
 from physics.probe import ink, printed
+from physics.simulated import PLATE_AND_INK, simulated
 
 SMALL = SolverConfig(10, 8, 16, 6)
 REFLECTANCE = 0.7
@@ -84,36 +83,13 @@ def test_white_backing_sends_everything_back(stack, tolerance):
     np.testing.assert_allclose(reflected, 1.0, atol=tolerance)
 
 
-SAMPLE = """
-schema_version = 1
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = {d_mm}e3
-scattering_per_mm = {mus}
-absorption_per_mm = {mua}
-asymmetry_parameter = {g}
-"""
 BACKING = "[backing]\nreflectance = {albedo}\n"
 
 
 def test_simulated_measurement_with_a_backing_in_reflection_only(shared_data):
-    folder = shared_data / "simulated"
-    truth = json.loads((folder / "undeclared_backing.truth.json").read_text())
-    numbers = truth["ink"] | truth["ink"]["phase"] | truth["effects"]["E5"]
-    sample = parse_sample((SAMPLE + BACKING).format(**numbers))
-    with (folder / "undeclared_backing.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    angles = [[float(row[key]) for row in rows] for key in ("theta_i_deg", "theta_o_deg", "phi_deg")]
-    side = np.array([row["side"] == "T" for row in rows])
-    model = ForwardModel(sample, *angles, [550.0] * len(rows), side)
+    truth, numbers, angles, side = simulated(shared_data, "undeclared_backing")
+    sample = parse_sample((PLATE_AND_INK + BACKING).format(**numbers, **truth["effects"]["E5"]))
+    model = ForwardModel(sample, *angles, [550.0] * len(side), side)
     deviation = (evaluate(model) - truth["noise_free"]) / truth["monte_carlo_se"]
     for seen in (side, ~side):
         assert np.max(np.abs(deviation[seen])) < 3
@@ -124,7 +100,7 @@ def test_model_of_a_sample_file():
     angles = ([30.0, 30.0], [50.0, 40.0], [0.0, 180.0], [550.0, 550.0])
     numbers = {"d_mm": 0.05, "mus": 80.0, "mua": 0.5, "g": 0.5, "albedo": 0.6}
     alone, in_air, touching = (
-        parse_sample((SAMPLE + more).format(**numbers))
+        parse_sample((PLATE_AND_INK + more).format(**numbers))
         for more in ("", BACKING, BACKING + "contact = true\n")
     )
     bare = evaluate(ForwardModel(alone, *angles, [False, True], SMALL))

@@ -1,8 +1,5 @@
 """Light that comes out beside the field of the detector: limits, geometry, and a simulated measurement."""
 
-import csv
-import json
-
 import numpy as np
 import pytest
 
@@ -13,6 +10,7 @@ from jaxink.lateral import LateralField, bessel_j0
 from jaxink.sample import parse_sample
 from jaxink.stack import SolverConfig, Stack, block_media
 from physics.probe import ink, printed
+from physics.simulated import PLATE_AND_INK, simulated
 
 SMALL = SolverConfig(8, 6, 12, 4)
 PLATE = printed(ink(1.5, 3.0, 1.0), 1.5)
@@ -78,40 +76,19 @@ def test_share_after_a_random_way_as_a_sum_of_bessel_functions(detector_radius_m
     assert float(found) == pytest.approx(float(expected), abs=3e-3)
 
 
-SAMPLE = """
-schema_version = 1
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = {d_mm}e3
-scattering_per_mm = {mus}
-absorption_per_mm = {mua}
-asymmetry_parameter = {g}
-[instrument]
+FIELD = """[instrument]
 beam_diameter_mm = 2
 detector_diameter_mm = 4
 """
 
 
 def test_simulated_measurement_with_a_small_field(shared_data):
-    folder = shared_data / "simulated"
-    truth = json.loads((folder / "undeclared_lateral_loss.truth.json").read_text())
+    truth, numbers, angles, side = simulated(shared_data, "undeclared_lateral_loss")
     assert truth["effects"]["E9"] == {"beam_r_mm": 1.0, "det_r_mm": 2.0}
-    text = SAMPLE.format(**truth["ink"], g=truth["ink"]["phase"]["g"])
-    with (folder / "undeclared_lateral_loss.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    angles = [[float(row[key]) for row in rows] for key in ("theta_i_deg", "theta_o_deg", "phi_deg")]
-    side = np.array([row["side"] == "T" for row in rows])
-    few = np.arange(len(rows)) % 4 == 0
-    angles, side = [np.array(column)[few] for column in angles], side[few]
-    model = ForwardModel(parse_sample(text), *angles, [550.0] * few.sum(), side, SolverConfig(12, 10, 24, 8))
+    few = np.arange(len(side)) % 4 == 0
+    angles, side = [column[few] for column in angles], side[few]
+    sample = parse_sample((PLATE_AND_INK + FIELD).format(**numbers))
+    model = ForwardModel(sample, *angles, [550.0] * few.sum(), side, SolverConfig(12, 10, 24, 8))
     deviation = evaluate(model) / np.array(truth["noise_free"])[few] - 1
     # What is approximated shows in reflection: 1.3 %, where 78 % is found without the field (T: 0.5 %, 47 %).
     assert np.sqrt(np.mean(deviation[~side] ** 2)) < 0.015

@@ -10,7 +10,7 @@ from jaxink.bsdf import diffuse_bsdf, hemispherical_power
 from jaxink.geometry import Directions
 from jaxink.optics import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.slab import LAYER_METHODS
+from jaxink.slab import LAYER_METHODS, layer_method
 from jaxink.stack import SolverConfig, Stack
 from physics.probe import pair_angles
 
@@ -42,6 +42,10 @@ def ink(x, share=1.0):
     return ScatteringLayer(x[3], share * x[2], x[0], HenyeyGreenstein(x[1]))
 
 
+def half(x):
+    return ink(x, 0.5)
+
+
 def plate(x):
     return ClearLayer(x[4], 0.0)
 
@@ -57,11 +61,16 @@ ORDERS = {
     "ink, plate, ink": (ink, plate, second_ink),
     "plate, ink, second ink": (plate, ink, second_ink),
 }
+LAYERS = ORDERS | {"two halves": (half, half)}
 
 
-def make_stack(order, x):
-    layers = tuple(layer(x) for layer in ORDERS[order])
-    return Stack(layers, 1.0, 1.0, tuple(range(min(len(layers), 2) + 1)))
+def make_stack(order, x, surroundings=None):
+    """Stack of a row of optics in air, or between two media: then all indices may differ."""
+    layers = tuple(layer(x) for layer in LAYERS[order])
+    if surroundings is None:
+        # At most two indices: that of the ink, and that of the plate and the second ink.
+        return Stack(layers, 1.0, 1.0, tuple(range(min(len(set(LAYERS[order])), 2) + 1)))
+    return Stack(layers, *surroundings, tuple(range(len(layers) + 2)))
 
 
 @eqx.filter_jit
@@ -101,10 +110,10 @@ def pairs():
 
 
 @eqx.filter_jit
-def bsdf_of_pairs(make, optics, config=CONFIG):
+def bsdf_of_pairs(order, optics, surroundings=None, config=CONFIG):
     """BSDF of the pairs, shape ``(optics, 2 sides, 2 ways, pairs)``."""
     directions = pairs()
-    values = jax.vmap(lambda x: diffuse_bsdf(make(x), directions, config))(optics)
+    values = jax.vmap(lambda x: diffuse_bsdf(make_stack(order, x, surroundings), directions, config))(optics)
     return values.reshape(len(optics), 2, 2, -1)
 
 
@@ -117,47 +126,33 @@ def close(found, expected, rounding):
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_reciprocity(order):
-    optics = jnp.asarray(seeded())
-    reflected = np.asarray(bsdf_of_pairs(lambda x: make_stack(order, x), optics))[:, 0]
+    reflected = np.asarray(bsdf_of_pairs(order, jnp.asarray(seeded())))[:, 0]
     close(reflected[:, 0], reflected[:, 1], 1e-10)
 
 
-@pytest.mark.parametrize("order", ["ink", "plate, ink", "ink, plate"])
-def test_reciprocity_between_media_of_different_index(order):
+@pytest.mark.parametrize(
+    ("order", "turned"), [("ink", "ink"), ("plate, ink", "ink, plate"), ("ink, plate", "plate, ink")]
+)
+def test_reciprocity_between_media_of_different_index(order, turned):
     # f(i, o) / n_o^2 = f(o, i) / n_i^2, the stack turned about.
-    layers = ORDERS[order]
-    blocks = tuple(range(len(layers) + 2))
-
-    def straight(x):
-        return Stack(tuple(layer(x) for layer in layers), 1.0, 1.33, blocks)
-
-    def turned(x):
-        return Stack(tuple(layer(x) for layer in layers[::-1]), 1.33, 1.0, blocks)
-
-    optics = jnp.asarray(seeded())
-    there = np.asarray(bsdf_of_pairs(straight, optics))[:, 1, 0]
-    back = np.asarray(bsdf_of_pairs(turned, optics))[:, 1, 1]
-    close(there / 1.33**2, back, 1e-10)
+    optics, front, back = jnp.asarray(seeded()), jnp.asarray(1.0), jnp.asarray(1.33)
+    there = np.asarray(bsdf_of_pairs(order, optics, (front, back)))[:, 1, 0]
+    back_again = np.asarray(bsdf_of_pairs(turned, optics, (back, front)))[:, 1, 1]
+    close(there / 1.33**2, back_again, 1e-10)
 
 
 @pytest.mark.parametrize("order", ["ink", "plate, ink, second ink"])
 def test_adding_doubling_agrees_with_discrete_ordinates(order):
     optics = jnp.asarray(seeded())
+    (other,) = set(LAYER_METHODS) - {layer_method(CONFIG.layer_method)}
     by_method = [
-        np.asarray(
-            bsdf_of_pairs(lambda x: make_stack(order, x), optics, SolverConfig(10, 8, 20, 6, method))
-        ).reshape(len(optics), -1)
-        for method in LAYER_METHODS
+        np.asarray(bsdf_of_pairs(order, optics, config=config)).reshape(len(optics), -1)
+        for config in (CONFIG, SolverConfig(10, 8, 20, 6, other))
     ]
     close(*by_method, 1e-8)
 
 
 def test_two_layers_of_half_the_thickness_are_one_layer():
     optics = jnp.asarray(seeded())
-
-    def halves(x):
-        return Stack((ink(x, 0.5), ink(x, 0.5)), 1.0, 1.0, (0, 1))
-
-    one = np.asarray(bsdf_of_pairs(lambda x: make_stack("ink", x), optics))
-    two = np.asarray(bsdf_of_pairs(halves, optics))
+    one, two = (np.asarray(bsdf_of_pairs(order, optics)) for order in ("ink", "two halves"))
     close(two, one, 1e-9)

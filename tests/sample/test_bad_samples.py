@@ -4,6 +4,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import load_sample, parse_sample
+from sample.refused import edited, sentence_of
 
 GOOD = """\
 schema_version = 1
@@ -357,23 +358,11 @@ BAD_SAMPLES = [
 ]
 
 
-def edited(changes) -> str:
-    text = GOOD
-    for old, new in zip(changes[::2], changes[1::2], strict=True):
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    return text
-
-
 @pytest.mark.parametrize(
     ("changes", "sentence"), [bad[1:] for bad in BAD_SAMPLES], ids=[bad[0] for bad in BAD_SAMPLES]
 )
 def test_sentence(changes, sentence, tmp_path):
-    path = tmp_path / "sample.toml"
-    path.write_text(edited(changes))
-    with pytest.raises(InputRefusedError) as caught:
-        load_sample(path)
-    assert str(caught.value) == f"{path}: {sentence}"
+    assert sentence_of(edited(GOOD, changes), tmp_path) == sentence
 
 
 def test_good_sample_is_accepted():

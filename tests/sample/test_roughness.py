@@ -27,8 +27,8 @@ front_roughness = FACE
 relative = 0.01
 """
 K_CORRELATION = '{ spectrum = "k_correlation", height_rms_um = 0.3, length_b_um = 5, exponent = 3.5 }'
-MAP_BY_WAVES = '{ spectrum = "height_map", file = "map.csv", pitch_um = 0.5, height_scale = SCALE }'
-MAP_BY_FACETS = '{ density = "height_map", file = "map.npy", pitch_um = [0.5, 0.5] }'
+MAP_BY_WAVES = '{ spectrum = "height_map", heights_um = "map.csv", pitch_um = 0.5, height_scale = SCALE }'
+MAP_BY_FACETS = '{ density = "height_map", heights_um = "map.npy", pitch_um = [0.5, 0.5] }'
 SCALE = "{ free = true, value = 1.0, min = 0.3, max = 3, prior = { mean = 1, standard_deviation = 0.5 } }"
 
 
@@ -111,14 +111,28 @@ def test_height_scale_with_a_prior_is_fitted(folder, coarse):
         ('{ spectrum = "gauss" }', "it must be one of: k_correlation, gaussian, height_map"),
         ('{ spectrum = "gaussian", height_rms_um = 1 }', "correlation_length_um is missing"),
         ('{ spectrum = "gaussian", sigma_deg = 1 }', "has the key 'sigma_deg'"),
-        ('{ density = "height_map", pitch_um = 1 }', "must name the file of heights"),
-        ('{ density = "height_map", file = "map.npy" }', "pitch_um is None"),
-        ('{ density = "height_map", file = "none.csv", pitch_um = 1 }', "there is no file .*none.csv"),
-        ('{ density = "height_map", file = "sample.toml", pitch_um = 1 }', "is not a table of heights in um"),
-        ('{ density = "height_map", file = "short.csv", pitch_um = 1 }', "file: heights_um has shape"),
+        ('{ density = "height_map", pitch_um = 1 }', "must name a file of heights"),
+        ('{ density = "height_map", heights_um = "map.npy" }', "pitch_um is None"),
+        (
+            '{ density = "height_map", heights_um = "none.csv", pitch_um = 1 }',
+            "none.csv, but there is no such file",
+        ),
+        (
+            '{ density = "height_map", heights_um = "sample.toml", pitch_um = 1 }',
+            "its suffix must be .csv or .npy",
+        ),
+        (
+            '{ density = "height_map", heights_um = "bad.csv", pitch_um = 1 }',
+            "row 2, column 1: 'x' is no number",
+        ),
+        (
+            '{ density = "height_map", heights_um = "short.csv", pitch_um = 1 }',
+            "heights_um: heights_um has shape",
+        ),
     ],
 )
 def test_bad_faces(folder, face, sentence):
     (folder / "short.csv").write_text("1,2\n3,4\n")
+    (folder / "bad.csv").write_text("1,2\nx,4\n")
     with pytest.raises(InputRefusedError, match=sentence):
         loaded(folder, face)

@@ -1,10 +1,11 @@
 """Arguments and options of the commands."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.cli.session import installed_version, one_sentence
 
 app = typer.Typer(
@@ -81,7 +82,7 @@ def fit(
         str,
         typer.Option(metavar="auto|all|none", help="Profile likelihood of weak, all or no parameters."),
     ] = "auto",
-    accuracy: Accuracy = 1e-4,
+    accuracy: Accuracy = DEFAULT_ACCURACY,
     layer_method: Annotated[
         str,
         typer.Option(
@@ -138,7 +139,7 @@ def predict(
         typer.Option(
             metavar="X",
             help="Largest relative error of the BSDF that the discretisation may cause; default: as the "
-            "result, 1e-4 for a sample file.",
+            f"result, {DEFAULT_ACCURACY:g} for a sample file.",
         ),
     ] = None,
     wavelength_nm: WavelengthNm = None,
@@ -155,6 +156,39 @@ def predict(
         raise typer.Exit(commands.run_predict(source, data, out, accuracy, columns, quiet))
 
 
+Format = Annotated[
+    str, typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="For which program.")
+]
+Files = Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")]
+Name = Annotated[str, typer.Option(metavar="NAME", help="First part of the files' names.")]
+AllowLoss = Annotated[
+    str,
+    typer.Option(
+        metavar="LOSS,...",
+        help="What may be lost where the format cannot hold it: regular, beyond_critical, standard_errors, "
+        "index_step.",
+    ),
+]
+RegularBinDeg = Annotated[
+    float | None,
+    typer.Option(
+        metavar="DEG",
+        help="Spread the regular part over cones of this full width, where it cannot be kept apart.",
+    ),
+]
+Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Basis of Radiance files.")]
+
+
+def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: str) -> dict[str, Any]:
+    """Fields of `ExportOptions`."""
+    return {
+        "name": name,
+        "drop": tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip()),
+        "regular_bin_deg": regular_bin_deg,
+        "basis": basis,
+    }
+
+
 @app.command()
 def export(
     source: Annotated[
@@ -163,34 +197,16 @@ def export(
             metavar="RESULT", help="Folder or result.json of a fit, or an ink table of jaxink (.nc)."
         ),
     ],
-    format: Annotated[
-        str,
-        typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="For which program."),
-    ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")],
+    format: Format,
+    out: Files,
     layer: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Layer that is the ink; repeat it for an ink of several layers."),
     ] = None,
-    name: Annotated[str, typer.Option(metavar="NAME", help="First part of the files' names.")] = "ink",
-    allow_loss: Annotated[
-        str,
-        typer.Option(
-            metavar="LOSS,...",
-            help="What may be lost where the format cannot hold it: regular, beyond_critical, "
-            "standard_errors, index_step.",
-        ),
-    ] = "",
-    regular_bin_deg: Annotated[
-        float | None,
-        typer.Option(
-            metavar="DEG",
-            help="Spread the regular part over cones of this full width, where it cannot be kept apart.",
-        ),
-    ] = None,
-    basis: Annotated[
-        str, typer.Option(metavar="klems|tensor_tree", help="Basis of Radiance files.")
-    ] = "klems",
+    name: Name = "ink",
+    allow_loss: AllowLoss = "",
+    regular_bin_deg: RegularBinDeg = None,
+    basis: Basis = "klems",
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -198,13 +214,40 @@ def export(
     with one_sentence(debug):
         from jaxink.cli.export import run_export
 
-        choices = {
-            "name": name,
-            "drop": tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip()),
-            "regular_bin_deg": regular_bin_deg,
-            "basis": basis,
-        }
+        choices = _choices(name, allow_loss, regular_bin_deg, basis)
         raise typer.Exit(run_export(source, format, out, layer or (), choices, quiet))
+
+
+@app.command()
+def boundary(
+    source: Annotated[
+        Path, typer.Argument(metavar="SURFACE.toml", help="What is known of the surface and its media.")
+    ],
+    format: Format,
+    out: Files,
+    name: Name = "boundary",
+    n_theta: Annotated[int, typer.Option(metavar="N", help="Polar angles of the table.")] = 91,
+    n_phi: Annotated[int, typer.Option(metavar="N", help="Azimuths of the table.")] = 73,
+    limit_power: Annotated[
+        bool,
+        typer.Option(
+            "--limit-power",
+            help="Scale directions down that would send out more power than arrives; reciprocity is kept.",
+        ),
+    ] = False,
+    allow_loss: AllowLoss = "",
+    regular_bin_deg: RegularBinDeg = None,
+    basis: Basis = "klems",
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write the BSDF of a rough boundary alone, between two clear media, for a ray tracer."""
+    with one_sentence(debug):
+        from jaxink.cli.export import run_boundary
+
+        sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
+        choices = _choices(name, allow_loss, regular_bin_deg, basis)
+        raise typer.Exit(run_boundary(source, format, out, sampling, choices, quiet))
 
 
 @app.command()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jaxink
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.cli.folder import require_folder, require_writable_file, whole_folder
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
@@ -115,7 +116,7 @@ def run_predict(
     from jaxink.fitting import prepare_data
 
     data = prepare_data(data, sample)
-    predicted = jaxink.predict(sample, data, config, accuracy or 1e-4)
+    predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     _write_prediction(data, predicted, out)
     if not quiet:
         start = (

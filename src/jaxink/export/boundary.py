@@ -10,7 +10,8 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.export.grid import critical_angles_deg, polar_grid
-from jaxink.export.sampling import diffuse_totals, exit_angles_deg
+from jaxink.export.sampling import exit_angles_deg, power_sent_out
+from jaxink.export.surface_file import RoughBoundary
 from jaxink.export.table import COMPONENTS, InkTable
 from jaxink.interfaces import fresnel_reflectance
 from jaxink.numerics.precision import computing
@@ -74,6 +75,51 @@ class BoundaryOptions:
                 )
             found.append(np.broadcast_to(values, n_wavelengths).copy())
         return found[0], found[1]
+
+
+def boundary_table(
+    boundary: RoughBoundary, n_theta: int = 91, n_phi: int = 73, limit_power: bool = False
+) -> InkTable:
+    """Table of a boundary that a file describes.
+
+    Parameters
+    ----------
+    boundary
+        Of `jaxink.export.surface_file.load_boundary`.
+    n_theta, n_phi
+        As of `BoundaryOptions`.
+    limit_power
+        Whether `within_incident_power` is applied.
+
+    Returns
+    -------
+    InkTable
+        As `facet_boundary` or `wave_boundary`; its standard errors are those by the height scale, half of
+        what the table changes from one standard error below to one above.
+
+    Raises
+    ------
+    InputRefusedError
+        As `facet_boundary`.
+    """
+    options = BoundaryOptions(boundary.index_inside, boundary.index_outside, n_theta, n_phi)
+    tabulate = facet_boundary if boundary.method == "facets" else wave_boundary
+
+    def at(height_scale: float) -> InkTable:
+        with computing():
+            shape = boundary.shape_at(height_scale)
+        table = tabulate(shape, boundary.wavelengths_nm, options)
+        return within_incident_power(table) if limit_power else table
+
+    table, error = at(boundary.height_scale), boundary.height_scale_standard_error
+    if error == 0:
+        return table
+    low, high = (at(boundary.height_scale + step) for step in (-error, error))
+    return dataclasses.replace(
+        table,
+        bsdf_standard_error_per_sr=np.abs(high.bsdf_per_sr - low.bsdf_per_sr) / 2,
+        regular_standard_error=np.abs(high.regular - low.regular) / 2,
+    )
 
 
 def facet_boundary(
@@ -192,24 +238,6 @@ def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
         "interpolation_error": max(table.interpolation_error().values()),
         "jaxink_version": version("jaxink"),
     }
-
-
-def power_sent_out(table: InkTable) -> np.ndarray:
-    """Share of the power that a table sends out to both sides, scattered and regular.
-
-    Parameters
-    ----------
-    table
-        The table.
-
-    Returns
-    -------
-    np.ndarray
-        Shape ``(2, wavelengths, angles)``, light from side I before light from side A. 1 for a clear boundary
-        whose model and table are exact.
-    """
-    each = dict(zip(COMPONENTS, diffuse_totals(table) + table.regular, strict=True))
-    return np.stack([each["R_II"] + each["T_IA"], each["T_AI"] + each["R_AA"]])
 
 
 def within_incident_power(table: InkTable) -> InkTable:

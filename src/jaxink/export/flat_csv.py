@@ -7,7 +7,7 @@ import numpy as np
 from jaxink.export.losses import ExportOptions
 from jaxink.export.sampling import diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
-from jaxink.export.text import provenance
+from jaxink.export.text import comments
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
@@ -22,7 +22,7 @@ def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
     options
         Name.
     """
-    head = [f"# {line}" for line in provenance(table, 0)[1:]]
+    head = comments(table, 0)[1:]
     head.append(
         "# phi: azimuth of the outgoing direction minus that towards the source; 180 to 360 mirrors 180 to 0"
     )

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.export.losses import ExportOptions
-from jaxink.export.sampling import diffuse_totals, interpolated
+from jaxink.export.sampling import diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
-from jaxink.export.text import block, provenance, row, stem
+from jaxink.export.text import block, comments, row, stem, write_lines
 
 # Light comes from the side that the outward normal of the plate points to: front.
 _SIDES = {"I": "Back", "A": "Front"}
@@ -33,8 +33,8 @@ def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> N
     azimuth = np.unique(np.round(np.append((own + _INCIDENCE_AZIMUTH_DEG) % 360, [0.0, 360.0]), 9))
     phi = azimuth - _INCIDENCE_AZIMUTH_DEG
     for w, wavelength_nm in enumerate(table.wavelength_nm):
-        lines = [f"# {line}" for line in provenance(table, w)]
-        lines += [
+        lines = [
+            *comments(table, w),
             "# Side: that of incidence; Front: light from side A, Back: light from side I, inside the plate",
             "# AOI and ScatterRadial: from the normal, each in the medium of its own side",
             "# ScatterAzimuth: light arrives from azimuth 90, its specular or undeviated direction is at 270",
@@ -48,7 +48,7 @@ def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> N
         ]
         for c, component in enumerate(COMPONENTS):
             for i, theta_i in enumerate(table.theta_deg):
-                values = interpolated(table, component, w, theta_i, table.theta_deg, phi[:, None])
+                values = table.interpolated(component, theta_i, table.theta_deg, phi[:, None], w)
                 lines += [
                     f"AOI {theta_i:.9g}",
                     "POI 0",
@@ -58,5 +58,4 @@ def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> N
                     f"TIS {totals[c, w, i]:.9g}",
                     block(values),
                 ]
-        path = folder / f"{stem(table, w, options.name)}.bsdf"
-        path.write_text("\n".join([*lines, "DataEnd", ""]), encoding="ascii", errors="replace")
+        write_lines(folder / f"{stem(table, w, options.name)}.bsdf", [*lines, "DataEnd"])

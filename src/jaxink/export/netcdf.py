@@ -1,7 +1,5 @@
 """Tables of an ink as xarray Datasets and netCDF files, and exactly back."""
 
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +7,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.netcdf import read_dataset, write_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -155,24 +154,7 @@ def write_netcdf(table: InkTable, path: str | Path) -> Path:
     InputRefusedError
         If the suffix is another or the folder cannot be written to.
     """
-    path = Path(path)
-    if path.suffix != ".nc":
-        raise InputRefusedError(f"{path}: a netCDF file needs the suffix .nc.")
-    if not path.parent.is_dir():
-        raise InputRefusedError(f"{path}: the folder does not exist; create it first.")
-    dataset = to_dataset(table)
-    encoding = {name: {"_FillValue": None} for name in dataset.variables}
-    try:
-        # Beside the target, so that the final step is a rename within one file system.
-        with tempfile.TemporaryDirectory(prefix=".jaxink-", dir=path.parent) as folder:
-            part = Path(folder) / path.name
-            dataset.to_netcdf(part, engine="h5netcdf", encoding=encoding)
-            os.replace(part, path)
-    except OSError as problem:
-        raise InputRefusedError(
-            f"{path}: cannot be written ({problem.strerror or problem}); choose another folder."
-        ) from None
-    return path
+    return write_dataset(to_dataset(table), path)
 
 
 def read_ink_table(path: str | Path) -> InkTable:
@@ -193,14 +175,7 @@ def read_ink_table(path: str | Path) -> InkTable:
     InputRefusedError
         If it is missing, no netCDF file, or not an ink table.
     """
-    import xarray
-
     path = Path(path)
     if not path.is_file():
         raise InputRefusedError(f"{path}: there is no such file.")
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf") as opened:
-            dataset = opened.load()
-    except (OSError, ValueError):
-        raise InputRefusedError(f"{path}: is not a readable netCDF 4 file.") from None
-    return from_dataset(dataset, str(path))
+    return from_dataset(read_dataset(path), str(path))

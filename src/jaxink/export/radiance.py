@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.export.losses import ExportOptions
-from jaxink.export.sampling import interpolated
 from jaxink.export.table import InkTable
 from jaxink.export.text import block, provenance, stem
 
@@ -86,7 +85,7 @@ def _klems_matrix(table: InkTable, component: str, w: int) -> str:
     for i, (theta_i, opposite) in enumerate(zip(theta, phi, strict=True)):
         # Incident patches are numbered by the direction that the light goes, seen from above.
         turned = phi[:, :, None] - (opposite + 180)
-        values = interpolated(table, component, w, theta_i, theta[:, :, None], turned)
+        values = table.interpolated(component, theta_i, theta[:, :, None], turned, w)
         matrix[:, i] = values.mean(axis=(1, 2))
     return block(matrix)
 
@@ -105,7 +104,7 @@ def _tree(table: InkTable, component: str, w: int) -> str:
         total = 0.0
         for sine in 1 - 2 * cells[i]:
             theta_i = np.rad2deg(np.arcsin(sine))
-            total = total + interpolated(table, component, w, theta_i, theta_o, phi)
+            total = total + table.interpolated(component, theta_i, theta_o, phi, w)
         values[i] = total.reshape(size, 2, size, 2).mean(axis=(1, 3)) / 2
     # Branches count the first coordinate fastest; its upper half does not exist for isotropic samples.
     branches = []

@@ -1,4 +1,4 @@
-"""What writers ask of a table: values between its entries, hemispherical totals, and its lit directions."""
+"""What writers ask of a table: hemispherical totals, directions of regular light, and its power."""
 
 import dataclasses
 import math
@@ -13,37 +13,6 @@ from jaxink.export.table import COMPONENTS, InkTable
 _MOST_POWER = 1.01
 # Values below zero by less than this share of the largest are rounding, and written as zero.
 _ROUNDING = 1e-6
-
-
-def interpolated(
-    table: InkTable, component: str, wavelength: int, theta_i_deg, theta_o_deg, phi_deg
-) -> Float[np.ndarray, "..."]:
-    """BSDF between the entries of a table, linear in each angle.
-
-    Parameters
-    ----------
-    table
-        The table.
-    component
-        One of `COMPONENTS`.
-    wavelength
-        Position of the wavelength.
-    theta_i_deg, theta_o_deg, phi_deg
-        Directions, shapes that broadcast. Azimuths beyond 180 are mirrored.
-
-    Returns
-    -------
-    np.ndarray
-        1/sr, of the common shape.
-    """
-    from scipy.interpolate import RegularGridInterpolator
-
-    axes = (table.theta_deg, table.theta_deg, table.phi_deg)
-    turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
-    points = np.broadcast_arrays(np.asarray(theta_i_deg, float), theta_o_deg, turned)
-    values = table.bsdf_per_sr[COMPONENTS.index(component), wavelength]
-    # Without the reshape a single point would come back as a row of one.
-    return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1)).reshape(points[0].shape)
 
 
 def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarray, " angles"]:
@@ -83,6 +52,36 @@ def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]
         Shape ``(4, wavelengths, angles)``, exact for the table as interpolated linearly.
     """
     return table.bsdf_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
+
+
+def power_sent_out(table: InkTable) -> Float[np.ndarray, "2 wavelengths angles"]:
+    """Share of the power that a table sends out to both sides, scattered and regular.
+
+    Parameters
+    ----------
+    table
+        The table.
+
+    Returns
+    -------
+    np.ndarray
+        Shape ``(2, wavelengths, angles)``, light from side I before light from side A. 1 for a clear boundary
+        whose model and table are exact.
+    """
+    each = dict(zip(COMPONENTS, diffuse_totals(table) + table.regular, strict=True))
+    return np.stack([each["R_II"] + each["T_IA"], each["T_AI"] + each["R_AA"]])
+
+
+def excess_of_power(table: InkTable) -> str | None:
+    """Where a table sends out most, in words, if that is more than a ray tracer takes; else None."""
+    power = power_sent_out(table)
+    side, w, i = np.unravel_index(np.argmax(power), power.shape)
+    if power[side, w, i] <= _MOST_POWER:
+        return None
+    return (
+        f"{power[side, w, i]:.4g} times the power that arrives from side {'IA'[side]} at "
+        f"{table.theta_deg[i]:.4g} degrees, {table.wavelength_nm[w]:g} nm"
+    )
 
 
 def exit_angles_deg(
@@ -152,16 +151,12 @@ def writable(table: InkTable) -> InkTable:
                 f"{name} of the ink table goes down to {least:.3g}; a ray tracer needs values of zero or "
                 "more, so compute the table with a finer discretisation."
             )
-    leaving = diffuse_totals(table) + table.regular
-    for side in "IA":
-        total = sum(leaving[c] for c, name in enumerate(COMPONENTS) if name[2] == side)
-        w, i = np.unravel_index(np.argmax(total), total.shape)
-        if total[w, i] > _MOST_POWER:
-            raise InputRefusedError(
-                f"the ink table sends out {total[w, i]:.4g} times the power that arrives from side {side} at "
-                f"{table.theta_deg[i]:.4g} degrees, {table.wavelength_nm[w]:g} nm; a ray tracer needs at "
-                "most 1, so compute the table with a finer grid."
-            )
+    excess = excess_of_power(table)
+    if excess is not None:
+        raise InputRefusedError(
+            f"the ink table sends out {excess}; a ray tracer needs at most 1, so compute the table with a "
+            "finer grid."
+        )
     return dataclasses.replace(
         table, bsdf_per_sr=np.maximum(table.bsdf_per_sr, 0.0), regular=np.maximum(table.regular, 0.0)
     )

@@ -7,7 +7,7 @@ import numpy as np
 from jaxink.export.losses import ExportOptions
 from jaxink.export.sampling import diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
-from jaxink.export.text import block, provenance, row, stem
+from jaxink.export.text import block, provenance, row, stem, write_lines
 
 _SIDES = {"I": "inside", "A": "outside"}
 # Half the width of the band for which the file gives a total, so that it has the two entries of a spectrum.
@@ -34,10 +34,10 @@ def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
     for w in range(len(table.wavelength_nm)):
         for side, name in _SIDES.items():
             path = folder / f"{stem(table, w, options.name)}_{name}.anisotropicbsdf"
-            path.write_text(_file(table, w, side), encoding="ascii", errors="replace")
+            write_lines(path, _lines(table, w, side))
 
 
-def _file(table: InkTable, w: int, side: str) -> str:
+def _lines(table: InkTable, w: int, side: str) -> list[str]:
     totals = diffuse_totals(table)
     # In the order of the format, reflection first; what is zero throughout has no shape to scale.
     components = [c for c, name in enumerate(COMPONENTS) if name[2] == side]
@@ -71,7 +71,7 @@ def _file(table: InkTable, w: int, side: str) -> str:
         lines += [f"{wavelength_nm:.10g} {percent}" for wavelength_nm in band]
     for c in present:
         lines += _tables(table, w, c)
-    return "\n".join([*lines, "End of file", ""])
+    return [*lines, "End of file"]
 
 
 def _tables(table: InkTable, w: int, c: int) -> list[str]:

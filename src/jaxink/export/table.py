@@ -83,7 +83,7 @@ class InkTable:
 
     def interpolated(
         self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
-    ) -> Float[np.ndarray, " points"]:
+    ) -> Float[np.ndarray, "..."]:
         """BSDF between the entries, linear in each angle, as a ray tracer reads a table.
 
         Parameters
@@ -91,7 +91,7 @@ class InkTable:
         component
             One of `COMPONENTS`.
         theta_i_deg, theta_o_deg, phi_deg
-            Directions; of any common shape. Azimuths beyond 180 are mirrored.
+            Directions, shapes that broadcast. Azimuths beyond 180 are mirrored.
         wavelength
             Position of the wavelength.
 
@@ -105,8 +105,9 @@ class InkTable:
         axes = (self.theta_deg, self.theta_deg, self.phi_deg)
         values = self.bsdf_per_sr[COMPONENTS.index(component), wavelength]
         turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
-        points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
-        return RegularGridInterpolator(axes, values)(points)
+        points = np.broadcast_arrays(np.asarray(theta_i_deg, float), theta_o_deg, turned)
+        # Without the reshape a single point would come back as a row of one.
+        return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1)).reshape(points[0].shape)
 
     def interpolation_error(self, largest_theta_deg: float = 85.0) -> dict[str, float]:
         """Estimate of the largest error of linear interpolation in the polar angles, by component.

@@ -1,6 +1,7 @@
 """Numbers and heads of the text formats."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
@@ -23,13 +24,23 @@ def block(values: np.ndarray) -> str:
 def provenance(table: InkTable, wavelength: int) -> list[str]:
     """Lines that say what a file holds and where it comes from, for its comments."""
     lines = [
-        f"ink BSDF of jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: inside of the plate, index "
+        f"BSDF by jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: inside of the plate, index "
         f"{table.index_inside[wavelength]:.9g}; A: other side, index {table.index_outside[wavelength]:.9g}",
         "values: radiance over irradiance in 1/sr, cosine not included",
     ]
     for key, value in table.attrs.items():
         lines.append(f"{key}: {' '.join(str(value).split())}")
     return lines
+
+
+def comments(table: InkTable, wavelength: int) -> list[str]:
+    """`provenance` as lines that programs pass over."""
+    return [f"# {line}" for line in provenance(table, wavelength)]
+
+
+def write_lines(path: Path, lines: Iterable[str]) -> None:
+    """Write a text file for programs that know ASCII only."""
+    path.write_text("\n".join([*lines, ""]), encoding="ascii", errors="replace")
 
 
 def stem(table: InkTable, wavelength: int, name: str) -> str:

@@ -11,11 +11,10 @@ from jaxink.export.sampling import (
     azimuth_weights,
     critical_angle_deg,
     exit_angles_deg,
-    interpolated,
     projected_weights,
 )
 from jaxink.export.table import COMPONENTS, InkTable
-from jaxink.export.text import block, provenance, row, stem
+from jaxink.export.text import block, comments, row, stem, write_lines
 
 _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
 _AZIMUTH_DEG = np.linspace(0, 180, 37)
@@ -52,20 +51,19 @@ def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
     azimuth = np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
     for w in range(len(table.wavelength_nm)):
         for component in COMPONENTS:
-            text = _file(table, component, w, radial, azimuth)
             path = folder / f"{stem(table, w, options.name)}_{component}.bsdf"
-            path.write_text(text, encoding="ascii", errors="replace")
+            write_lines(path, _lines(table, component, w, radial, azimuth))
 
 
-def _file(table: InkTable, component: str, w: int, radial, azimuth) -> str:
+def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str]:
     critical = critical_angle_deg(table, component, w)
     incidence = table.theta_deg[table.theta_deg < critical - 1e-6]
     # The last refracted angle is grazing, on whatever grid the table is.
     incidence = np.append(incidence, critical)
     leaving = exit_angles_deg(table, component, w, incidence)
     kind = "reflection" if component[0] == "R" else "transmission"
-    lines = [f"# {line}" for line in provenance(table, w)]
-    lines += [
+    lines = [
+        *comments(table, w),
         f"# component {component}: {kind} of light from side {component[2]} to side {component[3]}",
         "# AngleOfIncidence: of the specular or refracted direction, from the normal on the side of leaving",
         "Source Measured",
@@ -83,14 +81,14 @@ def _file(table: InkTable, component: str, w: int, radial, azimuth) -> str:
     above = theta <= 90
     angles = np.broadcast_to(incidence[:, None, None], theta.shape)
     values = np.zeros(theta.shape)
-    values[above] = interpolated(table, component, w, angles[above], theta[above], phi[above])
+    values[above] = table.interpolated(component, angles[above], theta[above], phi[above], w)
     totals = _totals(table, component, w, incidence)
     arriving = incidence <= _GRAZING_DEG
     sampled = (azimuth, radial, values[arriving])
     _require_resolved(table, component, w, leaving[arriving], totals[arriving], sampled)
     for total, rows in zip(totals, values, strict=True):
         lines += [f"TIS {total:.9g}", block(rows)]
-    return "\n".join([*lines, "DataEnd", ""])
+    return [*lines, "DataEnd"]
 
 
 def _outgoing_deg(leaving_deg, radial_deg, azimuth_deg):

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.scaling import UnitScale
 from jaxink.forward import ForwardModel
@@ -253,7 +254,7 @@ def make_objective(
     kind: str = "chi_square",
     config=None,
     noise: FitNoise | None = None,
-    accuracy: float = 1e-4,
+    accuracy: float = DEFAULT_ACCURACY,
     layer_method: str = "fastest",
 ) -> Objective:
     """Objective of a measurement and a sample.
@@ -303,17 +304,8 @@ def make_objective(
         )
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
     priors = [(i, p.prior) for i, p in enumerate(free) if p.prior is not None]
-    model = ForwardModel(
-        sample,
-        data.theta_i_deg[used],
-        data.theta_o_deg[used],
-        data.phi_deg[used],
-        data.wavelength_nm[used],
-        data.is_transmission[used],
-        config,
-        accuracy,
-        layer_method,
-    )
+    directions = (column[used] for column in data.directions)
+    model = ForwardModel(sample, *directions, config, accuracy, layer_method)
     return Objective(
         model=model,
         measured=measured,

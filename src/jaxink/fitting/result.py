@@ -200,15 +200,7 @@ class FitResult:
         from jaxink.stack import SolverConfig
 
         at = self.data if data is None else data
-        return ForwardModel(
-            self.sample,
-            at.theta_i_deg,
-            at.theta_o_deg,
-            at.phi_deg,
-            at.wavelength_nm,
-            at.is_transmission,
-            SolverConfig(**self.solver),
-        )
+        return ForwardModel(self.sample, *at.directions, SolverConfig(**self.solver))
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values.

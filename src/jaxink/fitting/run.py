@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxink.accuracy import DEFAULT_ACCURACY, require_accuracy
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.gradient import GradientSearch, scan, starts
 from jaxink.fitting.merit import merit, merit_by_scan
@@ -35,7 +36,6 @@ from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
 from jaxink.numerics.precision import computing, release_programs
-from jaxink.resolution import require_accuracy
 from jaxink.sample import Sample, load_sample
 from jaxink.slab import LAYER_METHODS, layer_method
 from jaxink.stack import SolverConfig
@@ -85,7 +85,7 @@ class FitOptions:
     scan: bool = True
     seed: int = 0
     profile: str = "auto"
-    accuracy: float = 1e-4
+    accuracy: float = DEFAULT_ACCURACY
     layer_method: str = "fastest"
     config: SolverConfig | None = None
 
@@ -518,7 +518,7 @@ def predict(
     sample: Sample | str | Path,
     data: GonioData | str | Path,
     config: SolverConfig | None = None,
-    accuracy: float = 1e-4,
+    accuracy: float = DEFAULT_ACCURACY,
 ) -> np.ndarray:
     """Predict the BSDF of a sample, without a fit, at the points of a measurement.
 
@@ -540,15 +540,4 @@ def predict(
     """
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     data = read(data) if isinstance(data, str | Path) else data
-    return evaluate(
-        ForwardModel(
-            sample,
-            data.theta_i_deg,
-            data.theta_o_deg,
-            data.phi_deg,
-            data.wavelength_nm,
-            data.is_transmission,
-            config,
-            accuracy,
-        )
-    )
+    return evaluate(ForwardModel(sample, *data.directions, config, accuracy))

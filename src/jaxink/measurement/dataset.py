@@ -158,6 +158,12 @@ class GonioData:
         return np.where(self.is_transmission, "T", "R")
 
     @property
+    def directions(self) -> tuple[np.ndarray, ...]:
+        """Columns that say what each value belongs to, in the order in which a forward model takes them."""
+        names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission")
+        return tuple(getattr(self, name) for name in names)
+
+    @property
     def used(self) -> Bool[np.ndarray, " points"]:
         """True where no mask excludes the point."""
         return self.mask == 0

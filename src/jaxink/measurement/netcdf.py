@@ -1,16 +1,14 @@
 """Measurements as xarray Datasets and netCDF files, and exactly back."""
 
 import json
-import os
 import re
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS
 from jaxink.measurement.table import existing_file, refusal
+from jaxink.netcdf import read_dataset, write_dataset
 
 SCHEMA = "jaxink.measurement"
 SCHEMA_VERSION = 1
@@ -154,22 +152,7 @@ def write_netcdf(data: GonioData, path):
     InputRefusedError
         The suffix is another, the folder does not exist, or it cannot be written to.
     """
-    path = Path(path)
-    if path.suffix != ".nc":
-        raise refusal(path, "a netCDF file needs the suffix .nc")
-    if not path.parent.is_dir():
-        raise refusal(path, "the folder does not exist; create it first")
-    dataset = to_dataset(data)
-    # No fill value: NaN in a kept column is a value like any other.
-    encoding = {name: {"_FillValue": None} for name in dataset.variables}
-    try:
-        # Beside the target, so that the final step is a rename within one file system.
-        with tempfile.TemporaryDirectory(prefix=".jaxink-", dir=path.parent) as folder:
-            part = Path(folder) / path.name
-            dataset.to_netcdf(part, engine="h5netcdf", encoding=encoding)
-            os.replace(part, path)
-    except OSError as error:
-        raise refusal(path, f"cannot be written ({error.strerror or error})") from error
+    write_dataset(to_dataset(data), path)
 
 
 def read_netcdf(path) -> GonioData:
@@ -190,12 +173,5 @@ def read_netcdf(path) -> GonioData:
     InputRefusedError
         The file is missing, no netCDF file, or not of this schema.
     """
-    import xarray
-
     path = existing_file(path)
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf") as opened:
-            dataset = opened.load()
-    except (OSError, ValueError) as error:
-        raise refusal(path, "is not a readable netCDF 4 file") from error
-    return from_dataset(dataset, str(path))
+    return from_dataset(read_dataset(path), str(path))

@@ -9,7 +9,8 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
-from jaxink.sample.entries import choice, is_number, only
+from jaxink.sample.entries import choice, only
+from jaxink.sample.heights import read_heights, read_pitch
 
 HEIGHT_MAP = "height_map"
 
@@ -51,7 +52,7 @@ class Roughness:
 
 
 def read_roughness(
-    layer: str, face: str, given: Any, folder: Path | None, quantity: Callable[..., None]
+    layer: str, face: str, given: Any, folder: Path, quantity: Callable[..., None]
 ) -> Roughness:
     """A face that is declared rough; its numbers become parameters.
 
@@ -62,7 +63,7 @@ def read_roughness(
     given
         What the file says.
     folder
-        Where files that it names are looked for; None: the working folder.
+        Where files that it names are looked for.
     quantity
         Called with (first part of the name, key, `schema.Quantity`, table) for each number.
 
@@ -95,7 +96,7 @@ def read_roughness(
             choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
             quantities = quantities | schema.SECOND_ROUGHNESS
     if word == HEIGHT_MAP:
-        keys = (*keys, "file", "pitch_um")
+        keys = (*keys, "heights_um", "pitch_um")
     only(given, (*keys, *quantities), where)
     if word == HEIGHT_MAP:
         nodes = _nodes(given, where, folder, by_waves=kind == "spectrum")
@@ -105,21 +106,15 @@ def read_roughness(
     return Roughness(face, density, second, where, spectrum, amplitude, nodes)
 
 
-def _nodes(given: dict[str, Any], where: str, folder: Path | None, by_waves: bool):
+def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):
     """What the rays or waves need of a measured map."""
     # Reading a sample needs no JAX, unless it has a map.
     from jaxink.surfaces.height_map import HeightMap
 
-    pitch = given.get("pitch_um")
-    each = pitch if isinstance(pitch, list) else [pitch]
-    if not all(is_number(p) and p > 0 for p in each) or len(each) > 2:
-        raise InputRefusedError(
-            f"{where}.pitch_um is {pitch!r}; it must be the distance of neighbouring heights in um, or a "
-            "list of that along the columns and that along the rows of the file."
-        )
-    heights = read_heights(given.get("file"), f"{where}.file", folder)
+    heights = read_heights(given.get("heights_um"), f"{where}.heights_um", folder)
+    pitch = read_pitch(given.get("pitch_um"), f"{where}.pitch_um", heights.ndim)
     try:
-        surface = HeightMap(heights, tuple(map(float, each)) if len(each) > 1 else float(each[0]))
+        surface = HeightMap(heights, pitch)
         if by_waves:
             spectrum = surface.power_spectrum()
             variance = float(spectrum.height_variance_um2)
@@ -128,41 +123,6 @@ def _nodes(given: dict[str, Any], where: str, folder: Path | None, by_waves: boo
             density = surface.slope_density()
             variance, columns = surface.height_variance_um2, (density.slopes, density.log_density)
     except InputRefusedError as problem:
-        raise InputRefusedError(f"{where}.file: {problem}") from None
+        raise InputRefusedError(f"{where}.heights_um: {problem}") from None
     first, second = (tuple(np.asarray(column, float).tolist()) for column in columns)
     return first, second, variance
-
-
-def read_heights(given: Any, where: str, folder: Path | None) -> np.ndarray:
-    """Heights in um from a file of numbers: rows of a CSV, or an array that numpy has saved.
-
-    Parameters
-    ----------
-    given
-        Name of the file, as written.
-    where
-        Key, for messages.
-    folder
-        Where it is looked for.
-
-    Returns
-    -------
-    np.ndarray
-        Of two axes; of one for a single row or column.
-    """
-    if not isinstance(given, str):
-        raise InputRefusedError(f'{where} is {given!r}; it must name the file of heights, such as "map.csv".')
-    path = (folder or Path()) / given
-    try:
-        if path.suffix == ".npy":
-            heights = np.load(path, allow_pickle=False)
-        else:
-            heights = np.loadtxt(path, delimiter=",", ndmin=2)
-        return np.squeeze(np.asarray(heights, float))
-    except FileNotFoundError:
-        raise InputRefusedError(f"{where}: there is no file {path}.") from None
-    except (OSError, ValueError, UnicodeDecodeError) as problem:
-        raise InputRefusedError(
-            f"{where}: {path} is not a table of heights in um, numbers separated by commas or an array that "
-            f"numpy has saved ({problem})."
-        ) from None

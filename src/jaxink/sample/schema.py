@@ -115,12 +115,13 @@ ROUGHNESS = {"sigma_deg": _SIGMA}
 SECOND_ROUGHNESS = {"second_sigma_deg": _SIGMA, "second_weight": Quantity("", 0.0, 1.0)}
 # Rough faces by wave optics: power spectra of their heights, with their numbers.
 _HEIGHT = Quantity("um", 0.0, 1e4, scale="log")
-_LENGTH = Quantity("um", 1e-3, 1e7, scale="log")
+_LENGTH = Quantity("um", 1e-3, 1e6, scale="log")
 SPECTRA = {
     "k_correlation": {
         "height_rms_um": _HEIGHT,
         "length_b_um": _LENGTH,
-        "exponent": Quantity("", 2.001, 200.0),
+        # The height variance is infinite at 2.
+        "exponent": Quantity("", 2.05, 200.0),
     },
     "gaussian": {"height_rms_um": _HEIGHT, "correlation_length_um": _LENGTH},
 }

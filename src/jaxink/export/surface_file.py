@@ -1,0 +1,193 @@
+"""The description of a rough boundary between two clear media in a small TOML file."""
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.numerics.precision import computing
+from jaxink.sample.entries import bounded, choice, missing, only, table_of
+from jaxink.sample.heights import read_heights, read_pitch
+from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS, Quantity
+from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
+from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, slope_density
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
+
+METHODS = ("facets", "waves")
+WAVELENGTH_NM = Quantity("nm", 100.0, 1e5)
+INDEX = SURROUNDINGS["index_front"]
+# Numbers of each description; a file has exactly one of these tables.
+DESCRIPTIONS: dict[str, dict[str, Quantity]] = {
+    "facets": ROUGHNESS,
+    **SPECTRA,
+    "height_map": {
+        "height_scale": Quantity("", 1e-3, 1e3, 1.0),
+        "height_scale_standard_error": Quantity("", 0.0, 1e3, 0.0),
+    },
+}
+# Keys of a description that are no single number.
+OTHER_KEYS = {"facets": ("density",), "height_map": ("heights_um", "pitch_um", "method")}
+_MEDIA = ("index_inside", "index_outside")
+TOP_KEYS = (*_MEDIA, "wavelength_nm", *DESCRIPTIONS)
+
+
+@dataclasses.dataclass(frozen=True)
+class RoughBoundary:
+    """What is known of a rough boundary between two clear media.
+
+    Parameters
+    ----------
+    wavelengths_nm
+        Ascending, in vacuum.
+    index_inside, index_outside
+        Refractive indices of side I and side A, one for each wavelength.
+    method
+        One of `METHODS`.
+    shape
+        Density of slopes for facets, power spectrum of the height for waves, for the height scale 1.
+    heights
+        The map that the shape comes from, or None.
+    height_scale, height_scale_standard_error
+        Factor of the heights of a map, and its standard error; 0: exactly known.
+    """
+
+    wavelengths_nm: tuple[float, ...]
+    index_inside: tuple[float, ...]
+    index_outside: tuple[float, ...]
+    method: str
+    shape: SlopeDensity | PowerSpectrum
+    heights: HeightMap | None = None
+    height_scale: float = 1.0
+    height_scale_standard_error: float = 0.0
+
+    def shape_at(self, height_scale: float) -> SlopeDensity | PowerSpectrum:
+        """The density or the spectrum of a map whose heights are multiplied by a factor."""
+        if self.heights is None:
+            return self.shape
+        if isinstance(self.shape, TabulatedSlopes):
+            return dataclasses.replace(self.shape, height_scale=height_scale)
+        variance = self.shape.height_variance_um2 * height_scale**2
+        return dataclasses.replace(self.shape, height_variance_um2=variance)
+
+
+def load_boundary(path: str | Path) -> RoughBoundary:
+    """Read the file of a rough boundary.
+
+    Parameters
+    ----------
+    path
+        TOML file, as `docs/surfaces.md` describes it; a height map is looked for beside it.
+
+    Returns
+    -------
+    RoughBoundary
+
+    Raises
+    ------
+    InputRefusedError
+        Naming the file and the key, what is wrong and what would be right.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputRefusedError(f"{path}: there is no such surface file.") from None
+    except (OSError, UnicodeDecodeError) as problem:
+        raise InputRefusedError(f"{path}: cannot be read as a text file ({problem}).") from None
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise InputRefusedError(f"{path}: is not valid TOML: {problem}.") from None
+    try:
+        with computing():
+            return _boundary(document, path.parent)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{path}: {problem}") from None
+
+
+def _boundary(document: dict[str, Any], folder: Path) -> RoughBoundary:
+    only(document, TOP_KEYS, "the file")
+    wavelengths = _numbers(document, "wavelength_nm", WAVELENGTH_NM)
+    if any(late <= early for early, late in zip(wavelengths, wavelengths[1:], strict=False)):
+        raise InputRefusedError(f"wavelength_nm is {list(wavelengths)}; it must ascend.")
+    media = {}
+    for name in _MEDIA:
+        values = _numbers(document, name, INDEX)
+        if len(values) not in (1, len(wavelengths)):
+            raise InputRefusedError(
+                f"{name} has {len(values)} values for {len(wavelengths)} wavelengths; give one number, or "
+                "one for each wavelength."
+            )
+        media[name] = values * len(wavelengths) if len(values) == 1 else values
+    given = [name for name in DESCRIPTIONS if name in document]
+    if len(given) != 1:
+        found = " and ".join(f"[{name}]" for name in given) or "none"
+        raise InputRefusedError(
+            f"the surface is described by {found}; give exactly one of the tables "
+            f"{', '.join(f'[{name}]' for name in DESCRIPTIONS)}."
+        )
+    (kind,) = given
+    table = table_of(document, kind)
+    only(table, (*DESCRIPTIONS[kind], *OTHER_KEYS.get(kind, ())), f"[{kind}]")
+    numbers = {key: _number(table, key, q, f"{kind}.{key}") for key, q in DESCRIPTIONS[kind].items()}
+    if numbers.get("height_scale_standard_error", 0) >= numbers.get("height_scale", 1):
+        raise InputRefusedError(
+            f"{kind}.height_scale_standard_error is {numbers['height_scale_standard_error']:g}; it must be "
+            f"below the height_scale of {numbers['height_scale']:g}."
+        )
+    return RoughBoundary(wavelengths, **media, **_DESCRIBED[kind](table, numbers, folder))
+
+
+def _numbers(document: Mapping[str, Any], key: str, quantity: Quantity) -> tuple[float, ...]:
+    """One number, or a list of them."""
+    if key not in document:
+        raise missing(key, key, quantity)
+    given = document[key] if isinstance(document[key], list) else [document[key]]
+    if not given:
+        raise InputRefusedError(f"{key} is an empty list; give a number or several.")
+    return tuple(bounded(value, quantity.lowest, quantity.highest, key, quantity.unit) for value in given)
+
+
+def _number(table: Mapping[str, Any], key: str, quantity: Quantity, name: str) -> float:
+    value = table.get(key, quantity.default)
+    if value is None:
+        raise missing(name, key, quantity)
+    return bounded(value, quantity.lowest, quantity.highest, name, quantity.unit)
+
+
+def _facets(table, numbers, _) -> dict[str, Any]:
+    density = slope_density(choice(table, "density", DENSITIES, "[facets]"), numbers["sigma_deg"])
+    return {"method": "facets", "shape": density}
+
+
+def _k_correlation(_, numbers, __) -> dict[str, Any]:
+    shape = KCorrelation(numbers["height_rms_um"] ** 2, numbers["length_b_um"], numbers["exponent"])
+    return {"method": "waves", "shape": shape}
+
+
+def _gaussian(_, numbers, __) -> dict[str, Any]:
+    shape = GaussianSpectrum(numbers["height_rms_um"] ** 2, numbers["correlation_length_um"])
+    return {"method": "waves", "shape": shape}
+
+
+def _height_map(table, numbers, folder) -> dict[str, Any]:
+    method = choice(table, "method", METHODS, "[height_map]")
+    file = table.get("heights_um")
+    values = read_heights(file, "height_map.heights_um", folder)
+    pitch = read_pitch(table.get("pitch_um"), "height_map.pitch_um", values.ndim)
+    try:
+        heights = HeightMap(values, pitch)
+        shape = heights.slope_density() if method == "facets" else heights.power_spectrum()
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"height_map.heights_um = {file!r}: {problem}") from None
+    return {"method": method, "shape": shape, "heights": heights, **numbers}
+
+
+_DESCRIBED = {
+    "facets": _facets,
+    "k_correlation": _k_correlation,
+    "gaussian": _gaussian,
+    "height_map": _height_map,
+}

@@ -1,0 +1,238 @@
+"""The command that writes a rough boundary alone for ray tracers."""
+
+import re
+import shlex
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from jaxink.cli.app import app
+from jaxink.export import read_ink_table
+from jaxink.export.boundary import BoundaryOptions, boundary_table, facet_boundary
+from jaxink.export.boundary_validity import validity_checks
+from jaxink.export.sampling import power_sent_out
+from jaxink.export.surface_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_boundary
+from jaxink.surfaces.slopes import Beckmann
+
+DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "surfaces.md").read_text(encoding="utf-8")
+SECTION = DOCUMENT[DOCUMENT.index("## A boundary as a table") : DOCUMENT.index("## References")]
+MEDIA = "index_inside = 1.5\nindex_outside = 1.0\nwavelength_nm = 550\n"
+FACETS = MEDIA + '[facets]\ndensity = "beckmann"\nsigma_deg = 20\n'
+GAUSSIAN = MEDIA + "[gaussian]\nheight_rms_um = 0.05\ncorrelation_length_um = 1.2\n"
+MAP = MEDIA + '[height_map]\nheights_um = "map.npy"\npitch_um = 0.25\nmethod = "waves"\n'
+COARSE = ("--n-theta", "31", "--n-phi", "13")
+
+
+@pytest.fixture(autouse=True)
+def short_and_in_place(monkeypatch):
+    monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
+    # The ends are worst; between them is only time.
+    monkeypatch.setattr("jaxink.export.boundary_validity.INCIDENCES_DEG", (0.0, 75.0))
+
+
+@pytest.fixture(scope="module")
+def maps(tmp_path_factory):
+    """Simulated heights of 0.1 um root mean square and 3 um correlation length, as both kinds of file."""
+    folder, n, pitch, length = tmp_path_factory.mktemp("maps"), 128, 0.25, 3.0
+    frequency = np.hypot(*np.meshgrid(*[np.fft.fftfreq(n, pitch)] * 2))
+    noise = np.fft.fft2(np.random.default_rng(3).standard_normal((n, n)))
+    heights = np.fft.ifft2(noise * np.exp(-((np.pi * length * frequency) ** 2) / 2)).real
+    heights *= 0.1 / heights.std()
+    np.save(folder / "map.npy", heights)
+    np.savetxt(folder / "map.csv", heights, delimiter=",", fmt="%.17g")
+    np.save(folder / "profile.npy", heights[:1])
+    np.save(folder / "flat.npy", np.zeros((32, 32)))
+    (folder / "words.csv").write_text("1,2\n3,four\n")
+    (folder / "ragged.csv").write_text("1,2\n3\n")
+    (folder / "map.txt").write_text("1,2\n")
+    return folder
+
+
+def run(text, folder, *options):
+    file = folder / "surface.toml"
+    file.write_text(text)
+    return CliRunner().invoke(app, ["boundary", str(file), *map(str, options)])
+
+
+def described(text, folder):
+    (folder / "described.toml").write_text(text)
+    return load_boundary(folder / "described.toml")
+
+
+def table_of(text, folder):
+    return boundary_table(described(text, folder), n_theta=31, n_phi=13)
+
+
+def test_facets_are_those_of_the_named_density(maps, tmp_path):
+    done = run(FACETS, maps, "--format", "netcdf", "--out", tmp_path, *COARSE, "--limit-power")
+    assert (done.exit_code, done.stderr) == (0, "")
+    table = read_ink_table(tmp_path / "boundary.nc")
+    expected = facet_boundary(
+        Beckmann(jnp.tan(jnp.deg2rad(20.0)) ** 2), [550.0], BoundaryOptions(1.5, 1.0, n_theta=31, n_phi=13)
+    )
+    assert power_sent_out(table).max() < 1 + 1e-8 < power_sent_out(expected).max()
+    near = table.theta_deg < 60
+    found, wanted = (t.bsdf_per_sr[:, 0, near][:, :, near] for t in (table, expected))
+    assert np.all(found <= wanted * (1 + 1e-12))
+    assert np.all(found >= 0.9 * wanted)
+    assert "a density of slopes does not tell" in done.stdout
+    assert expected.attrs["power_of_table"] in done.stdout
+    assert table.attrs["title"] == "boundary alone: facets, Beckmann"
+
+
+def test_waves_leave_the_regular_light_of_theory(maps):
+    table = table_of(GAUSSIAN.replace("550", "[450, 650]").replace("1.5", "[1.5, 1.4]"), maps)
+    phase = 4 * np.pi * 0.05 / np.array([0.45, 0.65])
+    index = np.array([1.5, 1.4])
+    fresnel = ((index - 1) / (index + 1)) ** 2
+    np.testing.assert_allclose(table.regular[3, :, 0], fresnel * np.exp(-(phase**2)), rtol=1e-9)
+    np.testing.assert_allclose(table.regular[0, :, 0], fresnel * np.exp(-((index * phase) ** 2)), rtol=1e-9)
+
+
+def test_k_correlation_has_its_numbers(maps):
+    text = MEDIA + "[k_correlation]\nheight_rms_um = 0.1\nlength_b_um = 5\nexponent = 4.5\n"
+    shape = described(text, maps).shape
+    assert float(shape.slope_variance) == pytest.approx(4 * np.pi**2 * 0.1**2 / (5**2 * 0.5))
+
+
+def test_maps_of_either_kind_of_file_are_the_same_surface(maps):
+    first = described(MAP, maps)
+    second = described(MAP.replace("map.npy", "map.csv").replace("0.25", "[0.25, 0.25]"), maps)
+    assert np.sqrt(first.shape.height_variance_um2) == pytest.approx(0.1, rel=0.1)
+    np.testing.assert_array_equal(second.heights.heights_um, first.heights.heights_um)
+    for one, other in zip(jax.tree.leaves(first.shape), jax.tree.leaves(second.shape), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_height_scale_has_its_standard_error(maps):
+    scale = "height_scale = 0.5\nheight_scale_standard_error = 0.01\n"
+    plain, scaled = table_of(MAP, maps), table_of(MAP + scale, maps)
+    assert plain.regular_standard_error is None
+    # Fresnel exp(-A^2 (s sigma)^2), and its derivative by s.
+    exponents = [np.log(table.regular[3, 0, 0] / 0.04) for table in (plain, scaled)]
+    assert exponents[1] == pytest.approx(exponents[0] / 4, rel=1e-9)
+    expected = abs(2 * exponents[1] / 0.5) * 0.01 * scaled.regular[3, 0, 0]
+    assert scaled.regular_standard_error[3, 0, 0] == pytest.approx(expected, rel=1e-3)
+    # Transmitted light sees few heights, and is scattered as their variance: twice two per cent.
+    lobe, error = (
+        values[2, 0, 12, :, -1] for values in (scaled.bsdf_per_sr, scaled.bsdf_standard_error_per_sr)
+    )
+    assert error[np.argmax(lobe)] / lobe.max() == pytest.approx(0.04, rel=0.1)
+
+
+def test_what_holds_is_said(maps, tmp_path):
+    rough = MAP.replace("waves", "facets")
+    done = run(rough, maps, "--format", "netcdf", "--out", tmp_path, *COARSE, "--limit-power")
+    verdicts = {line.split()[0]: line for line in done.stdout.splitlines() if line.startswith("  ")}
+    assert "above 5" in verdicts["a_sigma_transmission"]
+    assert re.search(
+        r"does not hold: [\d.]+ from (in|out)side at 75 degrees, 550 nm", verdicts["a_sigma_reflection"]
+    )
+    assert verdicts["slope_growth"].endswith(" holds")
+    assert verdicts["anisotropy"].endswith(" holds")
+
+
+def test_judgement_follows_the_heights(maps):
+    def holds(text):
+        return {check.name: check for check in validity_checks(described(text, maps))}
+
+    smooth, rough = holds(GAUSSIAN.replace("0.05", "0.002")), holds(GAUSSIAN.replace("0.05", "0.5"))
+    assert all(check.holds in (None, True) for check in smooth.values())
+    for name in ("slope", "slope_over_grazing_slope", "power_error"):
+        assert not rough[name].holds
+    # 2 pi 1.5 (1 + 1) sigma / lambda, from inside at normal incidence.
+    assert rough["a_sigma_reflection"].largest == pytest.approx(6 * np.pi * 0.5 / 0.55, rel=1e-9)
+    high = holds(MAP.replace("waves", "facets") + "height_scale = 300\n")
+    assert high["a_sigma_reflection"].holds
+    assert high["a_sigma_transmission"].holds
+
+
+def test_more_power_than_arrives_is_refused_unless_limited(maps, tmp_path):
+    done = run(GAUSSIAN.replace("0.05", "0.2"), maps, "--format", "csv", "--out", tmp_path / "out", *COARSE)
+    assert (done.exit_code, done.stdout) == (5, "")
+    assert re.fullmatch(
+        r"jaxink: \S+surface.toml: the table of this boundary sends out [\d.]+ times the power that arrives "
+        r"from side [IA] at [\d.]+ degrees, 550 nm: give it more angles .* \(--limit-power\)\.\n",
+        done.stderr,
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+REFUSED = [
+    (
+        FACETS.replace("index_outside = 1.0\n", ""),
+        "index_outside is missing; write index_outside = <number>.",
+    ),
+    (FACETS.replace("1.5", "[1.5, 1.6]"), "index_inside has 2 values for 1 wavelengths; give one number, or"),
+    (FACETS.replace("1.5", '"glass"'), "index_inside is 'glass'; it must be a finite number."),
+    (FACETS.replace("550", "[650, 550]"), "wavelength_nm is [650.0, 550.0]; it must ascend."),
+    (FACETS.replace("550", "0.55"), "wavelength_nm is 0.55 nm; it must lie between 100 and 100000 nm."),
+    (FACETS.replace("[facets]", "[facet]"), "the file has the key 'facet', "),
+    (MEDIA, "the surface is described by none; give exactly one of the tables [facets], [k_correlation], "),
+    (FACETS + "[gaussian]\n", "the surface is described by [facets] and [gaussian]; give exactly one of "),
+    (FACETS.replace("beckmann", "phong"), "[facets] has density = 'phong'; it must be one of: beckmann, "),
+    (FACETS.replace("20", "60"), "facets.sigma_deg is 60 deg; it must lie between 0 and 45 deg."),
+    (GAUSSIAN.replace("height_rms_um", "sigma_um"), "[gaussian] has the key 'sigma_um', "),
+    (
+        MEDIA + "[k_correlation]\nheight_rms_um = 0.1\nlength_b_um = 5\nexponent = 2\n",
+        "k_correlation.exponent is 2; it must lie between 2.05 and 20.",
+    ),
+    (MAP.replace("waves", "rays"), "[height_map] has method = 'rays'; it must be one of: facets, waves."),
+    (MAP.replace('"map.npy"', "3"), "height_map.heights_um is 3; it must name a file of heights in um, "),
+    (MAP.replace("0.25", "[1, 2, 3]"), "height_map.pitch_um is [1, 2, 3]; give one number, or one along y "),
+    (MAP.replace("0.25", "0"), "height_map.pitch_um is 0 um; it must lie between 1e-06 and 1e+06 um."),
+    (MAP.replace("map.npy", "flat.npy").replace("waves", "facets"), "height_map.heights_um = 'flat.npy': "),
+    (
+        MAP + "height_scale_standard_error = 1.5\n",
+        "height_map.height_scale_standard_error is 1.5; it must be below the height_scale of 1.",
+    ),
+    ("index_inside = \n", "is not valid TOML: "),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), REFUSED, ids=[sentence[:40] for _, sentence in REFUSED])
+def test_wrong_files_are_refused_by_key(text, sentence, maps, tmp_path):
+    done = run(text, maps, "--format", "csv", "--out", tmp_path / "out")
+    assert (done.exit_code, done.stdout) == (5, "")
+    assert done.stderr.startswith(f"jaxink: {maps / 'surface.toml'}: {sentence}")
+    assert done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "method", "words"),
+    [
+        ("none.npy", "waves", "but there is no such file."),
+        ("map.txt", "waves", "its suffix must be .csv or .npy, which name the format."),
+        ("words.csv", "waves", "words.csv, row 2, column 2: 'four' is no number; "),
+        ("ragged.csv", "waves", "ragged.csv, row 2 has 1 cells, but those before have 2; "),
+        ("profile.npy", "facets", "heights_um is a profile, which shows slopes along one direction only; "),
+    ],
+)
+def test_wrong_maps_are_refused_by_place(file, method, words, maps, tmp_path):
+    text = MAP.replace("map.npy", file).replace("waves", method)
+    done = run(text, maps, "--format", "csv", "--out", tmp_path / "out")
+    assert (done.exit_code, done.stdout) == (5, "")
+    assert words in done.stderr
+    assert done.stderr.startswith(f"jaxink: {maps / 'surface.toml'}: height_map.heights_um")
+    assert done.stderr.count("\n") == 1
+
+
+def test_example_of_the_documents_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = next(block for block in re.findall(r"```toml\n(.*?)```", SECTION, re.DOTALL))
+    (command,) = re.findall(r"^jaxink (boundary .*)$", DOCUMENT, re.MULTILINE)
+    words = shlex.split(command)
+    Path(words[1]).write_text(text)
+    done = CliRunner().invoke(app, [*words, *COARSE])
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert any(Path(words[words.index("--out") + 1]).iterdir())
+
+
+def test_every_key_is_documented():
+    for key in {*TOP_KEYS, *(k for keys in (*DESCRIPTIONS.values(), *OTHER_KEYS.values()) for k in keys)}:
+        assert f"`{key}`" in SECTION, key
