@@ -11,14 +11,10 @@ from jaxink.interfaces import propagating_cosine
 from jaxink.numerics.precision import require_float64
 from jaxink.optics import ScatteringLayer
 from jaxink.particles.requirement import is_known
+from jaxink.regular import regular_fields
 from jaxink.resolution import choose_sizes
-from jaxink.stack import (
-    SolverConfig,
-    Stack,
-    regular_fields,
-    single_scattering_kernels,
-    solve_stack,
-)
+from jaxink.solve import single_scattering_kernels, solve_stack
+from jaxink.stack import SolverConfig, Stack
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.wave_face import WaveFace, wave_lobes

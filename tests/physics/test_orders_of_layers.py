@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer
-from jaxink.stack import SolverConfig, Stack, block_media, solve_stack
+from jaxink.solve import solve_stack
+from jaxink.stack import SolverConfig, Stack, block_media
 from jaxink.surfaces.slopes import slope_density
 from physics.probe import ink
 
