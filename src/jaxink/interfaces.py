@@ -1,13 +1,22 @@
 """Smooth interface between two transparent media."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 
 def propagating_cosine(squared_cosine: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
     """Cosine of a channel; 0 where it is evanescent or exactly grazing, with a finite derivative there."""
     positive = squared_cosine > 0
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, squared_cosine, 1.0)), 0.0)
+
+
+def refracted_cosine(
+    index_1: Float[ArrayLike, "*#shape"],
+    index_2: Float[ArrayLike, "*#shape"],
+    cosine_1: Float[Array, "*shape"],
+) -> Float[Array, "*shape"]:
+    """Cosine in the second medium of light of a given cosine in the first; 0 where it is evanescent."""
+    return propagating_cosine(1 - (index_1 / index_2) ** 2 * (1 - cosine_1**2))
 
 
 def fresnel_reflectance(

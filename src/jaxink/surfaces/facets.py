@@ -10,6 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.interfaces import fresnel_reflectance, refracted_cosine
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.surfaces.slopes import SlopeDensity
 
@@ -150,14 +151,10 @@ def views(
     receiver = jnp.stack([sine, jnp.zeros_like(sine), cosine])[:, :, None]
     facing = jnp.maximum(receiver[0] * normal[0] + receiver[2] * normal[2], 1e-12)
     ratio = index_here / index_there
-    squared = 1 - ratio**2 * (1 - facing**2)
-    passes = squared > 0
-    beyond = jnp.where(passes, jnp.sqrt(jnp.where(passes, squared, 1.0)), 0.0)
-    s = (ratio * facing - beyond) / (ratio * facing + beyond)
-    p = (facing - ratio * beyond) / (facing + ratio * beyond)
+    beyond = refracted_cosine(index_here, index_there, facing)
     return Views(
         weight,
-        jnp.where(passes, (s**2 + p**2) / 2, 1.0),
+        fresnel_reflectance(index_here, index_there, facing, beyond),
         2 * facing * normal - receiver,
         (ratio * facing - beyond) * normal - ratio * receiver,
     )

@@ -3,14 +3,12 @@
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.interfaces import fresnel_reflectance
+from jaxink.interfaces import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.slopes import SlopeDensity
 
 
 def _fresnel(index_1, index_2, cosine):
-    squared = 1 - (index_1 / index_2) ** 2 * (1 - cosine**2)
-    beyond = jnp.where(squared > 0, jnp.sqrt(jnp.where(squared > 0, squared, 1.0)), 0.0)
-    return fresnel_reflectance(index_1, index_2, cosine, beyond)
+    return fresnel_reflectance(index_1, index_2, cosine, refracted_cosine(index_1, index_2, cosine))
 
 
 def _facets_with(squared_across, along, density: SlopeDensity):

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.interfaces import fresnel_reflectance, propagating_cosine
+from jaxink.interfaces import fresnel_reflectance, refracted_cosine
 from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
 from jaxink.numerics.precision import require_float64
 from jaxink.surfaces.spectrum import PowerSpectrum
@@ -73,13 +73,6 @@ class WaveSurface(eqx.Module):
     def wavelength_um(self) -> Float[Array, ""]:
         """In vacuum."""
         return self.wavelength_nm / 1000
-
-
-def refracted_cosine(
-    index_1: Float[ArrayLike, ""], index_2: Float[ArrayLike, ""], cosine_1: Float[Array, "*shape"]
-) -> Float[Array, "*shape"]:
-    """Cosine in the second medium; 0 where the channel is evanescent."""
-    return propagating_cosine(1 - (index_1 / index_2) ** 2 * (1 - cosine_1**2))
 
 
 def phase_per_height(

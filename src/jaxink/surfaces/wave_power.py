@@ -5,13 +5,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.interfaces import propagating_cosine
+from jaxink.interfaces import propagating_cosine, refracted_cosine
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.surfaces.wave_optics import (
     WaveSurface,
     phase_per_height,
-    refracted_cosine,
     regular_power,
     scattered_bsdf,
 )
