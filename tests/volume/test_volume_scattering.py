@@ -151,7 +151,7 @@ def test_fit_finds_variance_filler_and_dispersion_of_a_simulated_ink(tmp_path):
     text = (
         INK.replace("thickness_um = 20", "thickness_um = 3").replace("_index = 1.5", "_index = {index}", 1)
         + "radius_variance_ln = {variance}\n"
-        + FILLER.replace("0.2", "{fraction}").replace("1.64", "1.9")
+        + FILLER.replace("0.2", "{fraction}").replace("1.64", "1.9").replace("500", "300")
         + "[noise]\nrelative = 0.002\n"
     )
     truth = {
@@ -162,7 +162,7 @@ def test_fit_finds_variance_filler_and_dispersion_of_a_simulated_ink(tmp_path):
     start = (
         '{ dispersion = "cauchy", a = 1.48, b_um2 = { value = 0.01, free = true, min = 0, max = 0.02 } }',
         # No variance at all, which is another minimum: the range is scanned.
-        "{ value = 0, free = true, min = 0, max = 0.2 }",
+        "{ value = 0, free = true, min = 0, max = 0.1 }",
         "{ value = 0.3, free = true, min = 0, max = 0.4 }",
     )
     # Simulated with one number for each wavelength, fitted with a formula.
