@@ -12,6 +12,7 @@ from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
 from jaxink.export.grid import critical_angles_deg, polar_grid
+from jaxink.export.passages import facet_lobes
 from jaxink.export.spread import Spread
 from jaxink.export.table import InkTable
 from jaxink.fitting import FitResult
@@ -180,8 +181,12 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
         bsdf_standard_error_per_sr=bsdf_error,
         regular_standard_error=regular_error,
         attrs=_attrs(ink, spread, options, model.config, grazing_deg),
+        lobes=facet_lobes(stacks, model.config, theta_deg),
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
+    if table.lobes is not None:
+        apart = table.interpolation_error(lobes_apart=False)
+        table.attrs["interpolation_error_of_entries"] = max(apart.values())
     return table
 
 
