@@ -177,7 +177,7 @@ def export(
         str,
         typer.Option(
             metavar="LOSS,...",
-            help="What may be lost where the format cannot hold it: regular, beyond_critical, "
+            help="What may be lost where the format cannot hold it: regular, beyond_critical, narrow_lobes, "
             "standard_errors, index_step.",
         ),
     ] = "",

@@ -181,7 +181,7 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
         bsdf_standard_error_per_sr=bsdf_error,
         regular_standard_error=regular_error,
         attrs=_attrs(ink, spread, options, model.config, grazing_deg),
-        lobes=facet_lobes(stacks, model.config, theta_deg),
+        lobes=facet_lobes(stacks, model.config, theta_deg, grazing_deg),
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
     if table.lobes is not None:

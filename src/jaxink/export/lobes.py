@@ -1,7 +1,7 @@
 """Lobes of light that meets one facet of a rough interface and is regular else.
 
-They are too narrow for the angles of a table. All of them follow from how the facets are inclined and from how
-much regular light passes between either side of the ink and the facets, which is smooth.
+They are too narrow for the angles of a table. All of them follow from how the facets are inclined and from
+how much regular light passes between either side of the ink and the facets, which is smooth.
 """
 
 import dataclasses
@@ -36,6 +36,8 @@ class FacetLobes:
     passage
         Share of the light from each side and polar angle that comes to the face regularly, times Smith's
         masking; shape ``(2, faces, wavelengths, angles)``.
+    grazing_theta_deg
+        Beyond this angle the lobes stay as they are, as the table does.
     """
 
     theta_deg: Float[np.ndarray, " angles"]
@@ -44,6 +46,7 @@ class FacetLobes:
     radial_density: Float[np.ndarray, "faces wavelengths slopes"]
     face_index: Float[np.ndarray, "2 faces wavelengths"]
     passage: Float[np.ndarray, "2 faces wavelengths angles"]
+    grazing_theta_deg: float = 90.0
 
     def bsdf(self, component: str, wavelength: int, theta_i_deg, theta_o_deg, phi_deg):
         """BSDF of the lobes alone.
@@ -125,6 +128,7 @@ class FacetLobes:
 
     def _at_face(self, side, face, wavelength, theta_deg):
         """Sine and cosine in the medium of the face, and passage over the cosine; 0 if evanescent there."""
+        theta_deg = np.minimum(theta_deg, self.grazing_theta_deg)
         ratio = self.index[side, wavelength] / self.face_index[side, face, wavelength]
         sine = np.minimum(ratio * np.sin(np.deg2rad(theta_deg)), 1.0)
         inside = sine < 1

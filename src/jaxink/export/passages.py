@@ -15,7 +15,9 @@ from jaxink.surfaces.facets import FacetRule, projected_area
 _N_SLOPES = 1024
 
 
-def facet_lobes(stacks: Stack, config: SolverConfig, theta_deg: np.ndarray) -> FacetLobes | None:
+def facet_lobes(
+    stacks: Stack, config: SolverConfig, theta_deg: np.ndarray, grazing_deg: float
+) -> FacetLobes | None:
     """Lobes of the rough interfaces of an ink.
 
     Parameters
@@ -26,6 +28,8 @@ def facet_lobes(stacks: Stack, config: SolverConfig, theta_deg: np.ndarray) -> F
         Sizes of the discretisation: what delta-M takes as undeviated comes to the facets, too.
     theta_deg
         Polar angles of the table.
+    grazing_deg
+        Of `FacetLobes`.
 
     Returns
     -------
@@ -52,6 +56,7 @@ def facet_lobes(stacks: Stack, config: SolverConfig, theta_deg: np.ndarray) -> F
         radial_density=np.asarray(radial).swapaxes(0, 1),
         face_index=np.moveaxis(np.asarray(face_index), 0, 2),
         passage=np.moveaxis(np.asarray(passage), 0, 2),
+        grazing_theta_deg=grazing_deg,
     )
 
 

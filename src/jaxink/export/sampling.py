@@ -18,7 +18,7 @@ _ROUNDING = 1e-6
 def interpolated(
     table: InkTable, component: str, wavelength: int, theta_i_deg, theta_o_deg, phi_deg
 ) -> Float[np.ndarray, "..."]:
-    """BSDF between the entries of a table, linear in each angle.
+    """BSDF between the entries of a table, as `InkTable.interpolated`, and not below zero by rounding.
 
     Parameters
     ----------
@@ -36,14 +36,8 @@ def interpolated(
     np.ndarray
         1/sr, of the common shape.
     """
-    from scipy.interpolate import RegularGridInterpolator
-
-    axes = (table.theta_deg, table.theta_deg, table.phi_deg)
-    turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
-    points = np.broadcast_arrays(np.asarray(theta_i_deg, float), theta_o_deg, turned)
-    values = table.bsdf_per_sr[COMPONENTS.index(component), wavelength]
-    # Without the reshape a single point would come back as a row of one.
-    return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1)).reshape(points[0].shape)
+    values = table.interpolated(component, theta_i_deg, theta_o_deg, phi_deg, wavelength)
+    return np.maximum(values, 0.0) if table.lobes is not None else values
 
 
 def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarray, " angles"]:
@@ -80,9 +74,13 @@ def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]
     Returns
     -------
     np.ndarray
-        Shape ``(4, wavelengths, angles)``, exact for the table as interpolated linearly.
+        Shape ``(4, wavelengths, angles)``, exact for the table as `interpolated`.
     """
-    return table.bsdf_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
+    totals = table.rest_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
+    if table.lobes is not None:
+        for c, w in np.ndindex(totals.shape[:2]):
+            totals[c, w] += table.lobes.totals(COMPONENTS[c], w)
+    return totals
 
 
 def exit_angles_deg(

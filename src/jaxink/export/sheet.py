@@ -22,8 +22,8 @@ from jaxink.sample import Sample
 
 # Components by side of leaving, then side of incidence; side 0 is I, side 1 is A.
 _BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
-# Orders kept of lobes, azimuths of the half circle that they come from, and parts of a channel over which they
-# are averaged.
+# Orders kept of lobes, azimuths of the half circle that they come from, and parts of a channel over which
+# they are averaged.
 _LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
 
 

@@ -45,8 +45,8 @@ class InkTable:
     attrs
         Strings and numbers that tell where the table comes from.
     lobes
-        Of rough interfaces: part of ``bsdf_per_sr`` at its entries, and too narrow to be read between them; None
-        where all is smooth.
+        Of rough interfaces: part of ``bsdf_per_sr`` at its entries, and too narrow to be read between them;
+        None where all is smooth.
     """
 
     wavelength_nm: Float[np.ndarray, " wavelengths"]
@@ -105,10 +105,7 @@ class InkTable:
         """BSDF of the lobes alone at any directions; parameters as of `interpolated`."""
         if self.lobes is None:
             return np.zeros(np.broadcast_shapes(*map(np.shape, (theta_i_deg, theta_o_deg, phi_deg))))
-        # The entries at 90 degrees are those before it, and so are the lobes.
-        most = self.attrs.get("grazing_theta_deg", 90.0)
-        angles = (np.minimum(theta, most) for theta in (theta_i_deg, theta_o_deg))
-        return self.lobes.bsdf(component, wavelength, *angles, phi_deg)
+        return self.lobes.bsdf(component, wavelength, theta_i_deg, theta_o_deg, phi_deg)
 
     def interpolated(
         self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
