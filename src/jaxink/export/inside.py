@@ -22,8 +22,8 @@ from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.stack import SolverConfig, Stack
 
-# Pairs of directions of one solve: bounds the memory that the azimuthal series takes.
-_MOST_POINTS = 60_000
+# Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
+_MOST_TERMS = 20_000_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -250,7 +250,8 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
     """
     n_theta, n_phi = len(theta_deg), len(phi_deg)
     per_incidence = 2 * n_theta * n_phi
-    n_chunks = -(-n_theta * per_incidence // _MOST_POINTS)
+    each = config.n_orders * (1 + len(tangents.index_front))
+    n_chunks = -(-n_theta * per_incidence * each // _MOST_TERMS)
     # Chunks of one size share one compiled program: the last incidence fills up the last chunk.
     size = -(-n_theta // n_chunks)
     padded = np.append(theta_deg, np.full(n_chunks * size - n_theta, theta_deg[-1]))
