@@ -1,5 +1,7 @@
 """Verify inks as thin sheets on their plates, by star product and by photons, and write docs/inside.md.
 
+Its figures, docs/sheet-*.png, show measurement, full model and sheet.
+
 python benchmarks/report_sheet.py
 """
 
@@ -11,18 +13,20 @@ import numpy as np
 
 import jaxink
 from jaxink.export import COMPONENTS, InkTable, TableOptions, verify_sheet
+from jaxink.export.sheet import sheets
 from jaxink.fitting import FitResult
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.sample import Sample
-from report_common import machine, table, write_page
+from report_common import REPOSITORY, machine, table, write_page
 from report_simulated import fit_declared
+from sheet_figure import draw, lines
 from sheet_photons import Plate, plate_bsdf
 
-NAMES = ("plain_hg", "index_step_hg")
+NAMES = ("plain_hg", "index_step_hg", "white_ink_rough")
 INCIDENCES = (0.0, 15.0, 30.0, 45.0, 60.0)
 N_BATCHES, N_PHOTONS = 8, 10_000
 # Asymmetry parameter and thickness of inks whose forward peak is narrower.
-PEAKS = ((0.6, 80.0), (0.8, 30.0), (0.9, 20.0))
+PEAKS = ((0.6, 80.0), (0.8, 30.0), (0.9, 20.0), (0.95, 20.0))
 
 CONVENTIONS = """# The ink as light inside the plate meets it
 
@@ -61,6 +65,12 @@ table = jaxink.read_ink_table("ink.nc")
 - **Standard errors** (`bsdf_standard_error_per_sr`, `regular_standard_error`) follow from the covariance of the
   fit by the derivatives of every entry; a parameter on its bound counts as known. They know nothing of what the
   model leaves out.
+- **Rough faces.** Light that meets one facet of a rough face and is regular else makes lobes that are narrower than any
+  step of such a table. They are part of the entries, and the file holds what they are made of as well (`facet_*`): the
+  density of slopes P(s) s, and by polar angle the share of light that passes regularly between either side of the ink
+  and the face, times Smith's masking. With it `InkTable.interpolated` takes the lobes off the entries
+  (`InkTable.lobes_at`), interpolates the rest and puts them on again in closed form; a reader that knows the entries
+  only sees them wrong between the angles by what `interpolation_error_of_entries` says.
 - **Between the entries** a ray tracer interpolates linearly. Angles are dense at critical angles and towards grazing;
   `InkTable.interpolation_error` estimates what linear interpolation costs, from the table alone, and more
   `n_theta` reduce it as the square.
@@ -75,20 +85,28 @@ def cased(name: str) -> tuple[FitResult, InkTable]:
         return result, jaxink.read_ink_table(path)
 
 
-def by_photons(result: FitResult, ink: InkTable, theta_i: float) -> dict[str, list[str]]:
-    """Photons against the full model at one incidence: cells by side."""
+def by_photons(result: FitResult, ink: InkTable) -> dict[float, dict[str, list[str]]]:
+    """Photons against the full model: cells by incidence and side."""
     axes = np.meshgrid(np.arange(0.0, 86, 5), [0.0, 90, 180], [False, True], indexing="ij")
-    theta_o, phi, side = (axis.ravel() for axis in axes)
+    directions = tuple(axis.ravel() for axis in axes)
+    n = len(directions[0])
+    theta_o, phi, side = (np.tile(column, len(INCIDENCES)) for column in directions)
+    wavelength = np.full(len(side), ink.wavelength_nm[0])
+    model = ForwardModel(result.sample, np.repeat(INCIDENCES, n), theta_o, phi, wavelength, side)
+    full = evaluate(model).reshape(len(INCIDENCES), n)
     values = result.sample.parameters.values_with({})
     plate = Plate(values["plate.absorption_per_mm"] * values["plate.thickness_mm"])
-    batches = [
-        plate_bsdf(ink, plate, theta_i, (theta_o, phi, side), N_PHOTONS, seed) for seed in range(N_BATCHES)
-    ]
+    return {
+        theta_i: _photon_cells(ink, plate, theta_i, directions, expected)
+        for theta_i, expected in zip(INCIDENCES, full, strict=True)
+    }
+
+
+def _photon_cells(ink: InkTable, plate: Plate, theta_i: float, directions, full) -> dict[str, list[str]]:
+    batches = [plate_bsdf(ink, plate, theta_i, directions, N_PHOTONS, seed) for seed in range(N_BATCHES)]
     found = np.mean([bsdf for bsdf, _ in batches], axis=0)
     error = np.sqrt(np.mean([e**2 for _, e in batches], axis=0) / N_BATCHES)
-    wavelength = np.full(len(side), ink.wavelength_nm[0])
-    full = evaluate(ForwardModel(result.sample, np.full(len(side), theta_i), theta_o, phi, wavelength, side))
-    cells = {}
+    cells, side = {}, directions[2]
     for name, chosen in (("R", ~side), ("T", side)):
         top, difference = np.max(full[chosen]), (found - full)[chosen]
         worst = np.argmax(np.abs(difference))
@@ -99,18 +117,47 @@ def by_photons(result: FitResult, ink: InkTable, theta_i: float) -> dict[str, li
     return cells
 
 
+def pictures(name: str, result: FitResult, ink: InkTable) -> str:
+    """Draw both sides; lines that show them."""
+    (of_ink,) = sheets(ink, result)[1]
+    drawn = lines(result, of_ink, INCIDENCES)
+    shown = []
+    for side, word in (("R", "reflection"), ("T", "transmission")):
+        path = REPOSITORY / "docs" / f"sheet-{name}-{side}.png"
+        draw(result, drawn, side, name, path)
+        shown.append(f"![{name}, {word}: measurement, full model and sheet]({path.name})")
+    return "\n\n".join(shown)
+
+
+def rough_face(result: FitResult, ink: InkTable) -> str:
+    """What becomes of a rough ink whose lobes are read from the entries as all else is."""
+    if ink.lobes is None:
+        return ""
+    entries = verify_sheet(dataclasses.replace(ink, lobes=None), result, INCIDENCES)
+    return f"""
+Lobes apart, as the file holds them. A reader that takes the {len(ink.theta_deg)} angles of the entries alone makes an
+error of {100 * ink.attrs["interpolation_error_of_entries"]:.0f} % between them by the estimate, and of up to
+{100 * entries.largest_difference:.0f} % in the star product: lobes lie between its angles.
+"""
+
+
 def section(name: str, result: FitResult, ink: InkTable) -> str:
     """Text on one sample."""
     verified = verify_sheet(ink, result, INCIDENCES)
-    of_photons = {theta: by_photons(result, ink, theta) for theta in INCIDENCES}
-    star = {(c.lit_from, c.side, c.theta_i_deg): c.largest_difference for c in verified.checks}
+    of_photons = by_photons(result, ink)
+    star = {(c.lit_from, c.side, c.theta_i_deg): c for c in verified.checks}
+
+    def both(lit, side, theta):
+        check = star[lit, side, theta]
+        return f"{100 * check.largest_difference:.2f} ({100 * check.largest_away_from_grazing:.2f})"
+
     rows = [
         [
             f"{theta:g}",
             side,
-            f"{100 * star['inside', side, theta]:.2f}",
+            both("inside", side, theta),
             *of_photons[theta][side],
-            f"{100 * star['outside', side, theta]:.2f}",
+            both("outside", side, theta),
         ]
         for side in "RT"
         for theta in INCIDENCES
@@ -118,10 +165,10 @@ def section(name: str, result: FitResult, ink: InkTable) -> str:
     header = [
         "incidence, degrees",
         "side",
-        "star product, largest difference, %",
+        "star product, largest difference (to 75 degrees), %",
         "photons, largest difference and its standard error, %",
         "photons, mean difference, %",
-        "star product, lit from the ink, %",
+        "star product, lit from the ink (to 75 degrees), %",
     ]
     away = ink.theta_deg <= 85
     errors = (ink.bsdf_standard_error_per_sr / ink.bsdf_per_sr)[:, :, away][:, :, :, away]
@@ -141,6 +188,8 @@ Plate of index {values["plate.refractive_index"]:g}, binder of index {values["in
 {100 * ink.attrs["interpolation_error"]:.2f} % of the largest BSDF of an incidence inside.
 
 {table(header, rows)}
+{rough_face(result, ink)}
+{pictures(name, result, ink)}
 
 Sheet and fit against the measurement, relative root mean square:
 
@@ -175,6 +224,11 @@ def peaks(sample: Sample) -> str:
     return table(header, rows)
 
 
+def _megabytes(n_theta: int, n_phi: int) -> float:
+    """Size of the four components at one wavelength, without standard errors."""
+    return 4 * n_theta**2 * n_phi * 8 / 1e6
+
+
 def main() -> None:
     """Write the page."""
     cases = {name: cased(name) for name in NAMES}
@@ -194,7 +248,10 @@ the largest BSDF of the full model at the same incidence and side, for outgoing 
 ## Narrower forward peaks
 
 The ink of `plain_hg` with other asymmetry parameters and thicknesses; largest difference of all incidences, sides
-and directions of light.
+and directions of light. The default stops at 181 polar angles and 91 azimuths, {_megabytes(181, 91):.0f} MB a wavelength: for
+g of 0.95 that is too few. `TableOptions(n_theta=..., n_phi=...)` may ask for more; memory and the time of a table go as
+n_theta^2 n_phi, the error as 1 / n_theta^2. Angles dense around the forward peak are not possible in a table whose two
+polar angles are apart: the peak lies along their diagonal.
 
 {peaks(cases[NAMES[0]][0].sample)}
 

@@ -165,8 +165,8 @@ AllowLoss = Annotated[
     str,
     typer.Option(
         metavar="LOSS,...",
-        help="What may be lost where the format cannot hold it: regular, beyond_critical, standard_errors, "
-        "index_step.",
+        help="What may be lost where the format cannot hold it: regular, beyond_critical, narrow_lobes, "
+        "standard_errors, index_step.",
     ),
 ]
 RegularBinDeg = Annotated[

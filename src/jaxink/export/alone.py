@@ -146,7 +146,7 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
         layers[0] = _with_faces(layers[0], whole[ink.first - 1], "front_roughness")
     if ink.last + 1 < len(whole):
         layers[-1] = _with_faces(layers[-1], whole[ink.last + 1], "back_roughness")
-    numbers, media = _numbers(sample), {}
+    numbers, media = {name: _untabulated(p) for name, p in _numbers(sample).items()}, {}
     start = sample.parameters.values_with({})
     for name, medium in ((_FRONT, ink.index_front), (_BACK, ink.index_back)):
         for wavelength in wavelengths_nm:
@@ -292,6 +292,17 @@ def _number(sample: Sample, name: str, value: float) -> Parameter:
     parameter = sample.parameters[name]
     is_index = "index_" in name or name.split("@")[0].endswith("refractive_index")
     return Parameter(name, float(value), is_index and (parameter.free or parameter.tie is not None))
+
+
+def _untabulated(parameter: Parameter) -> Parameter:
+    """The parameter, an angle of roughness tied to its value.
+
+    A model tabulates a face whose angle is known or free before it is used, which costs more than it saves
+    here.
+    """
+    if not parameter.name.endswith(".sigma_deg"):
+        return parameter
+    return Parameter(parameter.name, parameter.value, tie=repr(parameter.value))
 
 
 def _numbers(sample: Sample) -> dict[str, Parameter]:

@@ -12,6 +12,7 @@ from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
 from jaxink.export.grid import critical_angles_deg, polar_grid
+from jaxink.export.passages import facet_lobes
 from jaxink.export.spread import Spread
 from jaxink.export.table import InkTable
 from jaxink.fitting import FitResult
@@ -21,8 +22,8 @@ from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.stack import SolverConfig, Stack
 
-# Pairs of directions of one solve: bounds the memory that the azimuthal series takes.
-_MOST_POINTS = 60_000
+# Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
+_MOST_TERMS = 20_000_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,8 +181,12 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
         bsdf_standard_error_per_sr=bsdf_error,
         regular_standard_error=regular_error,
         attrs=_attrs(ink, spread, options, model.config, grazing_deg),
+        lobes=facet_lobes(stacks, model.config, theta_deg, grazing_deg),
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
+    if table.lobes is not None:
+        apart = table.interpolation_error(lobes_apart=False)
+        table.attrs["interpolation_error_of_entries"] = max(apart.values())
     return table
 
 
@@ -245,7 +250,8 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
     """
     n_theta, n_phi = len(theta_deg), len(phi_deg)
     per_incidence = 2 * n_theta * n_phi
-    n_chunks = -(-n_theta * per_incidence // _MOST_POINTS)
+    each = config.n_orders * (1 + len(tangents.index_front))
+    n_chunks = -(-n_theta * per_incidence * each // _MOST_TERMS)
     # Chunks of one size share one compiled program: the last incidence fills up the last chunk.
     size = -(-n_theta // n_chunks)
     padded = np.append(theta_deg, np.full(n_chunks * size - n_theta, theta_deg[-1]))

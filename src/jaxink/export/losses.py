@@ -9,9 +9,11 @@ from jaxink.errors import InputRefusedError
 from jaxink.export.sampling import critical_angle_deg, diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
 
-LOSSES = ("regular", "beyond_critical", "standard_errors", "index_step")
+LOSSES = ("regular", "beyond_critical", "narrow_lobes", "standard_errors", "index_step")
 # Share of the incident power below which nothing is lost that a file's digits could show.
 _NEGLIGIBLE = 1e-6
+# Of the largest BSDF of an incidence: what reading lobes between the entries may be wrong by without a word.
+_NEGLIGIBLE_LOBES = 0.01
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,8 +98,8 @@ def refuse_losses(table: InkTable, title: str, lost: tuple[str, ...], options: E
     if "regular" in names:
         remedy += ", give the regular part a width instead (regular_bin_deg, --regular-bin-deg)"
     raise InputRefusedError(
-        f"{title} cannot hold {'; nor '.join(clauses)}: {remedy}, or take a format that holds all: netcdf, "
-        "csv, mitsuba."
+        f"{title} cannot hold {'; nor '.join(clauses)}: {remedy}, or take a format that holds all: "
+        f"{'netcdf' if 'narrow_lobes' in names else 'netcdf, csv, mitsuba'}."
     )
 
 
@@ -130,6 +132,18 @@ def _beyond_critical(table: InkTable) -> str | None:
     )
 
 
+def _narrow_lobes(table: InkTable) -> str | None:
+    if table.lobes is None:
+        return None
+    error = max(table.interpolation_error(lobes_apart=False).values())
+    if error <= _NEGLIGIBLE_LOBES:
+        return None
+    return (
+        f"the lobes of a rough face, narrower than its angles (about {error:.2g} of the largest BSDF of an "
+        "incidence is lost or gained between them; more n_theta and n_phi help)"
+    )
+
+
 def _standard_errors(table: InkTable) -> str | None:
     if table.bsdf_standard_error_per_sr is None and table.regular_standard_error is None:
         return None
@@ -148,6 +162,7 @@ def _index_step(table: InkTable) -> str | None:
 _CLAUSES = {
     "regular": _regular,
     "beyond_critical": _beyond_critical,
+    "narrow_lobes": _narrow_lobes,
     "standard_errors": _standard_errors,
     "index_step": _index_step,
 }

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jaxink.errors import InputRefusedError
+from jaxink.export.lobes import FacetLobes
 from jaxink.export.table import COMPONENTS, InkTable
 from jaxink.netcdf import read_dataset, write_dataset
 
@@ -22,7 +23,10 @@ CONVENTIONS = (
     "of the specular or refracted direction, 0 that of the source, and 180 to 360 mirrors 0 to 180. "
     "Reciprocity: R(i, o) = R(o, i), T_IA(i, o) / index_outside^2 = T_AI(o, i) / index_inside^2. regular is "
     "the share of power that leaves in the specular or refracted direction. The values at 90 degrees are "
-    "those at grazing_theta_deg, where it is given."
+    "those at grazing_theta_deg, where it is given. facet_*, where present: lobes of light that meets one "
+    "facet of a rough face and is regular else. They are part of bsdf_per_sr, but too narrow to be read "
+    "between its entries: take them off, interpolate the rest, and put them on again by the formulas of "
+    "microfacets (Walter et al. 2007, equations 20 and 21) with facet_passage in place of the masking."
 )
 _DIMS = ("component", "wavelength", "theta_i", "theta_o", "phi")
 # Field, dimensions, units, meaning.
@@ -40,6 +44,28 @@ _VARIABLES = (
     ("regular_standard_error", _DIMS[:3], "1", "one standard error of regular by the fit's covariance"),
 )
 _OPTIONAL = ("bsdf_standard_error_per_sr", "regular_standard_error")
+# Field of the lobes, variable, dimensions, meaning.
+_LOBES = (
+    ("slope", "facet_slope", ("facet_slope",), "slope of facets, tangent of their angle"),
+    (
+        "radial_density",
+        "facet_radial_density",
+        ("face", "wavelength", "facet_slope"),
+        "slope times density of slopes per area of the slope plane",
+    ),
+    (
+        "face_index",
+        "facet_index",
+        ("side", "face", "wavelength"),
+        "refractive index of the medium of a face towards side I and towards side A",
+    ),
+    (
+        "passage",
+        "facet_passage",
+        ("side", "face", "wavelength", "theta_i"),
+        "share of the light from a side that comes to a face regularly, times Smith's masking",
+    ),
+)
 _COORDINATES = (
     ("wavelength", "wavelength_nm", "nm", "wavelength in vacuum"),
     ("theta_i", "theta_deg", "degree", "polar angle of incidence from the normal, in the medium it is in"),
@@ -82,6 +108,12 @@ def to_dataset(table: InkTable) -> "xarray.Dataset":
         for name, dims, units, meaning in _VARIABLES
         if getattr(table, name) is not None
     }
+    if table.lobes is not None:
+        coordinates["side"] = ("side", np.array(("I", "A"), object), {"long_name": "side of the ink"})
+        variables |= {
+            variable: (dims, getattr(table.lobes, field).copy(), {"units": "1", "long_name": meaning})
+            for field, variable, dims, meaning in _LOBES
+        }
     attrs = {**table.attrs, "schema": SCHEMA, "schema_version": SCHEMA_VERSION, "conventions": CONVENTIONS}
     return xarray.Dataset(variables, coordinates, attrs)
 
@@ -126,12 +158,28 @@ def from_dataset(dataset: "xarray.Dataset", source: str = "the Dataset") -> InkT
             if set(dataset[name].dims) != set(dims):
                 raise InputRefusedError(f"{source}: {name} must have the dimensions {', '.join(dims)}.")
             fields[name] = dataset[name].transpose(*dims).values
+    if "facet_slope" in dataset.variables:
+        fields["lobes"] = _lobes(dataset, fields, source)
     attrs = {
         key: value.item() if isinstance(value, np.generic) else value
         for key, value in dataset.attrs.items()
         if key not in ("schema", "schema_version", "conventions")
     }
     return InkTable(**fields, attrs=attrs)
+
+
+def _lobes(dataset: "xarray.Dataset", fields: dict, source: str) -> FacetLobes:
+    """Lobes of a Dataset that has some."""
+    found = {}
+    for field, variable, dims, _ in _LOBES:
+        if variable not in dataset.variables:
+            raise InputRefusedError(f"{source}: variable {variable} is missing; write the table anew.")
+        if set(dataset[variable].dims) != set(dims):
+            raise InputRefusedError(f"{source}: {variable} must have the dimensions {', '.join(dims)}.")
+        found[field] = dataset[variable].transpose(*dims).values
+    index = np.stack([fields["index_inside"], fields["index_outside"]])
+    grazing = float(dataset.attrs.get("grazing_theta_deg", 90.0))
+    return FacetLobes(theta_deg=fields["theta_deg"], index=index, grazing_theta_deg=grazing, **found)
 
 
 def write_netcdf(table: InkTable, path: str | Path) -> Path:

@@ -49,9 +49,13 @@ def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]
     Returns
     -------
     np.ndarray
-        Shape ``(4, wavelengths, angles)``, exact for the table as interpolated linearly.
+        Shape ``(4, wavelengths, angles)``, exact for the table as `InkTable.interpolated`.
     """
-    return table.bsdf_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
+    totals = table.rest_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
+    if table.lobes is not None:
+        for c, w in np.ndindex(totals.shape[:2]):
+            totals[c, w] += table.lobes.totals(COMPONENTS[c], w)
+    return totals
 
 
 def power_sent_out(table: InkTable) -> Float[np.ndarray, "2 wavelengths angles"]:

@@ -2,7 +2,8 @@
 
 The sheet knows the table only. Light in the clear layers on either side of it is carried as basic radiance
 L/n^2 on channels of kappa = n sin(theta), in azimuthal cosine series; the table is read linearly in its polar
-angles. Regular light is followed at its own angles, so that every direction is exact apart from the table.
+angles. Regular light is followed at its own angles, so that every direction is exact apart from the table; so
+are the lobes of rough interfaces that it meets first. Of later ones the channels see averages.
 """
 
 import dataclasses
@@ -21,6 +22,9 @@ from jaxink.sample import Sample
 
 # Components by side of leaving, then side of incidence; side 0 is I, side 1 is A.
 _BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
+# Orders kept of lobes, azimuths of the half circle that they come from, and parts of a channel over which
+# they are averaged.
+_LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,17 +105,33 @@ class Sheet:
     @cached_property
     def channels(self) -> tuple[np.ndarray, np.ndarray]:
         """Kappa of the channels and weights kappa dkappa, each of shape ``(channels,)``."""
-        largest = max(self.indices)
-        ends = sorted({n for run in self.runs for n in run.indices if n <= largest})
         unit, weight = gauss_legendre_unit(self.n_nodes)
-        kappa, etendue, start = [], [], 0.0
-        for end in ends:
-            top = np.sqrt(1 - (start / end) ** 2)
+        kappa, etendue = [], []
+        for end, top in self._blocks:
             cosine = top * unit
             kappa.append(end * np.sqrt(1 - cosine**2))
             etendue.append(end**2 * top * weight * cosine)
-            start = end
         return np.concatenate(kappa), np.concatenate(etendue)
+
+    @property
+    def _blocks(self) -> list[tuple[float, float]]:
+        """Refractive index at the end of each block of channels, and its cosine at the block's start."""
+        largest = max(self.indices)
+        ends = sorted({n for run in self.runs for n in run.indices if n <= largest})
+        return [
+            (end, np.sqrt(1 - (start / end) ** 2)) for start, end in zip([0.0, *ends], ends, strict=False)
+        ]
+
+    @cached_property
+    def _parts(self) -> tuple[np.ndarray, np.ndarray]:
+        """Kappa of equal parts of every channel, and their shares of its etendue, ``(channels, parts)``."""
+        _, weight = gauss_legendre_unit(self.n_nodes)
+        ends = np.concatenate([[0.0], np.cumsum(weight)])
+        fractions = (np.arange(_LOBE_PARTS) + 0.5) / _LOBE_PARTS
+        unit = ends[:-1, None] + weight[:, None] * fractions
+        kappa = [end * np.sqrt(1 - (top * unit) ** 2) for end, top in self._blocks]
+        share = unit / unit.sum(axis=1, keepdims=True)
+        return np.concatenate(kappa), np.tile(share, (len(kappa), 1))
 
     def bsdf(
         self, lit_from: int, theta_i_deg: float, theta_o_deg, phi_deg, is_transmission
@@ -144,16 +164,22 @@ class Sheet:
         incident[lit_from] = at_in.transmitted[lit_from]
         # Power that arrives at the sheet regularly from either side, after any number of passages.
         arriving = incident + at_in.reflected * at_in.to_and_fro(at_in.pass_sheet(incident))
-        first = self._scattered((nodes, kappa_in)) @ arriving.ravel()
+        first = self._with_lobes((nodes, kappa_in), (self._parts, _whole(kappa_in))) @ arriving.ravel()
         at_nodes, after_any_number = self._multiple
         back = at_nodes.reflected.ravel() * np.einsum("mab,mb->ma", after_any_number, first)
-        once = self._scattered((distinct, kappa_in)) @ arriving.ravel()
-        more = np.einsum("mab,mb->ma", self._scattered((distinct, nodes)), back * self._weight)
+        once = np.zeros((len(first), 2 * len(distinct)))
+        smooth = self._scattered((distinct, kappa_in)) @ arriving.ravel()
+        once[: len(smooth)] = smooth
+        onward = self._with_lobes((distinct, nodes), (_whole(distinct), self._parts))
+        more = np.einsum("mab,mb->ma", onward, back * self._weight)
         emerging = at_out.to_and_fro((once + more).reshape(-1, 2, len(distinct)))
-        radiance = (outside**2)[:, None] * at_out.transmitted * emerging
-        orders = np.arange(len(radiance))
+        orders = np.arange(len(emerging))
         cosines = np.where(orders == 0, 1.0, 2.0) * np.cos(orders * np.deg2rad(180 - phi_deg)[:, None])
-        return np.einsum("pm,mp->p", cosines, radiance[:, leaves, position])
+        smooth = np.einsum("pm,mop->op", cosines, emerging[:, :, position])
+        lobes = np.einsum("oip,i->op", self._lobes(kappa_out, kappa_in, phi_deg), arriving[:, 0])
+        at_points = _Regular(self, kappa_out)
+        radiance = at_points.transmitted * (smooth + at_points.to_and_fro(lobes))
+        return (outside[:, None] ** 2 * radiance)[leaves, np.arange(len(leaves))]
 
     @cached_property
     def _weight(self) -> np.ndarray:
@@ -166,20 +192,18 @@ class Sheet:
         nodes, _ = self.channels
         at_nodes = _Regular(self, nodes)
         straight = np.block([[np.diag(at_nodes.sheet[o, i]) for i in range(2)] for o in range(2)])
-        step = self._scattered((nodes, nodes)) * self._weight + straight
+        between = self._with_lobes((nodes, nodes), (_whole(nodes), _whole(nodes)))
+        step = between * self._weight + straight
         return at_nodes, np.linalg.inv(np.eye(2 * len(nodes)) - step * at_nodes.reflected.ravel())
 
     @cached_property
     def _series(self) -> np.ndarray:
-        """Cosine series of f / n_o^2, shape ``(4, orders, incidences, outgoing)``."""
-        from scipy.fft import dct
-
+        """Cosine series of f / n_o^2 without lobes, shape ``(4, orders, incidences, outgoing)``."""
         table = self.table
         n_phi = 1 + round(180 / np.min(np.diff(table.phi_deg)))
         from_forward = linear_matrix(table.phi_deg, np.linspace(180.0, 0.0, n_phi))
-        values = np.einsum("ciop,kp->ckio", table.bsdf_per_sr[:, self.wavelength], from_forward)
-        series = dct(values, type=1, axis=1) / (2 * (n_phi - 1))
-        series[:, -1] /= 2
+        values = np.einsum("ciop,kp->ckio", table.rest_per_sr[:, self.wavelength], from_forward)
+        series = _cosine_series(values, axis=1)
         leaving = np.array([self.indices["IA".index(name[3])] for name in COMPONENTS])
         return series / leaving[:, None, None, None] ** 2
 
@@ -196,6 +220,35 @@ class Sheet:
             blocks.append(np.concatenate(rows, axis=2))
         return np.concatenate(blocks, axis=1)
 
+    def _with_lobes(self, kappas, parts) -> np.ndarray:
+        """As `_scattered`, with the lobes as averages over the parts of outgoing and incoming channels."""
+        kernel = self._scattered(kappas)
+        if self.table.lobes is None:
+            return kernel
+        (out, out_share), (into, in_share) = parts
+        phi = np.linspace(180.0, 0.0, _LOBE_AZIMUTHS)[:, None, None, None, None]
+        lobes = self._lobes(out[:, :, None, None], into, phi)
+        averaged = np.einsum("oikapbq,ap,bq->koaib", lobes, out_share, in_share, optimize=True)
+        series = _cosine_series(averaged, axis=0).reshape(_LOBE_AZIMUTHS, *kernel.shape[1:])
+        n_orders = max(len(kernel), _LOBE_ORDERS)
+        missing = ((0, n_orders - len(kernel)), (0, 0), (0, 0))
+        return np.pad(kernel, missing) + series[:n_orders]
+
+    def _lobes(self, kappa_out, kappa_in, phi_deg) -> np.ndarray:
+        """Lobes over n_o^2 from side to side at directions that broadcast, leaving before incidence."""
+        shape = np.broadcast_shapes(*(np.shape(axis) for axis in (kappa_out, kappa_in, phi_deg)))
+        found = np.zeros((2, 2, *shape))
+        if self.table.lobes is None:
+            return found
+        for o, row in enumerate(_BETWEEN):
+            for i, name in enumerate(row):
+                sines = kappa_in / self.indices[i], kappa_out / self.indices[o]
+                angles = [np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) for sine in sines]
+                lobes = self.table.lobes_at(name, *angles, phi_deg, self.wavelength)
+                there = (sines[0] < 1) & (sines[1] < 1)
+                found[o, i] = np.where(there, lobes / self.indices[o] ** 2, 0.0)
+        return found
+
     def _reading(self, kappa, side):
         """Matrix that reads the table at the angles of channels on a side; 0 where there is no such light."""
         sine = kappa / self.indices[side]
@@ -211,6 +264,20 @@ class Sheet:
                 for row in _BETWEEN
             ]
         )
+
+
+def _whole(kappa: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Channels of one part each."""
+    return kappa[:, None], np.ones((len(kappa), 1))
+
+
+def _cosine_series(values: np.ndarray, axis: int) -> np.ndarray:
+    """Coefficients of a function of azimuth at equal steps from 0 to 180 degrees."""
+    from scipy.fft import dct
+
+    series = np.moveaxis(dct(values, type=1, axis=axis), axis, 0) / (2 * (values.shape[axis] - 1))
+    series[-1] /= 2
+    return np.moveaxis(series, 0, axis)
 
 
 class _Regular:

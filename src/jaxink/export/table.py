@@ -1,6 +1,7 @@
 """Table of an ink layer's BSDF between the plate (side I, inside) and the other side (A, mostly air)."""
 
 import dataclasses
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.export.lobes import FacetLobes
 
 if TYPE_CHECKING:
     import xarray
@@ -42,6 +44,9 @@ class InkTable:
         One standard error by the fit's covariance, shapes as their quantities; None where not known.
     attrs
         Strings and numbers that tell where the table comes from.
+    lobes
+        Of rough interfaces: part of ``bsdf_per_sr`` at its entries, and too narrow to be read between them;
+        None where all is smooth.
     """
 
     wavelength_nm: Float[np.ndarray, " wavelengths"]
@@ -54,6 +59,7 @@ class InkTable:
     bsdf_standard_error_per_sr: Float[np.ndarray, "4 wavelengths angles angles azimuths"] | None = None
     regular_standard_error: Float[np.ndarray, "4 wavelengths angles"] | None = None
     attrs: dict[str, Any] = dataclasses.field(default_factory=dict)
+    lobes: FacetLobes | None = None
 
     def __post_init__(self):
         n_wavelengths, n_angles, n_azimuths = (
@@ -81,10 +87,30 @@ class InkTable:
         indices = {"I": self.index_inside, "A": self.index_outside}
         return indices[component[2]], indices[component[3]]
 
+    @cached_property
+    def rest_per_sr(self) -> Float[np.ndarray, "4 wavelengths angles angles azimuths"]:
+        """The BSDF without the lobes, smooth between the entries."""
+        if self.lobes is None:
+            return self.bsdf_per_sr
+        into, out, phi = np.meshgrid(self.theta_deg, self.theta_deg, self.phi_deg, indexing="ij")
+        lobes = [
+            [self.lobes_at(name, into, out, phi, w) for w in range(len(self.wavelength_nm))]
+            for name in COMPONENTS
+        ]
+        return self.bsdf_per_sr - np.array(lobes)
+
+    def lobes_at(
+        self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
+    ) -> Float[np.ndarray, "*points"]:
+        """BSDF of the lobes alone at any directions; parameters as of `interpolated`."""
+        if self.lobes is None:
+            return np.zeros(np.broadcast_shapes(*map(np.shape, (theta_i_deg, theta_o_deg, phi_deg))))
+        return self.lobes.bsdf(component, wavelength, theta_i_deg, theta_o_deg, phi_deg)
+
     def interpolated(
         self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
     ) -> Float[np.ndarray, "..."]:
-        """BSDF between the entries, linear in each angle, as a ray tracer reads a table.
+        """BSDF between the entries: lobes in closed form, and the rest linear in each angle.
 
         Parameters
         ----------
@@ -103,19 +129,28 @@ class InkTable:
         from scipy.interpolate import RegularGridInterpolator
 
         axes = (self.theta_deg, self.theta_deg, self.phi_deg)
-        values = self.bsdf_per_sr[COMPONENTS.index(component), wavelength]
+        values = self.rest_per_sr[COMPONENTS.index(component), wavelength]
         turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
-        points = np.broadcast_arrays(np.asarray(theta_i_deg, float), theta_o_deg, turned)
+        points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
         # Without the reshape a single point would come back as a row of one.
-        return RegularGridInterpolator(axes, values)(np.stack(points, axis=-1)).reshape(points[0].shape)
+        rest = RegularGridInterpolator(axes, values)(points).reshape(points.shape[:-1])
+        if self.lobes is None:
+            return rest
+        # Where the lobes are all there is, the rest may fall below zero by rounding.
+        whole = rest + self.lobes_at(component, theta_i_deg, theta_o_deg, phi_deg, wavelength)
+        return np.maximum(whole, 0.0)
 
-    def interpolation_error(self, largest_theta_deg: float = 85.0) -> dict[str, float]:
+    def interpolation_error(
+        self, largest_theta_deg: float = 85.0, lobes_apart: bool = True
+    ) -> dict[str, float]:
         """Estimate of the largest error of linear interpolation in the polar angles, by component.
 
         Parameters
         ----------
         largest_theta_deg
             Of the angles looked at: closer to grazing, entries may grow without limit.
+        lobes_apart
+            Whether the reader knows the lobes, as `interpolated` does, or only the entries.
 
         Returns
         -------
@@ -129,11 +164,12 @@ class InkTable:
         looked_at = self.theta_deg <= largest_theta_deg
         rows = linear_matrix(self.theta_deg[kept], self.theta_deg[looked_at])
         found = {}
-        for name, values in zip(COMPONENTS, self.bsdf_per_sr, strict=True):
+        read = self.rest_per_sr if lobes_apart else self.bsdf_per_sr
+        for name, values, whole in zip(COMPONENTS, read, self.bsdf_per_sr, strict=True):
             exact = values[:, looked_at][:, :, looked_at]
             thinned = values[:, kept][:, :, kept]
             difference = np.abs(np.einsum("ia,wabp,ob->wiop", rows, thinned, rows, optimize=True) - exact)
-            top = np.max(exact, axis=(2, 3), keepdims=True)
+            top = np.max(whole[:, looked_at][:, :, looked_at], axis=(2, 3), keepdims=True)
             found[name] = float(np.max(difference / np.where(top > 0, top, np.inf))) / 4
         return found
 

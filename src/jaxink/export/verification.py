@@ -12,6 +12,8 @@ from jaxink.fitting import FitResult
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.sample import Sample
 
+_AWAY_FROM_GRAZING_DEG = 75.0
+
 
 @dataclasses.dataclass(frozen=True)
 class SheetCheck:
@@ -29,6 +31,8 @@ class SheetCheck:
         Incidence in the surroundings.
     largest_difference
         Over all outgoing directions, over the largest BSDF of the full model among them.
+    largest_away_from_grazing
+        The same over outgoing angles to 75 degrees.
     """
 
     wavelength_nm: float
@@ -36,6 +40,7 @@ class SheetCheck:
     side: str
     theta_i_deg: float
     largest_difference: float
+    largest_away_from_grazing: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -120,9 +125,11 @@ def _checks(of_wavelength, sample, lit_from, theta_i_deg):
         for theta_i, expected in zip(theta_i_deg, of_model, strict=True):
             difference = np.abs(sheet.bsdf(lit_from, theta_i, theta_o, phi, side) - expected)
             for name, chosen in (("R", ~side), ("T", side)):
-                largest = np.max(difference[chosen]) / np.max(expected[chosen])
+                share = difference[chosen] / np.max(expected[chosen])
+                away = share[theta_o[chosen] <= _AWAY_FROM_GRAZING_DEG]
                 lit = ("inside", "outside")[lit_from]
-                yield SheetCheck(float(wavelength), lit, name, float(theta_i), float(largest))
+                largest = float(np.max(share)), float(np.max(away))
+                yield SheetCheck(float(wavelength), lit, name, float(theta_i), *largest)
 
 
 def _against_measurement(of_wavelength, source, lit_from):

@@ -31,11 +31,15 @@ def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> None
 
 _FORMATS = {
     "zemax": _Format("Zemax .bsdf", write_zemax, ("regular", "beyond_critical", "standard_errors")),
-    "lighttools": _Format("LightTools .bsdf", write_lighttools, ("regular", "standard_errors")),
-    "speos": _Format("Speos .anisotropicbsdf", write_speos, ("regular", "standard_errors")),
-    "radiance": _Format("Radiance XML", write_radiance, ("regular", "index_step", "standard_errors")),
-    "mitsuba": _Format("Mitsuba 3", write_mitsuba),
-    "csv": _Format("CSV", write_csv),
+    "lighttools": _Format(
+        "LightTools .bsdf", write_lighttools, ("regular", "narrow_lobes", "standard_errors")
+    ),
+    "speos": _Format("Speos .anisotropicbsdf", write_speos, ("regular", "narrow_lobes", "standard_errors")),
+    "radiance": _Format(
+        "Radiance XML", write_radiance, ("regular", "narrow_lobes", "index_step", "standard_errors")
+    ),
+    "mitsuba": _Format("Mitsuba 3", write_mitsuba, ("narrow_lobes",)),
+    "csv": _Format("CSV", write_csv, ("narrow_lobes",)),
     "netcdf": _Format("netCDF", _write_netcdf),
 }
 FORMATS = tuple(_FORMATS)

@@ -10,6 +10,7 @@ from jaxink.export.losses import ExportOptions
 from jaxink.export.sampling import (
     azimuth_weights,
     critical_angle_deg,
+    diffuse_totals,
     exit_angles_deg,
     projected_weights,
 )
@@ -118,8 +119,7 @@ def _scatter_deg(leaving_deg, theta_deg, phi_deg):
 
 def _totals(table: InkTable, component: str, w: int, incidence) -> Float[np.ndarray, " incidences"]:
     """Total integrated scatter, exact for the table as interpolated."""
-    each = table.bsdf_per_sr[COMPONENTS.index(component), w] @ azimuth_weights(table.phi_deg)
-    return np.interp(incidence, table.theta_deg, each @ projected_weights(table.theta_deg))
+    return np.interp(incidence, table.theta_deg, diffuse_totals(table)[COMPONENTS.index(component), w])
 
 
 def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, file) -> None:
