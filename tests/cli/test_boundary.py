@@ -179,7 +179,7 @@ REFUSED = [
     (GAUSSIAN.replace("height_rms_um", "sigma_um"), "[gaussian] has the key 'sigma_um', "),
     (
         MEDIA + "[k_correlation]\nheight_rms_um = 0.1\nlength_b_um = 5\nexponent = 2\n",
-        "k_correlation.exponent is 2; it must lie between 2.05 and 20.",
+        "k_correlation.exponent is 2; it must lie between 2.05 and 200.",
     ),
     (MAP.replace("waves", "rays"), "[height_map] has method = 'rays'; it must be one of: facets, waves."),
     (MAP.replace('"map.npy"', "3"), "height_map.heights_um is 3; it must name a file of heights in um, "),
