@@ -29,10 +29,19 @@ def samples() -> dict[str, str]:
         "second_sigma_deg = { free = true, value = 15, min = 5, max = 40 }, "
         "second_weight = { free = true, value = 0.5, min = 0, max = 1 }"
     )
+    heights = (
+        'spectrum = "k_correlation", '
+        "height_rms_um = { free = true, value = 0.2, min = 0.05, max = 1 }, "
+        "length_b_um = { free = true, value = 8, min = 1, max = 50 }, "
+        "exponent = { free = true, value = 4, min = 2.1, max = 8 }"
+    )
     return {
         "smooth": re.sub(r"back_roughness = .*\n", "", text),
         "one density, angle free (from a table)": re.sub(r"sigma_deg = [0-9.]+", _SIGMA, text),
         "two densities (computed in every step)": re.sub(r"(back_roughness = \{).*\}", rf"\1 {two} }}", text),
+        "waves, K-correlation (computed in every step)": re.sub(
+            r"(back_roughness = \{).*\}", rf"\1 {heights} }}", text
+        ),
     }
 
 
@@ -89,7 +98,7 @@ chosen. Medians of {ROUNDS} rounds in which all take turns. Made by `python benc
 {table(header, rows)}
 
 A face with one density between fixed indices is computed beforehand over the range of its angle. Otherwise
-the facets are summed anew in every step.
+the facets, or the waves of a spectrum of heights, are summed anew in every step.
 """
     write_page("rough.md", text)
 

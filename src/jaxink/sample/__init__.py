@@ -1,10 +1,11 @@
 """What the experimenter knows of a sample; no JAX is needed to read it."""
 
 from jaxink.sample.archive import sample_from_dict, sample_to_dict
-from jaxink.sample.description import Backing, Layer, Noise, Sample, load_sample, parse_sample
+from jaxink.sample.description import Backing, Layer, Noise, Sample
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 from jaxink.sample.populations import Population
+from jaxink.sample.reading import load_sample, parse_sample
 from jaxink.sample.roughness import Roughness
 
 __all__ = [
