@@ -1,14 +1,13 @@
 """The description of a rough boundary between two clear media in a small TOML file."""
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
-from jaxink.sample.entries import bounded, choice, missing, only, table_of
+from jaxink.sample.entries import bounded, choice, document_of, missing, only, table_of, text_of
 from jaxink.sample.heights import read_heights, read_pitch
 from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS, Quantity
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
@@ -90,16 +89,7 @@ def load_boundary(path: str | Path) -> RoughBoundary:
         Naming the file and the key, what is wrong and what would be right.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputRefusedError(f"{path}: there is no such surface file.") from None
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputRefusedError(f"{path}: cannot be read as a text file ({problem}).") from None
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise InputRefusedError(f"{path}: is not valid TOML: {problem}.") from None
+    document = document_of(text_of(path, "surface"), str(path))
     try:
         with computing():
             return _boundary(document, path.parent)

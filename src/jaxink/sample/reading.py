@@ -1,7 +1,6 @@
 """Sample files: read, checked, and turned into a `Sample`; everything unknown is refused."""
 
 import math
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +11,14 @@ from jaxink.sample.dispersion import Dispersion, read_dispersion
 from jaxink.sample.entries import (
     bounded,
     choice,
+    document_of,
     is_number,
     missing,
     only,
     parameter_entry,
     parameter_of,
     table_of,
+    text_of,
 )
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.populations import Population, check_volume, population_tables, radius_table
@@ -42,13 +43,7 @@ def load_sample(path: str | Path) -> Sample:
         Naming the file and the key, what is wrong and what would be right.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputRefusedError(f"{path}: there is no such sample file.") from None
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputRefusedError(f"{path}: cannot be read as a text file ({problem}).") from None
-    return parse_sample(text, str(path), path.parent)
+    return parse_sample(text_of(path, "sample"), str(path), path.parent)
 
 
 def parse_sample(text: str, source: str = "sample", folder: str | Path | None = None) -> Sample:
@@ -67,10 +62,7 @@ def parse_sample(text: str, source: str = "sample", folder: str | Path | None = 
     -------
     Sample
     """
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise InputRefusedError(f"{source}: is not valid TOML: {problem}.") from None
+    document = document_of(text, source)
     try:
         return _Reader(document, Path(folder or ".")).sample()
     except InputRefusedError as problem:
