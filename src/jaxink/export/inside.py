@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError
 from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
@@ -51,7 +52,7 @@ class TableOptions:
     inside: str | None = None
     index_inside: float | None = None
     index_outside: float | None = None
-    accuracy: float = 1e-4
+    accuracy: float = DEFAULT_ACCURACY
 
     def __post_init__(self):
         if self.n_phi is not None and self.n_phi < 3:

@@ -142,11 +142,7 @@ def _against_measurement(of_wavelength, source, lit_from):
     theta_i, theta_o, phi, wavelength, side, measured = (
         column[used]
         for column in (
-            data.theta_i_deg,
-            data.theta_o_deg,
-            data.phi_deg,
-            data.wavelength_nm,
-            data.is_transmission,
+            *data.directions,
             data.bsdf_per_sr,
         )
     )
