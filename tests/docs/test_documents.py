@@ -11,7 +11,7 @@ import pytest
 
 import jaxink
 from jaxink.fitting.result import SCHEMA_VERSION as RESULT_VERSION
-from jaxink.sample import description, entries, schema
+from jaxink.sample import entries, reading, schema
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -93,7 +93,7 @@ def test_exit_codes_are_those_of_the_command():
 def test_complete_sample_file_is_accepted_and_complete():
     (text,) = blocks(SAMPLE_FILE, "toml")
     sample = jaxink.parse_sample(text)
-    assert set(tomllib.loads(text)) == set(description._TOP_KEYS)
+    assert set(tomllib.loads(text)) == set(reading._TOP_KEYS)
     assert {key for p in sample.parameters.values() for key in ("prior", "tie") if getattr(p, key)} == {
         "prior",
         "tie",
@@ -132,7 +132,7 @@ def test_keys_of_particles_and_dispersion_are_named():
 
 def test_top_and_parameter_keys_are_documented():
     top = {name for row in rows(table_after("## Top of the file")) for name in re.findall(r"`(\w+)`", row[0])}
-    assert top == set(description._TOP_KEYS)
+    assert top == set(reading._TOP_KEYS)
     numbers = {name for row in rows(table_after("## Numbers")) for name in re.findall(r"`(\w+)`", row[0])}
     assert numbers == set(entries.PARAMETER_KEYS)
     assert f"`schema_version` is {schema.SCHEMA_VERSION}" in SAMPLE_FILE
