@@ -18,9 +18,11 @@ from jaxink import (
     diffuse_bsdf,
     hemispherical_power,
 )
+from jaxink.interfaces import propagating_cosine
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
+from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import Beckmann, slope_density
 
 CONFIG = SolverConfig(12, 10, 16, 10)
@@ -149,3 +151,19 @@ def test_simulated_white_ink_with_a_rough_surface(shared_data):
     assert np.sqrt(np.mean((predicted / expected - 1) ** 2)) < 3e-3
     smooth = jaxink.predict(jaxink.parse_sample(ROUGH.replace("sigma_deg = 3.2", "sigma_deg = 0")), data)
     assert np.sqrt(np.mean((smooth / expected - 1) ** 2)) > 0.03
+
+
+@pytest.mark.parametrize("lobe", [reflected_lobe, transmitted_lobe])
+def test_lobes_have_a_derivative_by_the_index_along_the_normal(lobe):
+    """Of light inside, whose cosines follow from the index."""
+    kappa = jnp.array([0.0, 0.3])
+
+    def of_index(index):
+        cosine = propagating_cosine(1 - (kappa / index) ** 2)
+        outside = cosine if lobe is reflected_lobe else propagating_cosine(1 - kappa**2)
+        return lobe((jnp.asarray(index), jnp.asarray(1.0)), outside, cosine, jnp.zeros(2), Beckmann(0.02))
+
+    _, slope = jax.jvp(of_index, (1.5,), (1.0,))
+    step = 1e-6
+    difference = (of_index(1.5 + step) - of_index(1.5 - step)) / (2 * step)
+    np.testing.assert_allclose(slope, difference, rtol=1e-5)

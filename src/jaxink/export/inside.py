@@ -25,8 +25,6 @@ from jaxink.stack import SolverConfig, Stack
 
 # Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
 _MOST_TERMS = 20_000_000
-# Stands for the normal where that has to be avoided; entries change by less than their digits tell.
-_LEAST_DEG = 1e-4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -161,8 +159,7 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
     theta_deg = polar_grid(n_theta, _kinks_deg(stacks))
     grazing_deg = 90 - (90 - theta_deg[-2]) / 4
     phi_deg = np.linspace(0.0, 180.0, n_phi)
-    # Lobes have no finite derivative by an index exactly along the normal.
-    evaluated = np.clip(theta_deg, _LEAST_DEG if stacks.rough else 0.0, grazing_deg)
+    evaluated = np.minimum(theta_deg, grazing_deg)
     spectrum = []
     for w in range(len(wavelengths)):
         (r_ii, t_ia), (r_aa, t_ai) = (

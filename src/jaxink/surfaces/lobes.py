@@ -46,7 +46,7 @@ def reflected_lobe(
     ----------
     Walter, Marschner, Li, Torrance 2007 EGSR, eq. 20.
     """
-    sine_out, sine_in = jnp.sqrt(1 - cosine_out**2), jnp.sqrt(1 - cosine_in**2)
+    sine_out, sine_in = (jnp.sqrt(jnp.maximum(1 - c**2, 1e-24)) for c in (cosine_out, cosine_in))
     in_plane = sine_out * sine_in * jnp.cos(azimuth_rad)
     facing = jnp.sqrt(jnp.clip((1 + cosine_out * cosine_in - in_plane) / 2, 1e-24, 1.0))
     across = sine_out**2 + sine_in**2 - 2 * in_plane
@@ -84,7 +84,7 @@ def transmitted_lobe(
     Walter, Marschner, Li, Torrance 2007 EGSR, eq. 21.
     """
     n_in, n_out = index
-    sine_out, sine_in = jnp.sqrt(1 - cosine_out**2), jnp.sqrt(1 - cosine_in**2)
+    sine_out, sine_in = (jnp.sqrt(jnp.maximum(1 - c**2, 1e-24)) for c in (cosine_out, cosine_in))
     in_plane = sine_out * sine_in * jnp.cos(azimuth_rad)
     # i towards the source, o away on the other side: the facet normal lies along n_i i + n_o o.
     towards_each_other = -in_plane - cosine_out * cosine_in
