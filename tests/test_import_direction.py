@@ -24,6 +24,7 @@ FLOORS = (
     ("forward",),
     ("fitting",),
     ("export",),
+    ("diagnosis",),
     ("plots",),
     ("cli",),
     ("__main__",),
