@@ -12,10 +12,10 @@ from jaxtyping import Float, Int
 from scipy.special import chdtrc
 
 from jaxink.diagnosis.candidate import ScreenOptions
+from jaxink.diagnosis.order import ljung_box, moran, runs_z
 from jaxink.diagnosis.points import Points
 from jaxink.diagnosis.projection import TangentCone
 
-_LAGS = 10
 # Shorter scans have no order to speak of.
 _SHORTEST_SCAN = 8
 
@@ -74,114 +74,6 @@ class StructureResult:
         return next(statistic for statistic in self.statistics if statistic.name == name)
 
 
-def runs_z(
-    signs_positive: np.ndarray, starts: Int[np.ndarray, " scans"]
-) -> tuple[Float[np.ndarray, "vectors scans"], Float[np.ndarray, " vectors"]]:
-    """Number of runs of one sign, in standard deviations from its mean given the signs.
-
-    Parameters
-    ----------
-    signs_positive
-        True where a residual is positive, in the order along the scans, shape ``(vectors, points)``.
-    starts
-        Where each scan begins.
-
-    Returns
-    -------
-    per_scan, pooled
-        Negative where there are too few runs; 0 where all signs of a scan are alike.
-
-    References
-    ----------
-    Wald, Wolfowitz 1940 Ann. Math. Stat. 11, 147.
-    """
-    size = np.diff(np.append(starts, signs_positive.shape[1]))
-    changes = np.zeros(signs_positive.shape)
-    changes[:, 1:] = signs_positive[:, 1:] != signs_positive[:, :-1]
-    # The first point of a scan does not follow the last of another; it begins a run.
-    changes[:, starts] = 1
-    runs = np.add.reduceat(changes, starts, axis=1)
-    positive = np.add.reduceat(signs_positive.astype(float), starts, axis=1)
-    mean = 2 * positive * (size - positive) / size + 1
-    variance = (mean - 1) * (mean - 2) / np.maximum(size - 1, 1)
-    excess = np.where(variance > 0, runs - mean, 0.0)
-    per_scan = excess / np.sqrt(np.where(variance > 0, variance, 1.0))
-    total = np.sum(variance, axis=1)
-    return per_scan, np.sum(excess, axis=1) / np.sqrt(np.where(total > 0, total, 1.0))
-
-
-def ljung_box(
-    residuals: Float[np.ndarray, "vectors points"], starts: Int[np.ndarray, " scans"], lags: int = _LAGS
-) -> Float[np.ndarray, "vectors scans"]:
-    """Ljung-Box Q of each scan, about zero and not about the mean: an offset is structure too.
-
-    Parameters
-    ----------
-    residuals
-        In the order along the scans.
-    starts
-        Where each scan begins.
-    lags
-        Largest lag; in a scan of n points at most n - 1.
-
-    Returns
-    -------
-    Float[np.ndarray, "vectors scans"]
-
-    References
-    ----------
-    Ljung, Box 1978 Biometrika 65, 297.
-    """
-    points = residuals.shape[1]
-    size = np.diff(np.append(starts, points))
-    scan = np.repeat(np.arange(size.size), size)
-    power = np.add.reduceat(residuals**2, starts, axis=1)
-    power = np.where(power > 0, power, 1.0)
-    total = np.zeros(power.shape)
-    for lag in range(1, min(lags, points - 1) + 1):
-        product = np.zeros(residuals.shape)
-        product[:, :-lag] = residuals[:, lag:] * residuals[:, :-lag]
-        product[:, :-lag] *= scan[lag:] == scan[:-lag]
-        rho = np.add.reduceat(product, starts, axis=1) / power
-        total += rho**2 / np.maximum(size - lag, 1)
-    return size * (size + 2) * total
-
-
-def moran(
-    residuals: Float[np.ndarray, "vectors points"], graph, scan: Int[np.ndarray, " points"]
-) -> tuple[Float[np.ndarray, "vectors scans"], Float[np.ndarray, " vectors"]]:
-    """Moran's I: likeness of neighbours, about zero.
-
-    Parameters
-    ----------
-    residuals
-        One row for each vector.
-    graph
-        Sparse matrix with 1 for each pair of neighbours, each pair once.
-    scan
-        Scan of each point, ascending; a pair counts for the scan of its row.
-
-    Returns
-    -------
-    per_scan, pooled
-        Sum over the pairs of r_i r_j, divided by their number and by the mean square.
-
-    References
-    ----------
-    Moran 1950 Biometrika 37, 17.
-    """
-    starts = np.flatnonzero(np.diff(scan, prepend=-1))
-    products = residuals * (graph @ residuals.T).T
-    pairs = np.add.reduceat(np.asarray(graph.sum(axis=1)).reshape(-1), starts)
-    size = np.diff(np.append(starts, scan.size))
-    square = np.add.reduceat(residuals**2, starts, axis=1)
-    each = np.add.reduceat(products, starts, axis=1)
-    mean_square = square / size
-    per_scan = each / np.maximum(pairs, 1) / np.where(mean_square > 0, mean_square, 1.0)
-    overall = np.sum(square, axis=1) / scan.size
-    return per_scan, np.sum(each, axis=1) / max(pairs.sum(), 1) / np.where(overall > 0, overall, 1.0)
-
-
 @dataclass(frozen=True)
 class _Null:
     """One statistic of noise that went through the fit."""
@@ -200,7 +92,7 @@ class _Null:
         return cls(np.sort(pooled), np.sort(worst), centre, scatter)
 
     def p_values(self, statistic: "_Statistic", own: int):
-        """p over all scans and of the worst scan, and which that is; own = 1 for one of the draws."""
+        """Of all scans together and of the worst scan, and which that is; own = 1 for one of the draws."""
         pooled, per_scan = statistic.oriented
         standardised = (per_scan - self.centre) / self.scatter
         worst = np.argmax(standardised, axis=1)
