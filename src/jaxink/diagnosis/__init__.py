@@ -1,4 +1,4 @@
-"""What a residual says: whether anything is left, what it resembles, where it stands; numpy and scipy only."""
+"""What a residual says: whether anything is left, what it resembles and where it stands; no JAX."""
 
 from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part

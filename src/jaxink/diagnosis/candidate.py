@@ -30,7 +30,7 @@ class Candidate:
     """
 
     name: str
-    directions: Float[np.ndarray, "rows inner"]
+    directions: Float[np.ndarray, "rows *inner"]
     sign: int
 
     def __post_init__(self):

@@ -28,8 +28,12 @@ class SmoothPart:
     ----------
     values
         Its conditional mean at the points, in standard deviations of the noise.
+    noise_power
+        Mean square that noise alone would give each of them.
     share
-        Structured share of the residual's sum of squares: 1 - |r - values|^2 / |r|^2.
+        Structured share of the residual's mean square: 1 - (|r - values|^2 / f) / (|r|^2 / n), where n counts
+        the points less the parameters, and f is n less what the smoothing takes out of noise. About 0 for
+        noise, where the plain ratio of the sums would not be.
     variance
         Of the process, in units of the noise; 0 where none is the most likely.
     length_deg
@@ -39,6 +43,7 @@ class SmoothPart:
     """
 
     values: Float[np.ndarray, " points"]
+    noise_power: Float[np.ndarray, " points"]
     share: float
     variance: float
     length_deg: float
@@ -73,7 +78,7 @@ def smooth_part(
     """
     options = ScreenOptions() if options is None else options
     cone = TangentCone.of(jacobian, at_bound)
-    projection = cone.projection(cone.active_at(residual))
+    projection = cone.projection(cone.active(residual[None, :])[0])
     noise = np.random.default_rng(options.seed).standard_normal((options.n_bootstrap, residual.size))
     vectors = np.vstack([residual[None, :], noise])
     gains, modes = [], []
@@ -87,13 +92,17 @@ def smooth_part(
     left = projection.remove(residual)[: len(points)]
     at_length, at_variance = np.unravel_index(np.argmax(gains[0]), gains[0].shape)
     if best[0] <= 0:
-        return SmoothPart(np.zeros(len(points)), 0.0, 0.0, _LENGTHS_DEG[at_length], p_value)
+        nothing = np.zeros(len(points))
+        return SmoothPart(nothing, nothing, 0.0, 0.0, _LENGTHS_DEG[at_length], p_value)
     vector, square = modes[at_length]
     variance = float(_VARIANCES[at_variance])
     kept = variance * square / (1 + variance * square)
     values = (vector @ (kept * (vector.T @ residual)))[: len(points)]
-    share = 1 - float(np.sum((left - values) ** 2) / np.sum(left**2))
-    return SmoothPart(values, share, variance, _LENGTHS_DEG[at_length], p_value)
+    freedom = len(points) - projection.basis.shape[1]
+    rest = np.sum((left - values) ** 2) / max(freedom - np.sum(kept * (2 - kept)), 1.0)
+    share = max(0.0, 1 - float(rest / (np.sum(left**2) / max(freedom, 1))))
+    noise_power = np.sum((vector[: len(points)] * kept) ** 2, axis=1)
+    return SmoothPart(values, noise_power, share, variance, _LENGTHS_DEG[at_length], p_value)
 
 
 def _likelihood_gain(power, square):

@@ -171,7 +171,7 @@ def pairs_that_imitate(
 
 
 def _alone(candidate: ScreenedCandidate, cosine: float, minimum_share: float) -> bool:
-    return cosine**2 >= minimum_share and candidate.sign * cosine >= 0
+    return bool(cosine**2 >= minimum_share and candidate.sign * cosine >= 0)
 
 
 def _ratio(coefficient, wanted: ScreenedCandidate, other: ScreenedCandidate, orientation) -> float:

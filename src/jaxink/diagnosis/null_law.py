@@ -18,8 +18,8 @@ _JUNCTION = 0.05
 
 
 def maximum_tail(
-    critical: Float[np.ndarray, "*shape"], links: Float[np.ndarray, " links"], sign: int
-) -> Float[np.ndarray, "*shape"]:
+    critical: Float[np.ndarray, "*shape"] | float, links: Float[np.ndarray, " links"], sign: int
+) -> Float[np.ndarray, "*shape"] | float:
     """Upper bound on the chance that the largest of several correlated normal deviates exceeds a value.
 
     Parameters
@@ -105,7 +105,7 @@ class NullLaw:
         share = (1 + count) / (self.draws.size + 1)
         return float(at), share / float(maximum_tail(np.sqrt(at), self.links, self.sign))
 
-    def p_value(self, statistic: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    def p_value(self, statistic: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
         """Chance of a statistic as large or larger.
 
         Parameters
@@ -156,7 +156,7 @@ class NullLaw:
         )
 
 
-def admissible(scores: Float[np.ndarray, "*shape"], sign: int) -> Float[np.ndarray, "*shape"]:
+def admissible(scores: Float[np.ndarray, "*shape"] | float, sign: int) -> Float[np.ndarray, "*shape"] | float:
     """Scores counted in the direction that the strength may take.
 
     Parameters

@@ -258,27 +258,28 @@ class TangentCone:
         """
         return cone_fit(vectors @ self.edges, self.edges.T @ self.edges)
 
-    def active_at(self, residual: Float[np.ndarray, " rows"]) -> Bool[np.ndarray, " edges"]:
+    def active(self, vectors: Float[np.ndarray, "vectors rows"]) -> Bool[np.ndarray, "vectors edges"]:
         """Edges that a residual does not push against.
 
         Parameters
         ----------
-        residual
-            Whitened residual, fitted or not.
+        vectors
+            Whitened residuals, fitted or not.
 
         Returns
         -------
-        Bool[np.ndarray, " edges"]
-            False where the misfit pulls a parameter out of its range: its column is not free.
+        Bool[np.ndarray, "vectors edges"]
+            False where the misfit pulls a parameter out of its range: its column is not free. True also
+            where it pulls neither way, as it does inside the range.
         """
-        pull = self.edges.T @ residual
-        undecided = np.abs(pull) <= _PULL * np.sqrt(np.mean(residual**2))
-        return self.fit(residual[None, :]).active[0] | undecided
+        pull = np.abs(vectors @ self.edges)
+        size = np.sqrt(np.mean(vectors**2, axis=1, keepdims=True))
+        return self.fit(vectors).active | (pull <= _PULL * size)
 
     def groups(
         self, vectors: Float[np.ndarray, "vectors rows"]
     ) -> Iterator[tuple[np.ndarray, np.ndarray | slice]]:
-        """Vectors in whose own fit the same edges are active.
+        """Vectors of the same active edges.
 
         Parameters
         ----------
@@ -293,7 +294,7 @@ class TangentCone:
         if self.n_edges == 0:
             yield np.zeros(0, bool), slice(None)
             return
-        patterns, group = np.unique(self.fit(vectors).active, axis=0, return_inverse=True)
+        patterns, group = np.unique(self.active(vectors), axis=0, return_inverse=True)
         group = group.reshape(-1)
         for number, active in enumerate(patterns):
             yield active, np.flatnonzero(group == number)

@@ -63,16 +63,19 @@ class _Decision:
     critical_z: tuple[float, ...]
     smallest_p: np.ndarray
 
+    def adjusted(self, p):
+        as_small = np.searchsorted(self.smallest_p, p, side="right")
+        return (1 + as_small) / (self.smallest_p.size + 1)
+
     def judged(self, record: ScreenedCandidate, position: int) -> ScreenedCandidate:
         """The record with its significance."""
         oriented = max(float(admissible(record.z, record.sign)), 0.0)
         p = float(self.laws[position].p_value(np.array(oriented**2)))
-        as_small = np.searchsorted(self.smallest_p, p, side="right")
         critical = self.critical_z[position]
         return dataclasses.replace(
             record,
             p_raw=p,
-            p_adjusted=float((1 + as_small) / (self.smallest_p.size + 1)),
+            p_adjusted=float(self.adjusted(p)),
             critical_z=critical,
             detection_limit=critical * record.standard_error,
             detection_limits=critical * record.standard_errors,
@@ -87,8 +90,7 @@ def _decide(scores, columns: _Columns, candidates, correlation, level, is_exact)
         if kept.size == 0:
             laws.append(None)
             continue
-        best = admissible(scores[:, kept], candidate.sign).max(axis=1)
-        statistic = np.maximum(best, 0.0) ** 2
+        statistic = _statistic(scores[:, kept], candidate.sign)
         links = tree_links(correlation[np.ix_(kept, kept)], candidate.sign)
         draws = np.zeros(0) if is_exact and kept.size == 1 else np.sort(statistic)
         laws.append(NullLaw(candidate.sign, links, draws))
@@ -98,6 +100,11 @@ def _decide(scores, columns: _Columns, candidates, correlation, level, is_exact)
     threshold = float(smallest[count - 1])
     critical = tuple(np.nan if law is None else law.critical(threshold) for law in laws)
     return _Decision(tuple(laws), critical, smallest)
+
+
+def _statistic(scores, sign):
+    """T of each row: the best admissible score, squared."""
+    return np.maximum(admissible(scores, sign).max(axis=1), 0.0) ** 2
 
 
 @dataclass(frozen=True)
@@ -135,7 +142,7 @@ class PreparedScreen:
     cone: TangentCone
     _columns: _Columns
     _views: tuple[_View, ...]
-    _decision: _Decision
+    _decision: _Decision | None
 
     def screen(self, residual: Float[np.ndarray, " rows"]) -> ScreenResult:
         """Screen one residual.
@@ -155,11 +162,37 @@ class PreparedScreen:
             The residual is not finite.
         """
         _check_finite(residual)
-        active = self.cone.active_at(residual)
-        seen = [view for view in self._views if np.array_equal(view.active, active)]
-        view = seen[0] if seen else _View.of(self.cone, self._columns, active)
+        view = self._view(self.cone.active(residual[None, :])[0])
         score = _Score(view, view.unit.T @ residual, np.ones(view.norm.size))
-        return _result(self, residual, score, self._decision)
+        return _result(self, residual, score)
+
+    def p_values(
+        self, residuals: Float[np.ndarray, "sets rows"]
+    ) -> tuple[Float[np.ndarray, "sets candidates"], Float[np.ndarray, "sets candidates"]]:
+        """Significance alone, of many residuals at once: for studies of power and of false alarms.
+
+        Parameters
+        ----------
+        residuals
+            One row for each data set.
+
+        Returns
+        -------
+        p_raw, p_adjusted
+            As of `ScreenedCandidate`; nan where not testable.
+        """
+        scores = np.zeros((len(residuals), self._columns.norm.size))
+        for active, members in self.cone.groups(residuals):
+            scores[members] = residuals[members] @ self._view(active).unit
+        p_raw = np.full((len(residuals), len(self.candidates)), np.nan)
+        for position, (law, part) in enumerate(zip(self._decision.laws, self._columns.slices, strict=True)):
+            if law is not None:
+                p_raw[:, position] = law.p_value(_statistic(scores[:, part], law.sign))
+        return p_raw, np.where(np.isnan(p_raw), np.nan, self._decision.adjusted(p_raw))
+
+    def _view(self, active) -> _View:
+        seen = [view for view in self._views if np.array_equal(view.active, active)]
+        return seen[0] if seen else _View.of(self.cone, self._columns, active)
 
 
 def _check_finite(residual) -> None:
@@ -270,7 +303,7 @@ def _screen_by_clusters(residual, jacobian, candidates, at_bound, clusters, opti
     _check_finite(residual)
     columns = _Columns.of(candidates, len(jacobian))
     cone = TangentCone.of(jacobian, at_bound)
-    view = _View.of(cone, columns, cone.active_at(residual))
+    view = _View.of(cone, columns, cone.active(residual[None, :])[0])
     labels, cluster = np.unique(clusters, return_inverse=True)
     shares = np.zeros((labels.size, view.norm.size))
     np.add.at(shares, cluster.reshape(-1), view.unit * view.projection.remove(residual)[:, None])
@@ -285,7 +318,7 @@ def _screen_by_clusters(residual, jacobian, candidates, at_bound, clusters, opti
             signs @ (shares / deviation), columns, candidates, correlation, options.level, False
         )
     prepared = PreparedScreen(tuple(candidates), options, cone, columns, (view,), decision)
-    return _result(prepared, residual, _Score(view, view.unit.T @ residual, deviation), decision)
+    return _result(prepared, residual, _Score(view, view.unit.T @ residual, deviation))
 
 
 @dataclass(frozen=True)
@@ -297,8 +330,8 @@ class _Score:
     deviation: np.ndarray
 
 
-def _result(prepared: PreparedScreen, residual, score: _Score, decision) -> ScreenResult:
-    view, columns = score.view, prepared._columns
+def _result(prepared: PreparedScreen, residual, score: _Score) -> ScreenResult:
+    view, columns, decision = score.view, prepared._columns, prepared._decision
     records, best = [], []
     for position, (candidate, part) in enumerate(zip(prepared.candidates, columns.slices, strict=True)):
         if not np.any(view.norm[part] > 0):

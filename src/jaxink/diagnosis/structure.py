@@ -142,7 +142,7 @@ class PreparedStructure:
         -------
         StructureResult
         """
-        projection = self.cone.projection(self.cone.active_at(residual))
+        projection = self.cone.projection(self.cone.active(residual[None, :])[0])
         left = projection.remove(residual)
         square, freedom = float(left @ left), left.size - projection.basis.shape[1]
         if self.cone.n_edges == 0:

@@ -89,7 +89,7 @@ def locate(
     options = ScreenOptions() if options is None else options
     smooth = smooth_part(residual, jacobian, points, at_bound=at_bound, options=options)
     cone = TangentCone.of(jacobian, at_bound)
-    projection = cone.projection(cone.active_at(residual))
+    projection = cone.projection(cone.active(residual[None, :])[0])
     left = projection.remove(residual)
     factors = []
     for name, (labels, levels) in _divisions(points).items():
@@ -100,7 +100,7 @@ def locate(
     factors = tuple(sorted(factors, key=lambda factor: -factor.share))
     if smooth.p_value > options.level:
         return Location("no structure stands out of the noise", factors, smooth)
-    return Location(_words(points, left[: len(points)], smooth.values), factors, smooth)
+    return Location(_words(points, left[: len(points)], smooth), factors, smooth)
 
 
 def _divisions(points: Points) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:
@@ -162,22 +162,24 @@ def _p_value(labels, projection: Projection, left) -> float:
     return float(chdtrc(basis.shape[1], np.sum((basis.T @ left) ** 2))) if basis.shape[1] else 1.0
 
 
-def _words(points: Points, left, smooth) -> str:
-    power = smooth**2
-    by_side = {side: float(np.sum(power[points.is_transmission == (side == "T")])) for side in "RT"}
+def _words(points: Points, left, smooth: SmoothPart) -> str:
+    # Smoothed noise has a power of its own, also where nothing stands.
+    power, values = smooth.values**2 - smooth.noise_power, smooth.values
+    sides = {side: points.is_transmission == (side == "T") for side in "RT"}
+    by_side = {side: max(float(np.sum(power[here])), 0.0) for side, here in sides.items()}
     main = max(by_side, key=lambda side: by_side[side])
     both = by_side[main] < _ONE_SIDE * sum(by_side.values())
-    region = np.ones(len(points), bool) if both else points.is_transmission == (main == "T")
-    by_sign = {side: _mean_sign(smooth[points.is_transmission == (side == "T")]) for side in "RT"}
-    if by_sign["R"] * by_sign["T"] < 0 and both:
+    by_sign = {side: _mean_sign(values[here]) for side, here in sides.items()}
+    if both and by_sign["R"] * by_sign["T"] < 0:
         return f"{_sign_word(by_sign['R'])} on side R, {_sign_word(by_sign['T'])} on side T"
+    region = np.ones(len(points), bool) if both else sides[main]
     place = "on both sides" if both else f"on side {main}"
-    band, sign, text = _band(points, smooth, region, "specular" if not both and main == "R" else "forward")
+    band, sign, text = _band(points, values, region, "specular" if not both and main == "R" else "forward")
     if sign == 0:
         return f"of changing sign {place}"
     words = f"{_sign_word(sign)} {place}{text}"
     outside = region & ~band
-    if np.sum(power[outside]) > _ELSEWHERE * np.sum(power[region]) and _mean_sign(smooth[outside]) == -sign:
+    if np.sum(power[outside]) > _ELSEWHERE * np.sum(power[region]) and _mean_sign(values[outside]) == -sign:
         words += f", {_sign_word(-sign)} elsewhere"
     return words + _trends(points, sign * left, band)
 
@@ -238,10 +240,12 @@ def _trends(points: Points, oriented, band) -> str:
     words = []
     divisions = _divisions(points)
     for name in ("incidence", "wavelength", "time"):
-        # Scans follow each other in time, so that a trend along them is told once.
-        if name == "time" and words:
-            break
         labels, levels = divisions[name]
+        if name == "time":
+            # Scans follow each other in time: only what changes within them is told of it.
+            scan = points.scan[band]
+            mean = np.bincount(scan, oriented[band]) / np.maximum(np.bincount(scan), 1)
+            oriented = oriented - np.pad(mean, (0, points.n_scans - mean.size))[points.scan]
         count = np.bincount(labels[band], minlength=len(levels))
         if np.sum(count > 0) < 2:
             continue
