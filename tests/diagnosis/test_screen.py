@@ -287,6 +287,20 @@ def test_parameter_pushed_against_its_bound_is_held():
     assert free["e"].z == pytest.approx(screen(residual, jacobian, [candidate])["e"].z, rel=1e-9)
 
 
+def test_parameter_close_to_its_bound_but_inside_is_free():
+    jacobian, candidate = bounded_design(0.5)
+    basis = np.linalg.qr(jacobian)[0]
+    noise = np.random.default_rng(21).standard_normal((20, 60))
+    # At a minimum the pull of such a parameter is rounding, of either sign.
+    fitted = noise - noise @ basis @ basis.T
+    prepared = prepare_screen(jacobian, [candidate], at_bound=np.array([0, 0, -1]))
+    alone = prepare_screen(jacobian, [candidate])
+    for residual in fitted:
+        result = prepared.screen(residual)
+        assert not result.held.any()
+        assert result["e"].z == pytest.approx(alone.screen(residual)["e"].z, abs=1e-9)
+
+
 def test_family_with_parameters_on_bounds(points, jacobian, candidates):
     prepared = prepare_screen(jacobian, candidates, at_bound=np.array([0, -1, 0, 1, 0, 0]))
     called = calls(prepared, np.random.default_rng(15).standard_normal((DRAWS, len(points))))

@@ -251,7 +251,7 @@ def prepare_screen(
         views.append(_View.of(cone, columns, active))
         scores[members] = noise[members] @ views[-1].unit
     # What is testable with every bound holding is the most that can be.
-    unit = Projection(cone.basis).unit(columns.directions)[0]
+    unit = _View.of(cone, columns, np.zeros(cone.n_edges, bool)).unit if cone.n_edges else views[0].unit
     decision = _decide(scores, columns, candidates, unit.T @ unit, options.level, cone.n_edges == 0)
     # A view for each pattern would need much memory where many parameters sit on bounds.
     return PreparedScreen(tuple(candidates), options, cone, columns, tuple(views[:_KEPT_VIEWS]), decision)
