@@ -29,6 +29,7 @@ FLOORS = (
     ("forward",),
     ("fitting",),
     ("export",),
+    ("diagnosis",),
     ("plots",),
     ("cli",),
     ("__main__",),

@@ -1,0 +1,49 @@
+"""What a residual says: whether anything is left, what it resembles and where it stands; no JAX."""
+
+from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part
+from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
+from jaxink.diagnosis.joint import ImitatingPair, JointDrop, joint_drop, pairs_that_imitate
+from jaxink.diagnosis.points import Points
+from jaxink.diagnosis.projection import Projection, TangentCone
+from jaxink.diagnosis.screen import PreparedScreen, prepare_screen, screen
+from jaxink.diagnosis.structure import (
+    PreparedStructure,
+    StructureResult,
+    StructureStatistic,
+    find_structure,
+    prepare_structure,
+)
+from jaxink.diagnosis.where import Factor, Location, locate
+
+__all__ = [
+    "Candidate",
+    "Factor",
+    "HeldOutGain",
+    "ImitatingPair",
+    "JointDrop",
+    "Location",
+    "Observations",
+    "Points",
+    "PreparedScreen",
+    "PreparedStructure",
+    "Projection",
+    "ScreenOptions",
+    "ScreenResult",
+    "ScreenedCandidate",
+    "SmoothPart",
+    "StructureResult",
+    "StructureStatistic",
+    "TangentCone",
+    "block_folds",
+    "find_structure",
+    "held_out_gain",
+    "joint_drop",
+    "locate",
+    "pairs_that_imitate",
+    "prepare_screen",
+    "prepare_structure",
+    "scan_folds",
+    "screen",
+    "smooth_part",
+]
