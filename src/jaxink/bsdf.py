@@ -17,7 +17,7 @@ from jaxink.solve import single_scattering_kernels, solve_stack
 from jaxink.stack import SolverConfig, Stack
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.wave_face import WaveFace, wave_lobes
+from jaxink.surfaces.wave_face import WaveFace, broadened_for, wave_lobes
 
 
 def diffuse_bsdf(
@@ -215,6 +215,7 @@ def _met_one_facet(stack, k, kappa, to_outgoing, fields_in, fields_out, directio
 def _met_waves(stack, k, kappa, factors, to_outgoing, fields_in, fields_out, directions):
     """The same for an interface by wave optics, which also leaves regular light on its other side."""
     face, indices = stack.faces[k], stack.indices[k : k + 2]
+    table = broadened_for(face, *indices)
     into, out = directions.incidence, to_outgoing
     cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
     safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]
@@ -227,7 +228,7 @@ def _met_waves(stack, k, kappa, factors, to_outgoing, fields_in, fields_out, dir
     def lobes(side):
         there = 1 - side
         index, ends = (indices[side], indices[there]), (leaving[side], leaving[there])
-        back, through = wave_lobes(face, index, ends, safe[side][into], directions.azimuth_rad)
+        back, through = wave_lobes(face, table, index, ends, safe[side][into], directions.azimuth_rad)
         if side == sides[1]:
             back = back * at_side[side][out] * at_side[side][into]
         return back, through * at_side[there][out] * at_side[side][into]

@@ -53,6 +53,16 @@ def radial_fourier(values: Float[Array, "*shape nodes"]) -> Float[Array, "*shape
     return 2 * jnp.pi * jnp.fft.irfft(jnp.conj(spectrum), N_NODES) / radius
 
 
+def cubic_weights(t: Float[Array, "*shape"]) -> tuple[Float[Array, "*shape"], ...]:
+    """Lagrange weights of the nodes -1, 0, 1 and 2 at a position t."""
+    return (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+
+
 def interpolate_log(
     values: Float[Array, "*shape nodes"], log_position: Float[Array, "*shape points"]
 ) -> Float[Array, "*shape points"]:
@@ -71,11 +81,5 @@ def interpolate_log(
     """
     position = jnp.clip(jnp.maximum(log_position, _LEAST_LOG) / STEP + N_NODES // 2, 1.0, N_NODES - 3.0)
     first = jnp.floor(position).astype(int) - 1
-    t = position - first - 1
-    weights = (
-        -t * (t - 1) * (t - 2) / 6,
-        (t + 1) * (t - 1) * (t - 2) / 2,
-        -(t + 1) * t * (t - 2) / 2,
-        (t + 1) * t * (t - 1) / 6,
-    )
+    weights = cubic_weights(position - first - 1)
     return sum(w * jnp.take_along_axis(values, first + k, axis=-1) for k, w in enumerate(weights))

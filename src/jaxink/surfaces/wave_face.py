@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from jaxink.channels import ChannelGrid
 from jaxink.interfaces import fresnel_reflectance, propagating_cosine
-from jaxink.numerics.hankel import N_NODES, STEP, log_nodes
+from jaxink.numerics.hankel import N_NODES, STEP, cubic_weights, log_nodes
 from jaxink.surfaces.interface import RoughInterface, RoughResponse, rows_of_samples
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_optics import (
@@ -21,6 +21,7 @@ from jaxink.surfaces.wave_optics import (
     amplitude_factor,
     broadened,
     phase_per_height,
+    spatial_frequency,
 )
 from jaxink.surfaces.wave_power import disc
 
@@ -120,13 +121,7 @@ def _cubic(position, n_nodes: int):
     """First of four nodes about positions, and Lagrange weights."""
     inside = jnp.clip(position, 0.0, n_nodes - 1.0)
     first = jnp.clip(jnp.floor(inside).astype(int) - 1, 0, n_nodes - 4)
-    t = inside - first - 1
-    return first, (
-        -t * (t - 1) * (t - 2) / 6,
-        (t + 1) * (t - 1) * (t - 2) / 2,
-        -(t + 1) * t * (t - 2) / 2,
-        (t + 1) * t * (t - 1) / 6,
-    )
+    return first, cubic_weights(inside - first - 1)
 
 
 def kept_regular(face: WaveFace, indices: tuple, cosines: tuple) -> tuple:
@@ -144,15 +139,30 @@ def kept_regular(face: WaveFace, indices: tuple, cosines: tuple) -> tuple:
     tuple
         Three arrays of the shape of the cosines.
     """
-    wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
-    front, back = (index * cosine for index, cosine in zip(indices, cosines, strict=True))
-    phases = 2 * front, 2 * back, front - back
-    variance = face.spectrum.height_variance_um2 * wavenumber**2
-    return tuple(jnp.exp(-variance * phase**2) for phase in phases)
+    front, back = cosines
+    surface = face.between(*indices)
+    phases = (
+        phase_per_height(surface, front, front, False),
+        phase_per_height(surface.reversed, back, back, False),
+        phase_per_height(surface, back, front, True),
+    )
+    return tuple(jnp.exp(-face.spectrum.height_variance_um2 * phase**2) for phase in phases)
 
 
-def _broadened_for(face: WaveFace, index_1, index_2) -> BroadenedSpectrum:
-    """The table for all light at an interface: reflection in the denser medium has the largest phase."""
+def broadened_for(face: WaveFace, index_1: Float[Array, ""], index_2: Float[Array, ""]) -> BroadenedSpectrum:
+    """The table for all light at an interface: reflection in the denser medium has the largest phase.
+
+    Parameters
+    ----------
+    face
+        The interface.
+    index_1, index_2
+        Refractive indices on either side.
+
+    Returns
+    -------
+    BroadenedSpectrum
+    """
     wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
     return BroadenedSpectrum.of(face.spectrum, 2 * wavenumber * jnp.maximum(index_1, index_2))
 
@@ -180,8 +190,7 @@ def _samples(surface, table, cosine, is_transmission):
     kappa, azimuth, area = jax.vmap(lambda s: disc(index_source, s, scale, _N_RADIAL, _N_AROUND))(sine)
     cosine_source = propagating_cosine(1 - (kappa / index_source) ** 2)
     safe = jnp.maximum(cosine_source, 1e-9)
-    squared = (kappa - sine[:, None]) ** 2 + 4 * kappa * sine[:, None] * jnp.sin(azimuth / 2) ** 2
-    frequency = jnp.sqrt(jnp.maximum(squared, 1e-30)) / wavelength
+    frequency = spatial_frequency(surface, sine[:, None], kappa, azimuth)
     density = _kernel(surface, table, safe, cosine[:, None], azimuth, frequency, is_transmission)
     return kappa, azimuth, jnp.where(cosine_source > 0, density * area, 0.0)
 
@@ -211,7 +220,7 @@ def wave_interface(
     RoughInterface
         With its regular light; what crosses keeps the power, see the head of this module.
     """
-    table = _broadened_for(face, index_outer, index_inner)
+    table = broadened_for(face, index_outer, index_inner)
     cosines = [propagating_cosine(grid.squared_cosine(n)) for n in (index_outer, index_inner)]
     inside = [jnp.where(cosine > 0, 1.0, 0.0) for cosine in cosines]
     # Reflected outside and inside, leaving, entering: made together, for the sake of the compiler.
@@ -267,6 +276,7 @@ def _scales(raw: RoughResponse, entering, regular, inside):
 
 def wave_lobes(
     face: WaveFace,
+    table: BroadenedSpectrum,
     index: tuple[Float[Array, ""], Float[Array, ""]],
     cosines_out: tuple[Float[Array, " points"], Float[Array, " points"]],
     cosine_in: Float[Array, " points"],
@@ -278,6 +288,8 @@ def wave_lobes(
     ----------
     face
         The interface.
+    table
+        Of `broadened_for` at this interface; serves both of its sides.
     index
         Refractive index of the medium that light comes from, and of the other one.
     cosines_out
@@ -292,14 +304,13 @@ def wave_lobes(
     reflected, transmitted
         Basic radiance per irradiance, 1/sr.
     """
-    surface, table = face.between(*index), _broadened_for(face, *index)
+    surface = face.between(*index)
     sine_in = index[0] * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-24))
 
     def lobe(is_transmission, cosine_out):
         index_out = surface.index_out(is_transmission)
         sine_out = index_out * jnp.sqrt(jnp.maximum(1 - cosine_out**2, 1e-24))
-        squared = (sine_out - sine_in) ** 2 + 4 * sine_out * sine_in * jnp.sin(azimuth_rad / 2) ** 2
-        frequency = jnp.sqrt(jnp.maximum(squared, 1e-30)) / surface.wavelength_um
+        frequency = spatial_frequency(surface, sine_out, sine_in, azimuth_rad)
         return _kernel(surface, table, cosine_out, cosine_in, azimuth_rad, frequency, is_transmission)
 
     return tuple(jax.vmap(lobe)(jnp.array([False, True]), jnp.stack(cosines_out)))

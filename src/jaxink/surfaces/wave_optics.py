@@ -103,6 +103,30 @@ def phase_per_height(
     return wavenumber * jnp.where(is_transmission, jnp.abs(out - into), out + into)
 
 
+def spatial_frequency(
+    surface: WaveSurface, kappa_out: Float[ArrayLike, "*shape"], kappa_in, azimuth_rad
+) -> Float[Array, "*shape"]:
+    """Frequency of the heights that scatter light from one direction into another.
+
+    Parameters
+    ----------
+    surface
+        The interface.
+    kappa_out, kappa_in
+        Optical sines n sin(theta) of both directions.
+    azimuth_rad
+        Between the directions of propagation.
+
+    Returns
+    -------
+    Float[Array, "*shape"]
+        1/um, above 0.
+    """
+    # Law of cosines without cancellation near the specular direction.
+    squared = (kappa_out - kappa_in) ** 2 + 4 * kappa_out * kappa_in * jnp.sin(azimuth_rad / 2) ** 2
+    return jnp.sqrt(jnp.maximum(squared, 1e-30)) / surface.wavelength_um
+
+
 def regular_power(
     surface: WaveSurface, cosine_in: Float[Array, " angles"], is_transmission: bool
 ) -> Float[Array, " angles"]:
@@ -259,10 +283,7 @@ def _bsdf(surface, cosine_out, cosine_in, azimuth_rad, is_transmission):
     n_i, n_o = surface.index_front, surface.index_out(is_transmission)
     out, into = cosine_out[:, None], cosine_in[:, None]
     sine_out, sine_in = (jnp.sqrt(jnp.maximum(1 - c**2, 0.0)) for c in (out, into))
-    # Law of cosines without cancellation near the specular direction.
-    squared = (n_o * sine_out - n_i * sine_in) ** 2
-    squared += 4 * n_o * sine_out * n_i * sine_in * jnp.sin(azimuth_rad / 2) ** 2
-    frequency = jnp.sqrt(jnp.maximum(squared, 1e-30)) / surface.wavelength_um
+    frequency = spatial_frequency(surface, n_o * sine_out, n_i * sine_in, azimuth_rad)
     spectrum = surface.spectrum
     if surface.several_orders:
         phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
