@@ -28,6 +28,7 @@ FLOORS = (
     ("instrument",),
     ("forward",),
     ("fitting",),
+    ("effects",),
     ("export",),
     ("diagnosis",),
     ("plots",),

@@ -17,12 +17,16 @@ _HOMES = {
     "jaxink.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.geometry": ("Directions",),
     "jaxink.export": ("InkTable", "ink_table", "read_ink_table"),
+    "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose"),
+    "jaxink.effects": ("Effect",),
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 if TYPE_CHECKING:
     from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+    from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose
+    from jaxink.effects import Effect
     from jaxink.errors import InputRefusedError, JaxinkError, PrecisionError, UnsafeVersionError
     from jaxink.export import InkTable, ink_table, read_ink_table
     from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict

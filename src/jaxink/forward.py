@@ -241,7 +241,11 @@ class ForwardModel(eqx.Module):
             for layer in sample.layers
         ]
         thickness = jnp.stack([jnp.asarray(one, float) for one in thickness])
-        return LateralField(sample.beam_diameter_mm / 2, sample.detector_diameter_mm / 2, thickness)
+        diameters = (
+            values.get(f"instrument.{key}", getattr(sample, key))
+            for key in ("beam_diameter_mm", "detector_diameter_mm")
+        )
+        return LateralField(*(diameter / 2 for diameter in diameters), thickness)
 
     def sizes(
         self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
@@ -300,6 +304,33 @@ class ForwardModel(eqx.Module):
             reflected, transmitted = regular_power(stack, sines)
             regular = jnp.where(side, transmitted[directions.incidence], reflected[directions.incidence])
             return diffuse + self.rays.average(regular) * self.rays.regular_share
+
+        spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
+        return spectrum[self.wavelength_of_point, self.pair_of_point]
+
+    def regular(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
+        """Power of the regular peak on each point's side, for a beam of each point's incidence.
+
+        Parameters
+        ----------
+        free_values
+            As in `bsdf`.
+
+        Returns
+        -------
+        Float[Array, " points"]
+            Share of the incident power.
+        """
+        require_float64()
+        values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
+        directions = self.rays.directions
+
+        def at_wavelength(wavelength_nm, values_here, rough_tables):
+            stack = self.stack(values_here, wavelength_nm, rough_tables)
+            reflected, transmitted = regular_power(stack, directions.sin_incidence)
+            there = directions.incidence
+            chosen = jnp.where(directions.is_transmission, transmitted[there], reflected[there])
+            return self.rays.average(chosen)
 
         spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
         return spectrum[self.wavelength_of_point, self.pair_of_point]

@@ -1,9 +1,11 @@
-"""What a residual says: whether anything is left, what it resembles and where it stands; no JAX."""
+"""What a model lacks: the residual, the effect that it resembles, the effect added, the error before and after."""
 
 from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.diagnosis.joint import ImitatingPair, JointDrop, joint_drop, pairs_that_imitate
+from jaxink.diagnosis.loop import DiagnosisOptions, diagnose
+from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Figures, Step, Summary, Verdict
 from jaxink.diagnosis.points import Points
 from jaxink.diagnosis.projection import Projection, TangentCone
 from jaxink.diagnosis.screen import PreparedScreen, prepare_screen, screen
@@ -17,6 +19,14 @@ from jaxink.diagnosis.structure import (
 from jaxink.diagnosis.where import Factor, Location, locate
 
 __all__ = [
+    "diagnose",
+    "Verdict",
+    "Summary",
+    "Step",
+    "Figures",
+    "DiagnosisOptions",
+    "Diagnosis",
+    "CandidateRow",
     "Candidate",
     "Factor",
     "HeldOutGain",

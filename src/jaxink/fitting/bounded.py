@@ -88,6 +88,7 @@ def _explained(triangle, projected):
 
 class _DescentState(eqx.Module):
     y: Float[Array, " parameters"]
+    jacobian: Float[Array, "rows parameters"]
     triangle: Float[Array, "parameters parameters"]
     projected: Float[Array, " parameters"]
     decrement: Float[Array, ""]
@@ -111,9 +112,9 @@ class BoundedDampedDescent(optx.AbstractDescent):
 
     def init(self, y, f_info_struct) -> _DescentState:
         """State of the right shapes; see `optimistix.AbstractDescent`."""
-        del f_info_struct
-        n = y.shape[0]
-        return _DescentState(y, jnp.zeros((n, n)), jnp.zeros(n), jnp.asarray(jnp.inf), jnp.asarray(1.0))
+        n, rows = y.shape[0], f_info_struct.residual.shape[0]
+        empty = jnp.zeros((rows, n)), jnp.zeros((n, n)), jnp.zeros(n)
+        return _DescentState(y, *empty, jnp.asarray(jnp.inf), jnp.asarray(1.0))
 
     def query(self, y, f_info, state) -> _DescentState:
         """Factorise the Jacobian of an accepted point."""
@@ -128,7 +129,7 @@ class BoundedDampedDescent(optx.AbstractDescent):
         gradient = triangle.T @ projected
         decrement = _explained(triangle * ~_held(y, gradient, self.lower, self.upper), projected)
         scale = jnp.sum(residual**2) / max(n_data - n, 1)
-        return _DescentState(y, triangle, projected, decrement, scale)
+        return _DescentState(y, jacobian, triangle, projected, decrement, scale)
 
     def step(self, step_size, state):
         """Step for the present damping."""

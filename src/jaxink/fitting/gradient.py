@@ -89,6 +89,25 @@ class GradientSearch:
         self.compile_seconds = 0.0
         self._ready = False
 
+    def linearised(self, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual and its Jacobian.
+
+        Parameters
+        ----------
+        unit
+            Free parameters scaled to 0 ... 1.
+
+        Returns
+        -------
+        residual, jacobian
+            Shapes ``(rows,)`` and ``(rows, parameters)``.
+        """
+        unit, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
+        # The first step of a search computes them, by the program that a fit has compiled already.
+        state = self._compiled.initial(self._arrays, unit, *box)
+        _, state, _, _ = self._compiled.advance(self._arrays, unit, *box, state)
+        return np.asarray(state.f_info.residual), np.asarray(state.descent_state.jacobian)
+
     def run(
         self,
         start: np.ndarray,

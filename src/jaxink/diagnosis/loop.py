@@ -1,0 +1,357 @@
+"""Find the residual, name the missing effect, add it, and say what that changed."""
+
+import dataclasses
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
+from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
+from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
+from jaxink.diagnosis.points import Points
+from jaxink.diagnosis.stage import Direction, Refit, Setup, Stage, deviations, held_out_predictions
+from jaxink.diagnosis.structure import StructureResult, find_structure
+from jaxink.diagnosis.verdict import judge
+from jaxink.diagnosis.where import locate
+from jaxink.effects import CATALOGUE, Effect, Scene
+from jaxink.errors import InputRefusedError
+from jaxink.fitting import FitOptions, FitResult, fit
+from jaxink.fitting.objective import noise_of
+from jaxink.measurement import GonioData, read
+from jaxink.numerics.precision import computing
+from jaxink.sample import Sample, load_sample
+from jaxink.stack import SolverConfig
+
+_LOG = logging.getLogger("jaxink")
+# Refits that differ by less in chi-square are not told apart.
+_TOLD_APART = 4.0
+# Effects with a program of their own are refitted where they promise this share of what others give, at most
+# so many of them.
+_OWN_SHARE, _MOST_OWN = 0.25, 4
+# Reduced chi-square that asks for trying everything.
+_LARGE = 1.5
+# A strength this many standard errors from the declared model.
+_CLEAR = 2.0
+_TRIES = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class DiagnosisOptions:
+    """Choices of a diagnosis.
+
+    Parameters
+    ----------
+    max_effects
+        Most effects that are added.
+    level
+        Chance that the screen calls any effect where there is none.
+    n_bootstrap, seed
+        Null data sets of the screen, and their seed.
+    fit
+        Of the fit of the declared model.
+    catalogue
+        Classes of effects that are looked for; `CATALOGUE` and any of your own.
+
+    Raises
+    ------
+    InputRefusedError
+        Two effects have one name.
+    """
+
+    max_effects: int = 3
+    level: float = 0.05
+    n_bootstrap: int = 2000
+    seed: int = 20260
+    fit: FitOptions = FitOptions(profile="none")
+    catalogue: tuple[type[Effect], ...] = CATALOGUE
+
+    def __post_init__(self):
+        names = [effect.name for effect in self.catalogue]
+        twice = {name for name in names if names.count(name) > 1}
+        if twice:
+            raise InputRefusedError(f"two effects of the catalogue are called '{min(twice)}'.")
+        if self.fit.objective != "chi_square" or self.fit.method != "gradient":
+            raise InputRefusedError("a diagnosis needs a gradient fit with the objective 'chi_square'.")
+
+
+Progress = Callable[[str, int, float], None]
+
+
+def diagnose(
+    data: GonioData | str | Path,
+    sample: Sample | str | Path,
+    options: DiagnosisOptions | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say whether a model lacks something, name it, add it, and report the error before and after.
+
+    Parameters
+    ----------
+    data
+        Measurement, or its file.
+    sample
+        Sample as declared, or its file.
+    options
+        Choices; None for the defaults.
+    progress
+        Called with what is done, the step and the misfit.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    InputRefusedError
+        Data or sample cannot be used, or the noise is not known.
+    """
+    options = DiagnosisOptions() if options is None else options
+    sample = sample if isinstance(sample, Sample) else load_sample(sample)
+    data = read(data) if isinstance(data, str | Path) else data
+    follow = progress or _quiet
+    result = fit(data, sample, options.fit, progress)
+    with computing():
+        return _Loop(result, sample, options, follow).run()
+
+
+def _quiet(what: str, step: int, loss: float) -> None:
+    _LOG.debug("%s: step %d, misfit %.6g", what, step, loss)
+
+
+class _Loop:
+    """The procedure on one measurement."""
+
+    def __init__(self, result: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress):
+        self.result, self.options, self.follow = result, options, follow
+        self.data = result.data
+        used = self.data.used
+        self.points = Points.of(self.data)
+        columns = (column[used] for column in self.data.directions)
+        scene = Scene.of(*columns, self.data.row[used])
+        self.screen_options = ScreenOptions(options.n_bootstrap, options.level, options.seed)
+        noise = noise_of(self.data, sample)
+        self.setup = Setup(
+            sample,
+            self.data,
+            noise,
+            SolverConfig(**result.solver),
+            scene,
+            options.catalogue,
+            self.screen_options,
+        )
+        self.observations = Observations(
+            self.data.bsdf_per_sr[used],
+            np.asarray(noise.sigma_per_sr, float),
+            self.points.scan,
+            float(noise.scan_relative),
+        )
+        self.folds = _folds(self.points)
+        self._predictions: dict[tuple, np.ndarray] = {}
+
+    def run(self) -> Diagnosis:
+        """Screen, refit, accept, again; then the verdict."""
+        stage = Stage(self.setup, (), self.result.values)
+        first, steps, screens = stage, [], []
+        structure_before = self._structure(stage)
+        while True:
+            self.follow("screen", len(steps) + 1, stage.solution.chi_square)
+            screened, directions = stage.screened()
+            refits = self._refits(stage, screened, directions)
+            screens.append((stage, screened, refits))
+            step = self._step(stage, screened, refits) if len(steps) < self.options.max_effects else None
+            if step is None:
+                break
+            steps.append(step)
+            accepted, values = self._without_superfluous(stage, step)
+            steps = [s for s in steps if s.effect in {e.name for e in accepted}]
+            stage = Stage(self.setup, accepted, values)
+        structure_after = self._structure(stage) if steps else structure_before
+        return self._report(first, stage, steps, screens, structure_before, structure_after)
+
+    def _structure(self, stage: Stage) -> StructureResult:
+        return find_structure(
+            stage.residual, stage.jacobian, self.points, at_bound=stage.at_bound, options=self.screen_options
+        )
+
+    def _refits(
+        self, stage: Stage, screened: ScreenResult, directions: dict[str, list[Direction]]
+    ) -> dict[str, Refit]:
+        """Refits of the significant candidates: all that share the program, and the leading others."""
+        # Far from a minimum of the true model a score may even have the wrong sign: all are tried then.
+        called = [
+            c
+            for c in screened.candidates
+            if c.p_adjusted <= self.options.level or (stage.is_far and c.status != "not_testable")
+        ]
+        promise = {c.name: stage.promise(c, directions[c.name]) for c in called}
+        refits: dict[str, Refit] = {}
+
+        def refit(name):
+            forms = dict.fromkeys(d.effect for d in directions[name])
+            found = [stage.refit(form, directions[name]) for form in forms]
+            refits[name] = max(found, key=lambda r: r.penalised(len(self.points)))
+            self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
+
+        def best():
+            return max((r.drop for r in refits.values()), default=0.0)
+
+        own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
+        for name in (n for n in promise if n not in own):
+            refit(name)
+        likely = max(best(), *promise.values()) if promise else 0.0
+        for rank, name in enumerate(own):
+            left = stage.solution.chi_square - best()
+            if (rank < _MOST_OWN and promise[name] >= _OWN_SHARE * likely) or left > _LARGE * len(
+                self.points
+            ):
+                refit(name)
+        return refits
+
+    def _step(self, stage: Stage, screened: ScreenResult, refits: dict[str, Refit]) -> Step | None:
+        """The first class of candidates that stands all tests."""
+        n = len(self.points)
+        ranked = sorted(refits.values(), key=lambda r: -r.penalised(n))
+        tried: set[str] = set()
+        for _ in range(_TRIES):
+            left = [r for r in ranked if r.effect.name not in tried]
+            if not left or left[0].penalised(n) <= 0:
+                return None
+            best = left[0]
+            members = [r for r in left if best.penalised(n) - r.penalised(n) < _TOLD_APART]
+            tried |= {r.effect.name for r in members}
+            error = best.deviations()[best.effect.strength.name]
+            # A strength that its range stops has no error, and is clear.
+            clear = not np.isfinite(error) or abs(best.strength) > _CLEAR * error
+            gain = self._gain(stage, best)
+            if clear and gain.improves:
+                return Step(
+                    effect=best.effect.name,
+                    form=best.effect,
+                    members=tuple(r.effect.name for r in members),
+                    predicted_drop=screened[best.effect.name].predicted_drop,
+                    actual_drop=best.drop,
+                    held_out_gain=gain,
+                    strength=best.strength,
+                    standard_error=error if np.isfinite(error) else None,
+                    unit=best.effect.strength.unit,
+                    terms={t.name: best.solution.values[t.name] for t in best.effect.terms},
+                    refit=best,
+                )
+        return None
+
+    def _gain(self, stage: Stage, refit: Refit) -> HeldOutGain:
+        """Gain in the log density of held-out points."""
+        before = self._held_out((), stage.bench, stage.solution, stage.accepted)
+        after = self._held_out((refit.effect,), refit.bench, refit.solution, stage.accepted)
+        return held_out_gain(self.observations, self.folds, before, after)
+
+    def _held_out(self, more, bench, solution, accepted) -> Float[np.ndarray, "folds points"]:
+        key = (*accepted, *more)
+        if key not in self._predictions:
+            self.follow("held out", len(self.folds), solution.chi_square)
+            self._predictions[key] = held_out_predictions(bench, solution, self.folds)
+        return self._predictions[key]
+
+    def _without_superfluous(self, stage: Stage, step: Step):
+        """Effects found so far, without those that the last one made needless."""
+        refit, n = step.refit, len(self.points)
+        accepted, values = (*stage.accepted, step.form), refit.solution.values
+        for effect in stage.accepted:
+            terms = {t.name for t in effect.terms}
+            free = tuple(name for name in refit.solution.free if name not in terms)
+            without = refit.bench.fit(values | {effect.strength.name: effect.neutral}, free)
+            if without.chi_square - refit.solution.chi_square < len(terms) * np.log(n):
+                accepted = tuple(e for e in accepted if e != effect)
+                values = without.values
+                _LOG.debug("%s is needed no more", effect.name)
+                break
+        return accepted, values
+
+    def _report(self, first, last, steps, screens, structure_before, structure_after) -> Diagnosis:
+        before = summary_of(
+            self.data,
+            self.observations,
+            first,
+            self._held_out((), first.bench, first.solution, ()),
+            self.folds,
+        )
+        held = self._held_out((), last.bench, last.solution, last.accepted)
+        after = summary_of(self.data, self.observations, last, held, self.folds) if steps else before
+        location = locate(
+            last.residual, last.jacobian, self.points, at_bound=last.at_bound, options=self.screen_options
+        )
+        rows = _candidate_rows(screens[0], steps)
+        verdict = judge(steps, before, after, structure_after, location, rows)
+        return Diagnosis(
+            result=self.result,
+            verdict=verdict,
+            steps=tuple(steps),
+            before=before,
+            after=after,
+            candidates=rows,
+            not_testable=first.listed.not_testable,
+            structure_before=structure_before,
+            structure_after=structure_after,
+            location=location,
+            parameters_before=_with_errors(first),
+            parameters_after=_with_errors(last),
+            refined=_refined(self.result, last),
+            effects=last.accepted,
+            remaining=_candidate_rows(screens[-1], ()) if steps else rows,
+        )
+
+
+def _with_errors(stage: Stage) -> dict[str, tuple[float, float | None]]:
+    errors = deviations(stage.bench, stage.solution)
+    return {n: (stage.solution.values[n], errors[n] if np.isfinite(errors[n]) else None) for n in stage.free}
+
+
+def _folds(points: Points) -> Bool[np.ndarray, "folds points"]:
+    """Whole scans; blocks within them where there are too few."""
+    return scan_folds(points.scan) if points.n_scans > 2 else block_folds(points)
+
+
+def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
+    """One row for each candidate of a screen, the leading first."""
+    stage, screened, refits = seen
+    members = {name: step.members for step in steps for name in step.members}
+    rows = []
+    for c in screened.candidates:
+        refit = refits.get(c.name)
+        unit = next(e for e in stage.listed.forms if e.name == c.name).strength.unit
+        rows.append(
+            CandidateRow(
+                effect=c.name,
+                z=c.z,
+                p_raw=c.p_raw,
+                p_adjusted=c.p_adjusted,
+                absorbed_fraction=c.absorbed_fraction,
+                detection_limit=c.detection_limit,
+                strength=refit.strength if refit else c.strength,
+                unit=unit,
+                members=members.get(c.name, (c.name,)),
+                predicted_drop=c.predicted_drop,
+                refit_drop=refit.drop if refit else None,
+                status=c.status,
+                reason=c.reason,
+            )
+        )
+    return tuple(
+        sorted(rows, key=lambda r: -(r.refit_drop if r.refit_drop is not None else r.predicted_drop))
+    )
+
+
+def _refined(result: FitResult, stage: Stage) -> Sample:
+    """The declared sample with what was found of the sample itself; instrument effects stay out."""
+    from jaxink.effects import extend
+    from jaxink.sample import ParameterTable
+
+    sample = extend(stage.setup.sample, stage.accepted)
+    table = [
+        dataclasses.replace(p, value=stage.solution.values.get(p.name, p.value)) if p.tie is None else p
+        for p in sample.parameters.values()
+    ]
+    return dataclasses.replace(sample, parameters=ParameterTable(table))

@@ -1,0 +1,355 @@
+"""The outcome of a diagnosis, and its plain form for files."""
+
+import dataclasses
+import json
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jaxink.diagnosis.heldout import HeldOutGain, Observations
+from jaxink.diagnosis.structure import StructureResult
+from jaxink.diagnosis.where import Location
+from jaxink.effects import CATALOGUE_VERSION, Effect
+from jaxink.errors import InputRefusedError
+from jaxink.fitting import FitResult
+from jaxink.fitting.merit import merit
+from jaxink.measurement import GonioData
+from jaxink.sample import Sample
+
+if TYPE_CHECKING:
+    from jaxink.diagnosis.stage import Refit, Stage
+
+REPORT_VERSION = 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Figures:
+    """Figures of merit of one set of predictions.
+
+    Parameters
+    ----------
+    rmsd_absolute
+        Root mean square of pi (measured - predicted).
+    rmsd_relative
+        Root mean square of the difference over the mean of both; None where a value is not positive.
+    relative_rms
+        Root mean square of predicted / measured - 1.
+    chi_square, degrees_of_freedom, reduced_chi_square, probability
+        Under the stated noise; of points held out, the number of points stands for the degrees of freedom.
+    """
+
+    rmsd_absolute: float
+    rmsd_relative: float | None
+    relative_rms: float | None
+    chi_square: float
+    degrees_of_freedom: int
+    reduced_chi_square: float | None
+    probability: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Summary:
+    """How well a model meets the measurement, and points that its fit did not see.
+
+    Parameters
+    ----------
+    fitted, held_out
+        Of the fit of all points, and of fits without each scan in turn.
+    predicted_per_sr, whitened
+        Of the fit of all points.
+    held_out_per_sr
+        Each point by the fit that did not see it.
+    """
+
+    fitted: Figures
+    held_out: Figures
+    predicted_per_sr: np.ndarray
+    whitened: np.ndarray
+    held_out_per_sr: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """An effect that was added.
+
+    Parameters
+    ----------
+    effect, form
+        Its name and form.
+    members
+        Its class: effects whose refits differ by less than 4 in chi-square, the best first.
+    predicted_drop, actual_drop
+        Fall of chi-square by the screen and by the refit.
+    held_out_gain
+        Gain in the log density of held-out points.
+    strength, standard_error, unit
+        Distance of its first term from the declared model; the error is None where a bound holds it.
+    terms
+        Values of all its terms.
+    refit
+        The refit.
+    """
+
+    effect: str
+    form: Effect
+    members: tuple[str, ...]
+    predicted_drop: float
+    actual_drop: float
+    held_out_gain: HeldOutGain
+    strength: float
+    standard_error: float | None
+    unit: str
+    terms: dict[str, float]
+    refit: "Refit"
+
+
+@dataclasses.dataclass(frozen=True)
+class CandidateRow:
+    """What the first screen says of an effect, and its refit where there was one."""
+
+    effect: str
+    z: float
+    p_raw: float
+    p_adjusted: float
+    absorbed_fraction: float
+    detection_limit: float
+    strength: float
+    unit: str
+    members: tuple[str, ...]
+    predicted_drop: float
+    refit_drop: float | None
+    status: str
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Verdict:
+    """What is the case.
+
+    Parameters
+    ----------
+    code
+        Of `jaxink.diagnosis.verdict.CODES`.
+    effects
+        Names, best first.
+    sentence
+        In words.
+    """
+
+    code: str
+    effects: tuple[str, ...]
+    sentence: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Diagnosis:
+    """The outcome of a diagnosis.
+
+    Parameters
+    ----------
+    result
+        Fit of the declared model.
+    verdict, steps, before, after, candidates
+        As in ``report.json``.
+    not_testable
+        Effects of the catalogue about which the case says nothing, with the reason.
+    structure_before, structure_after
+        Whether anything is left.
+    location
+        Where, after the last step.
+    parameters_before, parameters_after
+        Value and standard error of each free parameter.
+    refined
+        The sample with what was found of it.
+    effects
+        Those accepted.
+    remaining
+        Candidates of the last screen.
+    """
+
+    result: FitResult
+    verdict: Verdict
+    steps: tuple[Step, ...]
+    before: Summary
+    after: Summary
+    candidates: tuple[CandidateRow, ...]
+    not_testable: dict[str, str]
+    structure_before: StructureResult
+    structure_after: StructureResult
+    location: Location
+    parameters_before: dict[str, tuple[float, float | None]]
+    parameters_after: dict[str, tuple[float, float | None]]
+    refined: Sample
+    effects: tuple[Effect, ...]
+    remaining: tuple[CandidateRow, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as in ``report.json``; see docs/diagnosis.md."""
+        return _plain(
+            {
+                "schema_version": REPORT_VERSION,
+                "catalogue_version": CATALOGUE_VERSION,
+                "source": self.result.data.source,
+                "noise": self.result.noise,
+                "verdict": dataclasses.asdict(self.verdict),
+                "steps": [
+                    {
+                        "effect": s.effect,
+                        "class": list(s.members),
+                        "predicted_drop": s.predicted_drop,
+                        "actual_drop": s.actual_drop,
+                        "held_out_gain": s.held_out_gain.mean,
+                        "held_out_gain_standard_error": s.held_out_gain.standard_error,
+                        "strength": s.strength,
+                        "standard_error": s.standard_error,
+                        "unit": s.unit,
+                        "terms": s.terms,
+                    }
+                    for s in self.steps
+                ],
+                "before": _figures(self.before),
+                "after": _figures(self.after),
+                "parameters": [
+                    {
+                        "name": name,
+                        "before": self.parameters_before[name][0],
+                        "before_standard_error": self.parameters_before[name][1],
+                        "after": after,
+                        "after_standard_error": error,
+                        "bias_in_standard_errors": None
+                        if not error
+                        else (self.parameters_before[name][0] - after) / error,
+                    }
+                    for name, (after, error) in self.parameters_after.items()
+                    if name in self.parameters_before
+                ],
+                "candidates": [_row(row) for row in self.candidates],
+                "remaining_candidates": [_row(row) for row in self.remaining],
+                "not_testable": self.not_testable,
+                "structure": {
+                    "before": _structure(self.structure_before),
+                    "after": _structure(self.structure_after),
+                },
+                "residual": {
+                    "sentence": self.location.sentence,
+                    "structured_share": self.location.smooth.share,
+                    "factors": [
+                        {
+                            "name": f.name,
+                            "levels": list(f.levels),
+                            "means": f.means,
+                            "share": f.share,
+                            "p_value": f.p_value,
+                        }
+                        for f in self.location.factors
+                    ],
+                },
+                "versions": self.result.versions,
+            }
+        )
+
+    def save(self, directory: str | Path) -> Path:
+        """Write ``report.json``, whole or not at all.
+
+        Parameters
+        ----------
+        directory
+            Made if it does not exist.
+
+        Returns
+        -------
+        Path
+        """
+        directory = Path(directory)
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            part = directory / f".report.json.{os.getpid()}"
+            part.write_text(json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+            os.replace(part, directory / "report.json")
+        except OSError as problem:
+            raise InputRefusedError(
+                f"{directory}: the report cannot be written there ({problem.strerror or problem}); choose "
+                "another folder."
+            ) from None
+        return directory / "report.json"
+
+
+def _figures(summary: Summary) -> dict[str, Any]:
+    return dataclasses.asdict(summary.fitted) | {"held_out": dataclasses.asdict(summary.held_out)}
+
+
+def _row(row: CandidateRow) -> dict[str, Any]:
+    plain = dataclasses.asdict(row)
+    return {"class" if key == "members" else key: value for key, value in plain.items()}
+
+
+def _structure(structure: StructureResult) -> dict[str, Any]:
+    return {
+        "p_value": structure.p_value,
+        "leading": structure.leading,
+        "statistics": {s.name: {"value": s.value, "p_value": s.p_value} for s in structure.statistics},
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Strings, numbers, lists and None; numbers that are not finite become None."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def summary_of(
+    data: GonioData, observations: Observations, stage: "Stage", held_out: np.ndarray, folds: np.ndarray
+) -> Summary:
+    """Figures of merit of a stage.
+
+    Parameters
+    ----------
+    data, observations
+        The measurement.
+    stage
+        Its fit of all points.
+    held_out
+        Predictions of all points by the fit without each fold.
+    folds
+        Which points each fold left out.
+
+    Returns
+    -------
+    Summary
+    """
+    n = len(observations.measured_per_sr)
+    predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]
+    unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
+    left = stage.bench.whiten(unseen, observations.measured_per_sr - unseen)[:n]
+    return Summary(
+        _merit(data, predicted, whitened, len(stage.free)),
+        _merit(data, unseen, left, 0),
+        predicted,
+        whitened,
+        unseen,
+    )
+
+
+def _merit(data, predicted, whitened, n_parameters) -> Figures:
+    found = merit(data, predicted, whitened, n_parameters)
+    return Figures(
+        found.rmsd_absolute_pi,
+        found.rmsd_relative,
+        found.relative_rms,
+        found.chi_square,
+        found.degrees_of_freedom,
+        found.reduced_chi_square,
+        found.probability,
+    )

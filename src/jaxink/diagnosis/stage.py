@@ -1,0 +1,303 @@
+"""One stage of a diagnosis: a model with the effects found so far, its screen, and refits of candidates."""
+
+import dataclasses
+import logging
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.screen import screen
+from jaxink.diagnosis.workbench import Solution, Workbench
+from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
+from jaxink.fitting.objective import FitNoise
+from jaxink.fitting.uncertainty import covariance
+from jaxink.measurement import GonioData
+from jaxink.sample import Sample
+from jaxink.stack import SolverConfig
+
+_LOG = logging.getLogger("jaxink")
+# Slots beyond those of the parameters that are free already: the most terms that an effect has.
+_FURTHER_SLOTS = 3
+# A parameter nearer than this many standard errors to its bound may sit on it.
+_NEAR_BOUND = 1e-6
+# Reduced chi-square from which the parameters of the fit may be far from those of a better model.
+_FAR = 3.0
+# Settings from which a refit starts, the most promising ones.
+_STARTS = 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Setup:
+    """What all stages share.
+
+    Parameters
+    ----------
+    sample, data, noise, config, scene
+        The declared sample, its measurement, and the sizes of the discretisation.
+    catalogue
+        Classes of effects.
+    options
+        Of the screen.
+    """
+
+    sample: Sample
+    data: GonioData
+    noise: FitNoise
+    config: SolverConfig
+    scene: Scene
+    catalogue: tuple[type[Effect], ...]
+    options: ScreenOptions
+
+    def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
+        """A workbench of the sample with some effects."""
+        return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
+
+
+@dataclasses.dataclass(frozen=True)
+class Direction:
+    """One way in which an effect may be present: a column of the screen.
+
+    Parameters
+    ----------
+    effect
+        The form.
+    setting
+        Values of its parameters there.
+    column
+        Whitened change of the prediction by a strength of one.
+    largest
+        Largest strength in the unit of the column.
+    """
+
+    effect: Effect
+    setting: dict[str, float]
+    column: Float[np.ndarray, " rows"]
+    largest: float
+
+    def reachable_drop(self, z: float, norm: float) -> float:
+        """Fall of chi-square by a strength within its range, in the linear approximation."""
+        if z <= 0 and self.effect.sign == 1:
+            return 0.0
+        step = min(abs(z) / norm, self.largest) * norm
+        return 2 * step * abs(z) - step**2
+
+
+@dataclasses.dataclass(frozen=True)
+class Refit:
+    """A candidate fitted with all other parameters.
+
+    Parameters
+    ----------
+    effect
+        The form that fits best.
+    solution
+        Where it ended.
+    bench
+        The workbench that it was fitted on.
+    drop
+        Fall of chi-square.
+    """
+
+    effect: Effect
+    solution: Solution
+    bench: Workbench
+    drop: float
+
+    @property
+    def strength(self) -> float:
+        """Strength: distance of the first term from the declared model."""
+        return self.solution.values[self.effect.strength.name] - self.effect.neutral
+
+    def penalised(self, n_points: int) -> float:
+        """Fall of chi-square less what its number of terms costs (Schwarz 1978)."""
+        return self.drop - len(self.effect.terms) * np.log(n_points)
+
+    def deviations(self) -> dict[str, float]:
+        """Standard error of each free parameter; infinite where the data say nothing, nan on a bound."""
+        return deviations(self.bench, self.solution)
+
+
+def deviations(bench: Workbench, solution: Solution) -> dict[str, float]:
+    """Standard error of each free parameter of a solution; nan where a bound holds it."""
+    n = len(solution.free)
+    search = solution.search
+    spread = covariance(search.triangle[:, :n], search.unit[:n], search.gradient[:n])
+    slope = bench.scale_of(solution.free).slope(search.unit[:n])
+    sigma = np.where(spread.held, np.nan, spread.deviation * np.abs(slope))
+    return dict(zip(solution.free, sigma.tolist(), strict=True))
+
+
+class Stage:
+    """The model with the effects that were found so far.
+
+    Parameters
+    ----------
+    setup
+        What all stages share.
+    accepted
+        Effects found so far.
+    values
+        Where to start the fit.
+    """
+
+    def __init__(self, setup: Setup, accepted: tuple[Effect, ...], values: dict[str, float]):
+        self.setup, self.accepted = setup, accepted
+        extended = extend(setup.sample, accepted)
+        names = {effect.name for effect in accepted}
+        free = {p.name for p in setup.sample.parameters.free}
+        rest = tuple(c for c in setup.catalogue if c.name not in names)
+        self.listed: Listed = effects_for(Case(extended, setup.scene), rest)
+        inside = tuple(e for e in self.listed.forms if not e.own_program)
+        n_accepted = sum(len(e.terms) for e in accepted)
+        self.n_slots = len(free) + n_accepted + _FURTHER_SLOTS
+        self.bench = setup.bench(accepted + inside, self.n_slots)
+        self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
+        self.solution = self.bench.fit(values, self.free)
+        self._own: dict[Effect, Workbench] = {}
+        self._refits: dict[Effect, Refit] = {}
+        self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
+
+    @property
+    def at_bound(self) -> Int[np.ndarray, " parameters"]:
+        """-1, 0 or 1 for each free parameter, as the screen asks."""
+        n = len(self.free)
+        unit = self.solution.search.unit[:n]
+        sigma = np.sqrt(np.diag(np.linalg.pinv(self._information(), hermitian=True)))
+        near = np.minimum(sigma, 0.25)
+        return np.where(unit <= near * _NEAR_BOUND, -1, np.where(unit >= 1 - near * _NEAR_BOUND, 1, 0))
+
+    def _information(self):
+        n = len(self.free)
+        triangle = self.solution.search.triangle[:, :n]
+        return triangle.T @ triangle
+
+    @property
+    def base(self) -> Float[np.ndarray, "rows directions"]:
+        """Orthonormal directions that the free parameters imitate, those on a bound excepted."""
+        inside = self.jacobian[:, self.at_bound == 0]
+        norms = np.linalg.norm(inside, axis=0)
+        left, singular, _ = np.linalg.svd(inside / np.where(norms > 0, norms, 1.0), full_matrices=False)
+        return left[:, singular > 1e-9 * singular[0]] if singular.size else left
+
+    def own_bench(self, effect: Effect) -> Workbench:
+        """Workbench of an effect that changes the structure, without the other candidates."""
+        if effect not in self._own:
+            n_slots = len(self.free) + len(effect.terms)
+            self._own[effect] = self.setup.bench((*self.accepted, effect), n_slots)
+        return self._own[effect]
+
+    def directions(self) -> list[Direction]:
+        """Columns of all forms at all their settings."""
+        found = []
+        inside = [e for e in self.listed.forms if not e.own_program]
+        # Settings of one rank at a time: effects do not touch each other while their strengths are zero.
+        for rank in range(max((len(e.settings) for e in inside), default=0)):
+            here = [e for e in inside if rank < len(e.settings)]
+            values = dict(self.solution.values)
+            for effect in here:
+                values |= effect.settings[rank]
+            names = tuple(dict.fromkeys(e.strength.name for e in here))
+            columns, _ = self.bench.jacobian(values, self.free + names)
+            for effect in here:
+                column = columns[:, len(self.free) + names.index(effect.strength.name)]
+                span = max(effect.strength.maximum - effect.neutral, effect.neutral - effect.strength.minimum)
+                found.append(Direction(effect, effect.settings[rank], column, span))
+        for effect in self.listed.forms:
+            if effect.own_program:
+                found.extend(self._secants(effect))
+        return found
+
+    def _secants(self, effect: Effect) -> list[Direction]:
+        """Differences between the model with the effect at its settings and without it."""
+        shared = self.bench if effect.shares_program else self.own_bench(effect)
+        found = []
+        for setting in effect.settings:
+            values = self.solution.values | setting
+            if effect.shares_program:
+                predicted, there = self.solution.predicted_per_sr, 0.0
+                for share, other in effect.mixture(values):
+                    there = there + share * (shared.predict(values | other) - predicted)
+                change = there
+            else:
+                change = shared.predict(values) - self.solution.predicted_per_sr
+            column = self.bench.whiten(self.solution.predicted_per_sr, np.asarray(change))
+            found.append(Direction(effect, setting, column, effect.largest_share(setting)))
+        return found
+
+    def screened(self) -> tuple[ScreenResult, dict[str, list[Direction]]]:
+        """Score of every effect of the catalogue that the case admits."""
+        by_name: dict[str, list[Direction]] = {}
+        for direction in self.directions():
+            by_name.setdefault(direction.effect.name, []).append(direction)
+        candidates = [
+            Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
+            for name, found in by_name.items()
+        ]
+        result = screen(
+            self.residual, self.jacobian, candidates, at_bound=self.at_bound, options=self.setup.options
+        )
+        return result, by_name
+
+    def promise(self, candidate: ScreenedCandidate, directions: list[Direction]) -> float:
+        """Largest fall of chi-square that any way of being present promises, strengths within their ranges."""
+        base = self.base
+        falls = [0.0]
+        for direction in directions:
+            column = direction.column - base @ (base.T @ direction.column)
+            norm = float(np.linalg.norm(column))
+            if norm > 1e-9 * max(float(np.linalg.norm(direction.column)), 1e-300):
+                falls.append(direction.reachable_drop(float(column @ self.residual) / norm, norm))
+        return max(falls)
+
+    @property
+    def is_far(self) -> bool:
+        """Whether the misfit is so large that the linear screen, made where the fit ended, says little."""
+        return self.solution.chi_square > _FAR * len(self.residual)
+
+    def _origins(self) -> list[dict[str, float]]:
+        """Where refits begin: the solution, and where that is far off the start of the declared sample."""
+        base = set(self.bench.base_free)
+        declared = {name: value for name, value in self.bench.start.items() if name in base}
+        own = self.solution.values
+        return [own, own | declared] if self.is_far else [own]
+
+    def refit(self, effect: Effect, directions: list[Direction]) -> Refit:
+        """Fit an effect with all other parameters, from its most promising settings."""
+        if effect in self._refits:
+            return self._refits[effect]
+        bench = self.own_bench(effect) if effect.own_program else self.bench
+        base = self.base
+        starts = []
+        for direction in (d for d in directions if d.effect == effect):
+            column = direction.column - base @ (base.T @ direction.column)
+            norm = float(np.linalg.norm(column))
+            if not norm > 0:
+                continue
+            z = float(column @ self.residual) / norm
+            starts.append((direction.reachable_drop(z, norm), direction.setting, z / norm, direction.largest))
+        starts.sort(key=lambda s: -s[0])
+        free = self.free + tuple(t.name for t in effect.terms)
+        best: Solution | None = None
+        for origin in self._origins():
+            for _, setting, step, largest in starts[:_STARTS]:
+                values = {t.name: t.value for t in effect.terms} | origin | setting
+                values |= effect.start(setting, float(np.clip(step, -largest, largest)))
+                found = bench.fit(values, free)
+                if np.isfinite(found.chi_square) and (best is None or found.chi_square < best.chi_square):
+                    best = found
+        if best is None:
+            best = bench.fit(self.solution.values, free)
+        refit = Refit(effect, best, bench, self.solution.chi_square - best.chi_square)
+        _LOG.debug("%s: chi-square falls by %.6g", effect.name, refit.drop)
+        self._refits[effect] = refit
+        return refit
+
+
+def held_out_predictions(
+    bench: Workbench, solution: Solution, folds: Bool[np.ndarray, "folds points"]
+) -> Float[np.ndarray, "folds points"]:
+    """Predictions by fits without each fold's points."""
+    return np.stack(
+        [bench.fit(solution.values, solution.free, left_out=fold).predicted_per_sr for fold in folds]
+    )

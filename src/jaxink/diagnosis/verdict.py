@@ -1,0 +1,126 @@
+"""The verdict: a code, the effects, and one sentence."""
+
+from jaxink.diagnosis.outcome import CandidateRow, Step, Summary, Verdict
+from jaxink.diagnosis.structure import StructureResult
+from jaxink.diagnosis.where import Location
+
+CODES = (
+    "no_misfit",
+    "explained",
+    "explained_by_one_of",
+    "partly_explained",
+    "unexplained_structure",
+    "instrument",
+    "not_testable",
+)
+# Below this chance a residual is not noise.
+_LEFT = 1e-3
+# Standard deviations are stated to about a tenth: a residual without order that is larger than stated by less
+# than that says more of the statement than of the model.
+_NOISE_TOLERANCE = 0.1
+
+
+def is_met(summary: Summary, structure: StructureResult) -> bool:
+    """Whether a residual is noise.
+
+    Parameters
+    ----------
+    summary
+        Its size.
+    structure
+        Its order.
+
+    Returns
+    -------
+    bool
+    """
+    figures = summary.fitted
+    if figures.probability is None:
+        return True
+    ordered = min(
+        (s.p_value for s in structure.statistics if s.name != "chi_square"), default=1.0
+    ) < _LEFT / max(len(structure.statistics), 1)
+    too_large = figures.probability < _LEFT
+    within = figures.reduced_chi_square < (1 + _NOISE_TOLERANCE) ** 2
+    return not ordered and (not too_large or within)
+
+
+def judge(
+    steps: list[Step],
+    before: Summary,
+    after: Summary,
+    structure: StructureResult,
+    location: Location,
+    candidates: tuple[CandidateRow, ...],
+) -> Verdict:
+    """Code, effects and sentence.
+
+    Parameters
+    ----------
+    steps
+        What was added.
+    before, after
+        Figures of merit.
+    structure
+        What is left after.
+    location
+        Where.
+    candidates
+        Of the first screen.
+
+    Returns
+    -------
+    Verdict
+    """
+    if before.fitted.degrees_of_freedom <= 0:
+        return Verdict(
+            "not_testable", (), "There are no more points than free parameters, so nothing can be missed."
+        )
+    met = is_met(after, structure)
+    if not steps:
+        return _nothing_added(met, before, location, candidates)
+    names = [step.effect for step in steps]
+    others = [name for step in steps for name in step.members if name not in names]
+    ambiguous = any(len(step.members) > 1 for step in steps)
+    instrument = all(step.form.group == "instrument" for step in steps)
+    what = " and ".join(_named(step) for step in steps)
+    change = (
+        f"reduced chi-square falls from {before.fitted.reduced_chi_square:.4g} to "
+        f"{after.fitted.reduced_chi_square:.4g}, of held-out scans from "
+        f"{before.held_out.reduced_chi_square:.4g} to {after.held_out.reduced_chi_square:.4g}"
+    )
+    if not met:
+        sentence = f"Partly explained: {what}; {change}; what remains: {location.sentence}."
+        return Verdict("partly_explained", tuple(names + others), sentence)
+    if ambiguous:
+        sentence = f"Explained by {what}; {change}."
+        return Verdict("explained_by_one_of", tuple(names + others), sentence)
+    code = "instrument" if instrument else "explained"
+    return Verdict(code, tuple(names), f"Explained: {what}; {change}.")
+
+
+def _named(step: Step) -> str:
+    error = "" if step.standard_error is None else f" +- {step.standard_error:.2g}"
+    unit = f" {step.unit}" if step.unit else ""
+    text = f"{step.form.statement} ({step.effect}, {step.strength:.4g}{error}{unit})"
+    if len(step.members) > 1:
+        text += f", or one of {', '.join(step.members[1:])}, which these data do not tell from it"
+    return text
+
+
+def _nothing_added(met, before, location, candidates) -> Verdict:
+    reduced = before.fitted.reduced_chi_square
+    if not met:
+        return Verdict(
+            "unexplained_structure",
+            (),
+            f"Structure remains (reduced chi-square {reduced:.4g}) that none of {len(candidates)} effects "
+            f"tried explains: {location.sentence}.",
+        )
+    hard = [c.effect for c in candidates if c.status != "testable"]
+    more = f"; hardly testable with these data: {', '.join(hard)}" if hard else ""
+    return Verdict(
+        "no_misfit",
+        (),
+        f"No misfit: the declared model leaves noise (reduced chi-square {reduced:.4g}){more}.",
+    )

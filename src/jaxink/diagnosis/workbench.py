@@ -1,0 +1,234 @@
+"""One augmented model and one measurement: predictions, fits and derivatives, by one compiled program.
+
+The numbers of a fit sit in slots; which parameter a slot stands for is data, not structure. A program that is
+compiled once thus fits any choice of parameters, and gives any column of the Jacobian.
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxink.effects import AugmentedModel, Effect, Scene
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.objective import FitNoise, Objective, program_of, whiten_scans
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.scaling import UnitScale
+from jaxink.measurement import GonioData
+from jaxink.sample import Parameter, Sample
+from jaxink.stack import SolverConfig
+
+_UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
+
+
+class SlotObjective(Objective):
+    """An objective whose free variables stand for parameters that can be exchanged.
+
+    Parameters
+    ----------
+    constants
+        Values of all `names`.
+    position
+        Which of the names each slot stands for; beyond the last one: none.
+    names
+        Parameters that a slot may stand for.
+    """
+
+    constants: Float[np.ndarray, " names"]
+    position: Int[np.ndarray, " parameters"]
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+        """Values of all names: constants, but for the slots."""
+        physical = self.scale.to_physical(unit)
+        whole = jnp.asarray(self.constants).at[self.position].set(physical, mode="drop")
+        return {name: whole[i] for i, name in enumerate(self.names)}
+
+
+@dataclasses.dataclass(frozen=True)
+class Solution:
+    """Where a fit ended.
+
+    Parameters
+    ----------
+    values
+        Of all names of the workbench.
+    free
+        Parameters that were fitted.
+    chi_square
+        With that of the priors.
+    predicted_per_sr
+        At the used points.
+    search
+        The search itself.
+    """
+
+    values: dict[str, float]
+    free: tuple[str, ...]
+    chi_square: float
+    predicted_per_sr: Float[np.ndarray, " points"]
+    search: Search
+
+
+class Workbench:
+    """A sample with effects on one measurement.
+
+    Parameters
+    ----------
+    sample
+        As declared, without effects; the values of its table are the constants.
+    effects
+        What is added to it.
+    data
+        The measurement.
+    noise
+        Its noise.
+    config
+        Sizes of the discretisation.
+    n_slots
+        Most parameters that a fit may free.
+    """
+
+    def __init__(
+        self,
+        sample: Sample,
+        effects: tuple[Effect, ...],
+        data: GonioData,
+        noise: FitNoise,
+        config: SolverConfig,
+        scene: Scene,
+        n_slots: int,
+    ):
+        self.base, self.effects = sample, effects
+        model = AugmentedModel(sample, effects, scene, config)
+        table = model.sample.parameters
+        terms = {term.name: term for effect in effects for term in effect.terms}
+        base_free = {p.name: p for p in sample.parameters.free}
+        self.terms: dict[str, Parameter] = base_free | terms
+        names = tuple(n for n, p in table.items() if p.tie is None)
+        self._index = {name: i for i, name in enumerate(names)}
+        start = table.values_with({})
+        self.start = {name: float(start[name]) for name in names}
+        used = data.used
+        _, scan = np.unique(data.scan_index[used], return_inverse=True)
+        priors = [(i, p.prior) for i, p in enumerate(base_free.values()) if p.prior is not None]
+        self.n_slots = n_slots
+        self.base_free = tuple(base_free)
+        self.measured = data.bsdf_per_sr[used]
+        self.sigma = np.asarray(noise.sigma_per_sr, float)
+        self.scan, self.n_scans = scan.reshape(-1), int(scan.max()) + 1
+        self.scan_relative = float(noise.scan_relative)
+        self._objective = SlotObjective(
+            model=model,
+            measured=self.measured,
+            sigma=self.sigma,
+            scan=self.scan,
+            weight=np.ones(len(self.measured)),
+            scale=UnitScale.of((_UNUSED,) * n_slots),
+            prior_mean=np.array([prior.mean for _, prior in priors]),
+            prior_deviation=np.array([prior.standard_deviation for _, prior in priors]),
+            prior_position=np.array([i for i, _ in priors], int),
+            scan_relative=self.scan_relative,
+            n_scans=self.n_scans,
+            kind="chi_square",
+            free=tuple(f"slot{i}" for i in range(n_slots)),
+            constants=np.array([self.start[n] for n in names]),
+            position=np.full(n_slots, len(names)),
+            names=names,
+        )
+
+    def _with_slots(
+        self, values: dict[str, float], free: tuple[str, ...], left_out: Bool[np.ndarray, " points"] | None
+    ) -> tuple[SlotObjective, np.ndarray]:
+        """The objective whose slots stand for some parameters, and where these are."""
+        whole = self.start | {k: v for k, v in values.items() if k in self.start}
+        chosen = [self.terms[name] for name in free]
+        chosen += [_UNUSED] * (self.n_slots - len(free))
+        scale = UnitScale.of(tuple(chosen))
+        physical = np.array([*(whole[name] for name in free), *[0.5] * (self.n_slots - len(free))])
+        position = [self._index[n] for n in free] + [len(self._index)] * (self.n_slots - len(free))
+        weight, sigma = np.ones(len(self.measured)), self.sigma
+        if left_out is not None:
+            weight, sigma = np.where(left_out, 0.0, 1.0), np.where(left_out, 1e12, 1.0) * sigma
+        objective = dataclasses.replace(
+            self._objective,
+            scale=scale,
+            constants=np.array([whole[n] for n in self._index]),
+            position=np.array(position),
+            weight=weight,
+            sigma=sigma,
+        )
+        return objective, np.clip(scale.to_unit(physical), 0.0, 1.0)
+
+    def scale_of(self, free: tuple[str, ...]) -> UnitScale:
+        """How the ranges of some parameters are divided."""
+        return UnitScale.of(tuple(self.terms[name] for name in free))
+
+    def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
+        """Predicted BSDF at the used points, 1/sr."""
+        objective, unit = self._with_slots(values, (), None)
+        residual, arrays = program_of(objective)
+        return np.asarray(residual(arrays, jnp.asarray(unit))[1])
+
+    def fit(
+        self,
+        values: dict[str, float],
+        free: tuple[str, ...],
+        left_out: Bool[np.ndarray, " points"] | None = None,
+        max_jacobians: int = 40,
+    ) -> Solution:
+        """Fit some parameters, all others at given values.
+
+        Parameters
+        ----------
+        values
+            Where to start.
+        free
+            Which parameters; those of the declared sample first.
+        left_out
+            Points that do not count.
+        max_jacobians
+            Limit of the search.
+
+        Returns
+        -------
+        Solution
+        """
+        objective, unit = self._with_slots(values, free, left_out)
+        held = {i: 0.5 for i in range(len(free), self.n_slots)}
+        search = GradientSearch(objective).run(unit, held, max_jacobians=max_jacobians)
+        found = objective.values(jnp.asarray(search.unit))
+        return Solution(
+            {name: float(v) for name, v in found.items()}, free, search.loss, search.predicted, search
+        )
+
+    def jacobian(
+        self, values: dict[str, float], free: tuple[str, ...]
+    ) -> tuple[Float[np.ndarray, "rows parameters"], Float[np.ndarray, " rows"]]:
+        """Derivatives of the whitened prediction by parameters, rows of priors last, and the residual."""
+        columns, residual = [], None
+        # Priors belong to the first slots: every batch begins with the declared sample's parameters.
+        fixed = tuple(n for n in self.base_free)
+        rest = [n for n in free if n not in fixed]
+        room = self.n_slots - len(fixed)
+        batches = [tuple(rest[i : i + room]) for i in range(0, max(len(rest), 1), room)]
+        found: dict[str, np.ndarray] = {}
+        for batch in batches:
+            names = (*fixed, *batch)
+            objective, unit = self._with_slots(values, names, None)
+            search = GradientSearch(objective)
+            value, jacobian = search.linearised(unit)
+            slope = objective.scale.slope(unit)
+            for i, name in enumerate(names):
+                found[name] = -jacobian[:, i] / slope[i]
+            residual = value
+        columns = [found[name] for name in free]
+        return np.stack(columns, axis=1), residual
+
+    def whiten(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
+        """A change of the prediction in units of the noise, rows of priors appended."""
+        common = self.scan_relative * predicted / self.sigma
+        rows = np.asarray(whiten_scans(change / self.sigma, common, self.scan, self.n_scans))
+        return np.concatenate([rows, np.zeros(len(self._objective.prior_mean))])

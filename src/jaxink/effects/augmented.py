@@ -1,0 +1,109 @@
+"""A forward model with effects on top of it."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.accuracy import DEFAULT_ACCURACY
+from jaxink.effects.effect import Effect
+from jaxink.effects.scene import GRID_DEG, Field, Scene
+from jaxink.forward import ForwardModel
+from jaxink.sample import Sample
+from jaxink.stack import SolverConfig
+
+
+class AugmentedModel(eqx.Module):
+    """Predicts the BSDF of a sample with effects, as the forward model does without them.
+
+    Parameters
+    ----------
+    sample
+        The declared sample; effects extend it in their order.
+    effects
+        In the order in which they act.
+    scene
+        Points to predict.
+    config
+        Sizes of the discretisation.
+    """
+
+    main: ForwardModel
+    others: tuple[tuple[int, ForwardModel], ...]
+    effects: tuple[Effect, ...] = eqx.field(static=True)
+    scene: Scene
+    with_incidence: bool = eqx.field(static=True)
+    with_field: bool = eqx.field(static=True)
+
+    def __init__(self, sample: Sample, effects: tuple[Effect, ...], scene: Scene, config: SolverConfig):
+        self.effects, self.scene = effects, scene
+        self.with_incidence = any(e.name == "incidence_angle" for e in effects)
+        self.with_field = any(e.needs_field for e in effects)
+        directions = scene.all_directions(self.with_incidence, self.with_field)
+
+        def model(of):
+            return ForwardModel(of, *directions, config)
+
+        extended = extend(sample, effects)
+        self.main = model(extended)
+        others = ((i, e.other(extended)) for i, e in enumerate(effects))
+        self.others = tuple((i, model(other)) for i, other in others if other is not None)
+
+    @property
+    def sample(self) -> Sample:
+        """The sample with the effects' parameters."""
+        return self.main.sample
+
+    @property
+    def config(self) -> SolverConfig:
+        """Sizes of the discretisation."""
+        return self.main.config
+
+    def sizes(self, values, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"):
+        """As of the forward model."""
+        return self.main.sizes(values, accuracy, layer_method)
+
+    def bsdf(self, values) -> Float[Array, " points"]:
+        """Predicted BSDF at the points of the scene, 1/sr."""
+        everywhere, regular = self._mixed(values)
+        field = self._field(everywhere, regular)
+        predicted = field.points
+        for effect in self.effects:
+            predicted = effect.change(predicted, values, field)
+        return predicted
+
+    def _mixed(self, values):
+        """BSDF everywhere and regular power, averaged over the areas of the sample."""
+        n = len(self.scene)
+
+        def of(model, given):
+            everywhere = model.bsdf(given)
+            return everywhere, model.regular(given)[:n] if self.with_field else jnp.zeros(n)
+
+        found = of(self.main, values)
+        for effect in self.effects:
+            for share, there in effect.mixture(values):
+                found = _blend(found, of(self.main, {**values, **there}), share)
+        for position, model in self.others:
+            share = values[self.effects[position].strength.name]
+            found = _blend(found, of(model, values), share)
+        return found
+
+    def _field(self, everywhere, regular) -> Field:
+        n, planes = len(self.scene), len(self.scene.plane_columns)
+        ends = n + (planes * GRID_DEG.size if self.with_field else 0)
+        grid = everywhere[n:ends].reshape(-1, GRID_DEG.size)
+        lower = upper = None
+        if self.with_incidence:
+            lower, upper = everywhere[ends : ends + n], everywhere[ends + n :]
+        return Field(self.scene, everywhere[:n], grid, regular, lower, upper)
+
+
+def _blend(first, second, share):
+    return tuple((1 - share) * a + share * b for a, b in zip(first, second, strict=True))
+
+
+def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
+    """The sample with what all effects add to it, at a strength of zero."""
+    for effect in effects:
+        sample = effect.extend(sample)
+    return sample

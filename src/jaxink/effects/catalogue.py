@@ -1,0 +1,51 @@
+"""The versioned list of effects that a diagnosis looks for."""
+
+import dataclasses
+
+from jaxink.effects.effect import Case, Effect
+from jaxink.effects.instrument import INSTRUMENT
+from jaxink.effects.sample import SAMPLE
+
+CATALOGUE_VERSION = 1
+CATALOGUE: tuple[type[Effect], ...] = (*INSTRUMENT, *SAMPLE)
+
+
+@dataclasses.dataclass(frozen=True)
+class Listed:
+    """What a catalogue says of a case.
+
+    Parameters
+    ----------
+    forms
+        Ways in which effects may be present.
+    not_testable
+        Effects about which the case says nothing, with the reason.
+    """
+
+    forms: tuple[Effect, ...]
+    not_testable: dict[str, str]
+
+
+def effects_for(case: Case, catalogue: tuple[type[Effect], ...] = CATALOGUE) -> Listed:
+    """The effects that may be present in a case.
+
+    Parameters
+    ----------
+    case
+        Sample and points.
+    catalogue
+        Classes of effects.
+
+    Returns
+    -------
+    Listed
+    """
+    forms: list[Effect] = []
+    not_testable = {}
+    for effect in catalogue:
+        found = effect.forms(case)
+        if isinstance(found, str):
+            not_testable[effect.name] = found
+        else:
+            forms.extend(found)
+    return Listed(tuple(forms), not_testable)

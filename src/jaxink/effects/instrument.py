@@ -1,0 +1,211 @@
+"""Effects of the instrument: the BSDF is right, what is read is not."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.effects.effect import Case, Effect
+from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG
+from jaxink.sample import Parameter
+
+
+class _Instrument(Effect):
+    group = "instrument"
+
+
+@dataclasses.dataclass(frozen=True)
+class Gain(_Instrument):
+    """I1: all values are too large by one factor."""
+
+    name, sign, keys = "gain", 0, ("E13",)
+    statement = "the calibration is off by one factor for all scans"
+    terms = (Parameter("gain.relative", 0.0, True, -0.5, 0.5),)
+
+    def change(self, predicted, values, field):
+        """Y = (1 + s) f."""
+        return predicted * (1 + values["gain.relative"])
+
+
+@dataclasses.dataclass(frozen=True)
+class SideGain(_Instrument):
+    """I1 of one side: reflection is too large against transmission."""
+
+    name, sign, keys = "side_gain", 0, ("E13",)
+    statement = "the calibration of reflection is off against that of transmission"
+    terms = (Parameter("side_gain.relative", 0.0, True, -0.5, 0.5),)
+
+    @classmethod
+    def forms(cls, case: Case):
+        """Only where both sides were measured."""
+        sides = np.unique(case.scene.is_transmission)
+        return (cls(),) if sides.size == 2 else "one side was measured only: the same as gain"
+
+    def change(self, predicted, values, field):
+        """Y = (1 + s) f in reflection."""
+        reflects = ~field.scene.is_transmission
+        return predicted * (1 + values["side_gain.relative"] * reflects)
+
+
+@dataclasses.dataclass(frozen=True)
+class AngleOffset(_Instrument):
+    """I2: zero error of the detector arm."""
+
+    name, sign, keys, needs_field = "angle_offset", 0, ("E6",), True
+    statement = "the zero of the detector arm is off"
+    terms = (Parameter("angle_offset.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
+
+    def change(self, predicted, values, field):
+        """True angle = label + offset in reflection, label - offset in transmission; to second order."""
+        scene = field.scene
+        moved = jnp.deg2rad(values["angle_offset.angle_deg"]) * jnp.where(scene.is_transmission, -1.0, 1.0)
+        first, second = field.along(scene.slope), field.along(scene.curvature)
+        return predicted + moved * first + moved**2 / 2 * second
+
+
+@dataclasses.dataclass(frozen=True)
+class IncidenceAngle(_Instrument):
+    """I2 of the source: the incidence is not what the label says."""
+
+    name, sign, keys, needs_field, group = "incidence_angle", 0, ("E16",), True, "constant"
+    statement = "the angle of incidence is off"
+    terms = (Parameter("incidence_angle.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
+
+    def change(self, predicted, values, field):
+        """True incidence = label + offset; to second order."""
+        moved = values["incidence_angle.angle_deg"] / INCIDENCE_STEP_DEG
+        first = (field.upper - field.lower) / 2
+        second = field.upper - 2 * field.points + field.lower
+        return predicted + moved * first + moved**2 / 2 * second
+
+
+@dataclasses.dataclass(frozen=True)
+class Blur(_Instrument):
+    """I4: finite resolution, a Gaussian core and wings of their own width, regular peaks included.
+
+    Along the plane of a scan the radiant intensity f cos(theta) is convolved; a regular peak is seen through
+    the two-dimensional kernels whose projections these are.
+    """
+
+    has_wings: bool = False
+
+    name, keys, needs_field = "blur", ("E7",), True
+    statement = "the angular resolution is finite"
+
+    @classmethod
+    def forms(cls, case: Case):
+        """The core alone, and with wings."""
+        return cls(False), cls(True)
+
+    @property
+    def terms(self):
+        """Variance of the core; with wings their share of the power, and their width."""
+        core = Parameter("blur.core_variance_deg2", 0.0, True, 0.0, 9.0, "deg^2")
+        if not self.has_wings:
+            return (core,)
+        share = Parameter("blur.wing_share", 0.0, True, 0.0, 0.5)
+        width = Parameter("blur.wing_half_width_deg", 4.0, True, 1.0, 20.0, "deg")
+        return share, core, width
+
+    @property
+    def settings(self):
+        """Widths of the wings; a core of one degree makes the direction of a peak's foot visible."""
+        if not self.has_wings:
+            return ({},)
+        return tuple({"blur.wing_half_width_deg": width} for width in (2.0, 4.0, 8.0))
+
+    def extend(self, sample):
+        """With both cores and wings, so that both forms fit one model."""
+        return sample if not self.has_wings else super().extend(sample)
+
+    def change(self, predicted, values, field):
+        """Only the form with wings changes the prediction: the other one is its special case."""
+        if not self.has_wings:
+            return predicted
+        scene, radian = field.scene, np.pi / 180
+        angle = jnp.deg2rad(scene.signed_deg)
+        cosine, sine = jnp.cos(angle), jnp.sin(angle)
+        variance = values["blur.core_variance_deg2"] * radian**2
+        share = values["blur.wing_share"]
+        width = values["blur.wing_half_width_deg"] * radian
+        # d2(f cos)/dtheta2 / cos by the product rule.
+        bend = field.along(scene.curvature) - 2 * field.along(scene.slope) * sine / cosine - field.points
+        core = field.points + variance / 2 * bend
+        apart = jnp.deg2rad(scene.signed_deg[:, None] - GRID_DEG)
+        step = jnp.deg2rad(GRID_DEG[1] - GRID_DEG[0])
+        wing = step * width / jnp.pi / (apart**2 + width**2)
+        intensity = field.grid * jnp.cos(jnp.deg2rad(GRID_DEG))
+        wings = jnp.sum(wing * intensity[scene.plane], axis=1) / cosine
+        # Two-dimensional kernels with these projections; the core's is 0 to all orders at no variance.
+        distance2 = jnp.deg2rad(scene.from_forward_deg) ** 2
+        safe = jnp.maximum(variance, 1e-9)
+        peak = jnp.exp(-distance2 / (2 * safe)) / (2 * jnp.pi * safe)
+        foot = width / (2 * jnp.pi * (distance2 + width**2) ** 1.5)
+        seen = field.regular * ((1 - share) * peak + share * foot) / cosine
+        return predicted + (1 - share) * core + share * wings + seen - field.points
+
+
+@dataclasses.dataclass(frozen=True)
+class StrayLight(_Instrument):
+    """I3: a constant BSDF is added."""
+
+    name, keys = "stray_light", ("E8",)
+    statement = "stray light adds a constant to the BSDF"
+    terms = (Parameter("stray_light.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
+
+    def change(self, predicted, values, field):
+        """Y = f + s."""
+        return predicted + values["stray_light.level_per_sr"]
+
+
+@dataclasses.dataclass(frozen=True)
+class SignalFloor(_Instrument):
+    """I3 of the electronics: a constant signal is added, that is s / cos(theta_o) to the BSDF."""
+
+    name, keys = "signal_floor", ("E8",)
+    statement = "a constant is added to the detector's signal"
+    terms = (Parameter("signal_floor.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
+
+    def change(self, predicted, values, field):
+        """Y = f + s / cos(theta_o)."""
+        return predicted + values["signal_floor.level_per_sr"] / jnp.cos(jnp.deg2rad(field.scene.theta_o_deg))
+
+
+@dataclasses.dataclass(frozen=True)
+class Nonlinearity(_Instrument):
+    """I5: the detector is not linear."""
+
+    name, sign = "nonlinearity", 0
+    statement = "the detector is not linear"
+    terms = (Parameter("nonlinearity.relative", 0.0, True, -0.5, 0.5),)
+
+    def change(self, predicted, values, field):
+        """Y = f (1 + s v / v_max), v the detector's signal f cos(theta_o)."""
+        signal = field.points * jnp.cos(jnp.deg2rad(field.scene.theta_o_deg))
+        return predicted * (1 + values["nonlinearity.relative"] * signal / jnp.max(signal))
+
+
+@dataclasses.dataclass(frozen=True)
+class Drift(_Instrument):
+    """I6: the lamp drifts, in the order of the file's rows."""
+
+    name, sign = "drift", 0
+    statement = "the signal drifts from the first to the last row"
+    terms = (Parameter("drift.relative", 0.0, True, -0.5, 0.5),)
+
+    def change(self, predicted, values, field):
+        """Y = f (1 + s t), t from -1/2 to 1/2."""
+        return predicted * (1 + values["drift.relative"] * (field.scene.time - 0.5))
+
+
+INSTRUMENT = (
+    AngleOffset,
+    IncidenceAngle,
+    Blur,
+    Gain,
+    SideGain,
+    StrayLight,
+    SignalFloor,
+    Nonlinearity,
+    Drift,
+)

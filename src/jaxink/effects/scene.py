@@ -1,0 +1,151 @@
+"""Where the points of a measurement lie, and the BSDF around them that instrument effects need."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+from scipy.interpolate import CubicSpline
+
+# Angles of the grid in the plane of a scan, on which derivatives and convolutions are computed.
+GRID_DEG = np.arange(-89.0, 89.1, 2.0)
+# Step of the incidence by which its derivatives are computed.
+INCIDENCE_STEP_DEG = 1.0
+_PLANE_DEG = 0.1
+
+
+class Scene(eqx.Module):
+    """Directions of the points, and of the grids in the planes of their scans.
+
+    Parameters
+    ----------
+    theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
+        As of `GonioData`, used points only.
+    time
+        When each point was measured, 0 ... 1.
+    signed_deg
+        Polar angle of view in its plane through the normal, positive on the side of the specular direction.
+    plane
+        Plane of each point; scans have one each, or several.
+    plane_columns
+        Incidence, azimuth of the positive side, wavelength and side of each plane, shape ``(planes, 4)``.
+    slope, curvature
+        Matrices from the grid of a plane to d/d(signed angle) and its square at the points, per radian.
+    """
+
+    theta_i_deg: Float[np.ndarray, " points"]
+    theta_o_deg: Float[np.ndarray, " points"]
+    phi_deg: Float[np.ndarray, " points"]
+    wavelength_nm: Float[np.ndarray, " points"]
+    is_transmission: Bool[np.ndarray, " points"]
+    time: Float[np.ndarray, " points"]
+    signed_deg: Float[np.ndarray, " points"]
+    plane: Int[np.ndarray, " points"]
+    plane_columns: Float[np.ndarray, "planes 4"]
+    slope: Float[np.ndarray, "points grid"]
+    curvature: Float[np.ndarray, "points grid"]
+
+    @classmethod
+    def of(cls, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, time) -> "Scene":
+        """Scene of the points of a measurement.
+
+        Parameters
+        ----------
+        theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, time
+            Shape ``(points,)``; ``time`` in any unit.
+
+        Returns
+        -------
+        Scene
+        """
+        phi = np.mod(phi_deg, 360.0)
+        forward = np.cos(np.deg2rad(phi)) < -1e-9
+        # The half plane on the specular side is the positive one; across it, that of 90 degrees.
+        forward |= (np.abs(np.cos(np.deg2rad(phi))) <= 1e-9) & (phi < 180)
+        positive_phi = np.round(np.where(forward, phi, np.mod(phi + 180, 360)) / _PLANE_DEG) * _PLANE_DEG
+        keys = np.column_stack([theta_i_deg, positive_phi, wavelength_nm, is_transmission]).astype(float)
+        planes, plane = np.unique(keys, axis=0, return_inverse=True)
+        signed = np.where(forward, 1.0, -1.0) * theta_o_deg
+        spline = CubicSpline(np.deg2rad(GRID_DEG), np.eye(GRID_DEG.size))
+        at = np.deg2rad(np.clip(signed, GRID_DEG[0], GRID_DEG[-1]))
+        time = np.asarray(time, float)
+        return cls(
+            *(np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, wavelength_nm)),
+            np.asarray(is_transmission, bool),
+            (time - time.min()) / max(np.ptp(time), 1.0),
+            signed,
+            plane.reshape(-1),
+            planes,
+            spline(at, 1),
+            spline(at, 2),
+        )
+
+    def __len__(self) -> int:
+        return self.theta_o_deg.size
+
+    @property
+    def from_forward_deg(self) -> Float[Array, " points"]:
+        """Angle to the specular direction in reflection, to the undeviated beam in transmission."""
+        return self._angle_to(180.0)
+
+    @property
+    def from_retro_deg(self) -> Float[Array, " points"]:
+        """Angle to the source, as seen on the side of the point."""
+        return self._angle_to(0.0)
+
+    def _angle_to(self, phi_deg):
+        i, o, phi = (jnp.deg2rad(a) for a in (self.theta_i_deg, self.theta_o_deg, self.phi_deg - phi_deg))
+        cosine = jnp.cos(i) * jnp.cos(o) + jnp.sin(i) * jnp.sin(o) * jnp.cos(phi)
+        return jnp.rad2deg(jnp.arccos(jnp.clip(cosine, -1, 1)))
+
+    def all_directions(self, with_incidence: bool, with_field: bool) -> tuple[np.ndarray, ...]:
+        """Columns of the points, of the grids, and of the points at incidences a step lower and higher."""
+        points = np.column_stack(
+            [self.theta_i_deg, self.theta_o_deg, self.phi_deg, self.wavelength_nm, self.is_transmission]
+        )
+        incidence, positive, wavelength, side = (c[:, None] for c in self.plane_columns.T)
+        shape = (len(self.plane_columns), GRID_DEG.size)
+        azimuth = np.where(GRID_DEG >= 0, positive, np.mod(positive + 180, 360))
+        columns = (incidence, np.abs(GRID_DEG)[None, :], azimuth, wavelength, side)
+        grid = np.stack([np.broadcast_to(c, shape).ravel() for c in columns], axis=1)
+        parts = [points, grid] if with_field else [points]
+        if with_incidence:
+            for step in (-INCIDENCE_STEP_DEG, INCIDENCE_STEP_DEG):
+                moved = points.copy()
+                moved[:, 0] += step
+                # Beyond the normal the source stands on the other side.
+                beyond = moved[:, 0] < 0
+                moved[:, 0] = np.minimum(np.abs(moved[:, 0]), 89.9)
+                moved[beyond, 2] = np.mod(moved[beyond, 2] + 180, 360)
+                parts.append(moved)
+        return tuple(np.concatenate(parts).T)
+
+
+class Field(NamedTuple):
+    """BSDF of a sample at the points of a scene and around them.
+
+    Parameters
+    ----------
+    scene
+        Where.
+    points
+        At the points, 1/sr.
+    grid
+        On the grids of the planes, 1/sr.
+    regular
+        Share of the incident power in the regular peak of each point's scan and side.
+    lower, upper
+        At incidences a step lower and higher; None where these are not computed.
+    """
+
+    scene: Scene
+    points: Float[Array, " points"]
+    grid: Float[Array, "planes grid"]
+    regular: Float[Array, " points"]
+    lower: Float[Array, " points"] | None
+    upper: Float[Array, " points"] | None
+
+    def along(self, matrix: Float[np.ndarray, "points grid"]) -> Float[Array, " points"]:
+        """A matrix of the scene applied to the grid of each point's plane."""
+        return jnp.sum(matrix * self.grid[self.scene.plane], axis=1)
