@@ -53,6 +53,23 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
+def write_section(name: str, mark: str, text: str) -> None:
+    """Write what follows a mark of a page that another script writes; the mark is added where it is missing."""
+    page = (REPOSITORY / "docs" / name).read_text(encoding="utf-8")
+    write_page(name, f"{page.split(_mark(mark))[0].rstrip()}\n\n{_mark(mark)}\n\n{text}")
+
+
+def section_after(name: str, mark: str) -> str:
+    """What follows a mark of a page, the mark included, for the script that writes what comes before it."""
+    page = REPOSITORY / "docs" / name
+    parts = page.read_text(encoding="utf-8").split(_mark(mark)) if page.exists() else []
+    return f"\n\n{_mark(mark)}{parts[1]}" if len(parts) == 2 else ""
+
+
+def _mark(mark: str) -> str:
+    return f"<!-- {mark} -->"
+
+
 def write_page(name: str, text: str) -> None:
     """Write a page of the documentation whole."""
     target = REPOSITORY / "docs" / name

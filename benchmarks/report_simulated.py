@@ -11,7 +11,8 @@ import numpy as np
 import jaxink
 from declared import sample_toml
 from jaxink.fitting import FitResult
-from report_common import data_folder, machine, table, write_page
+from report_common import data_folder, machine, section_after, table, write_page
+from report_diagnosis import MARK
 
 NAMES = (
     "plain_hg",
@@ -228,7 +229,7 @@ freedom although the fit is as near to the noise-free values as these are to the
 
 {"".join(sections)}{rivals()}
 {roughness_only()}"""
-    write_page("simulated.md", text)
+    write_page("simulated.md", text.rstrip() + section_after("simulated.md", MARK))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What a model lacks: the residual, the effect that it resembles, the effect added, the error before and after."""
+"""What a model lacks: the residual, the effect it resembles, and the error before and after that is added."""
 
 from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part

@@ -30,12 +30,18 @@ _LOG = logging.getLogger("jaxink")
 _TOLD_APART = 4.0
 # Effects with a program of their own are refitted where they promise this share of what others give, at most
 # so many of them.
-_OWN_SHARE, _MOST_OWN = 0.25, 4
+_OWN_SHARE, _MOST_OWN = 0.4, 4
 # Reduced chi-square that asks for trying everything.
 _LARGE = 1.5
 # A strength this many standard errors from the declared model.
 _CLEAR = 2.0
 _TRIES = 3
+# Reduced chi-square that a single effect has to reach, or pairs are looked at: so many first and second ones.
+_ENOUGH, _FORESEEN = 1.3, 4
+# Refits that are followed to their minima: so many, of those that gain at least this share of the best.
+_POLISHED, _POLISH_SHARE = 6, 0.4
+# Candidates that are fitted in the place of an effect, to know its class.
+_RIVALS = 6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -153,23 +159,72 @@ class _Loop:
 
     def run(self) -> Diagnosis:
         """Screen, refit, accept, again; then the verdict."""
-        stage = Stage(self.setup, (), self.result.values)
-        first, steps, screens = stage, [], []
+        stage = first = Stage(self.setup, (), self.result.values)
+        steps: list[Step] = []
+        screens: list[tuple] = []
         structure_before = self._structure(stage)
         while True:
             self.follow("screen", len(steps) + 1, stage.solution.chi_square)
-            screened, directions = stage.screened()
-            refits = self._refits(stage, screened, directions)
+            if steps and self._is_quiet(stage):
+                break
+            directions = stage.directions()
+            screened = stage.screened(directions)
+            refits, rest = self._refits(stage, screened, directions)
+            room = self.options.max_effects - len(steps)
+            reach = self._foresight(stage, refits) if room > 1 else {}
+            for name in rest:
+                if self._is_enough(refits, reach):
+                    break
+                self._refit(stage, name, directions, refits)
+                self._polish(stage, refits)
             screens.append((stage, screened, refits))
-            step = self._step(stage, screened, refits) if len(steps) < self.options.max_effects else None
+            step = self._step(stage, screened, refits, reach) if room > 0 else None
             if step is None:
                 break
             steps.append(step)
             accepted, values = self._without_superfluous(stage, step)
-            steps = [s for s in steps if s.effect in {e.name for e in accepted}]
+            steps = [s for s in steps if s.form in accepted]
             stage = Stage(self.setup, accepted, values)
+        if len(steps) > 1:
+            steps = [self._with_rivals(stage, step) for step in steps]
         structure_after = self._structure(stage) if steps else structure_before
         return self._report(first, stage, steps, screens, structure_before, structure_after)
+
+    def _is_quiet(self, stage: Stage) -> bool:
+        """Whether an enlarged model leaves noise: in size, in order, and to the quick part of the screen."""
+        structure = self._structure(stage)
+        chance = min(structure.p_value, structure["chi_square"].p_value)
+        if chance < self.options.level:
+            return False
+        screened = stage.screened(stage.directions(with_own=False))
+        return not screened.called
+
+    def _with_rivals(self, last: Stage, step: Step) -> Step:
+        """A step with the class that it has beside all other effects, instead of without the later ones."""
+        others = tuple(e for e in last.accepted if e != step.form)
+        terms = {term.name for term in step.form.terms}
+        errors = deviations(last.bench, last.solution)
+        without = Stage(self.setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
+        directions = without.directions(with_own=False)
+        order = sorted(directions, key=lambda name: -without.promise(directions[name]))
+        drop = without.solution.chi_square - last.solution.chi_square
+        n = len(self.points)
+        own = drop - len(step.form.terms) * np.log(n)
+        rivals = [
+            without.polished(without.best_refit(directions[name]))
+            for name in order[:_RIVALS]
+            if name != step.effect
+        ]
+        close = [r for r in rivals if r.penalised(n) > own - _TOLD_APART]
+        close.sort(key=lambda r: -r.penalised(n))
+        return dataclasses.replace(
+            step,
+            members=(step.effect, *(r.effect.name for r in close)),
+            strength=last.solution.values[step.form.strength.name] - step.form.neutral,
+            standard_error=_finite(errors[step.form.strength.name]),
+            terms={name: last.solution.values[name] for name in terms},
+            term_errors={name: _finite(errors[name]) for name in terms},
+        )
 
     def _structure(self, stage: Stage) -> StructureResult:
         return find_structure(
@@ -178,51 +233,71 @@ class _Loop:
 
     def _refits(
         self, stage: Stage, screened: ScreenResult, directions: dict[str, list[Direction]]
-    ) -> dict[str, Refit]:
-        """Refits of the significant candidates: all that share the program, and the leading others."""
+    ) -> tuple[dict[str, Refit], list[str]]:
+        """Refits of the significant candidates, and the names of those that were left out.
+
+        All that share the program are fitted, of those with one of their own the ones that lead.
+        """
         # Far from a minimum of the true model a score may even have the wrong sign: all are tried then.
         called = [
-            c
+            c.name
             for c in screened.candidates
             if c.p_adjusted <= self.options.level or (stage.is_far and c.status != "not_testable")
         ]
-        promise = {c.name: stage.promise(c, directions[c.name]) for c in called}
+        promise = {name: stage.promise(directions[name]) for name in called}
         refits: dict[str, Refit] = {}
-
-        def refit(name):
-            forms = dict.fromkeys(d.effect for d in directions[name])
-            found = [stage.refit(form, directions[name]) for form in forms]
-            refits[name] = max(found, key=lambda r: r.penalised(len(self.points)))
-            self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
-
-        def best():
-            return max((r.drop for r in refits.values()), default=0.0)
-
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
         for name in (n for n in promise if n not in own):
-            refit(name)
-        likely = max(best(), *promise.values()) if promise else 0.0
-        for rank, name in enumerate(own):
-            left = stage.solution.chi_square - best()
-            if (rank < _MOST_OWN and promise[name] >= _OWN_SHARE * likely) or left > _LARGE * len(
-                self.points
-            ):
-                refit(name)
-        return refits
+            self._refit(stage, name, directions, refits)
+        self._polish(stage, refits)
+        likely = max([r.drop for r in refits.values()] + list(promise.values()), default=0.0)
+        for name in [n for n in own if promise[n] >= _OWN_SHARE * likely][:_MOST_OWN]:
+            self._refit(stage, name, directions, refits)
+        self._polish(stage, refits)
+        return refits, [name for name in own if name not in refits]
 
-    def _step(self, stage: Stage, screened: ScreenResult, refits: dict[str, Refit]) -> Step | None:
-        """The first class of candidates that stands all tests."""
+    def _refit(self, stage: Stage, name: str, directions, refits: dict[str, Refit]) -> None:
+        refits[name] = stage.best_refit(directions[name])
+        self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
+
+    def _polish(self, stage: Stage, refits: dict[str, Refit]) -> None:
+        """Go on with the leading refits to their minima."""
         n = len(self.points)
-        ranked = sorted(refits.values(), key=lambda r: -r.penalised(n))
+        leading = sorted(refits, key=lambda name: -refits[name].penalised(n))[:_POLISHED]
+        for name in leading:
+            if refits[name].drop >= _POLISH_SHARE * refits[leading[0]].drop:
+                refits[name] = stage.polished(refits[name])
+
+    def _is_enough(self, refits: dict[str, Refit], reach: dict[str, float]) -> bool:
+        """Whether an effect, or a pair of them, leaves little; or there was little to leave."""
+        least = min([r.solution.chi_square for r in refits.values()] + list(reach.values()), default=np.inf)
+        return least < _ENOUGH * len(self.points)
+
+    def _step(
+        self, stage: Stage, screened: ScreenResult, refits: dict[str, Refit], reach: dict[str, float]
+    ) -> Step | None:
+        """The first class of candidates that stands all tests.
+
+        Of two effects together, the best single one is often a third that imitates both: where one alone is
+        not enough, those lead from which a second one leads furthest.
+        """
+        n = len(self.points)
+
+        def left(refit):
+            alone = refit.solution.chi_square + len(refit.effect.terms) * np.log(n)
+            return min(alone, reach.get(refit.effect.name, np.inf))
+
+        ranked = sorted(refits.values(), key=left)
         tried: set[str] = set()
         for _ in range(_TRIES):
-            left = [r for r in ranked if r.effect.name not in tried]
-            if not left or left[0].penalised(n) <= 0:
+            others = [r for r in ranked if r.effect.name not in tried]
+            if not others or others[0].penalised(n) <= 0:
                 return None
-            best = left[0]
-            members = [r for r in left if best.penalised(n) - r.penalised(n) < _TOLD_APART]
+            best = others[0]
+            members = [r for r in others if abs(best.penalised(n) - r.penalised(n)) < _TOLD_APART]
             tried |= {r.effect.name for r in members}
-            error = best.deviations()[best.effect.strength.name]
+            errors = best.deviations()
+            error = errors[best.effect.strength.name]
             # A strength that its range stops has no error, and is clear.
             clear = not np.isfinite(error) or abs(best.strength) > _CLEAR * error
             gain = self._gain(stage, best)
@@ -235,12 +310,34 @@ class _Loop:
                     actual_drop=best.drop,
                     held_out_gain=gain,
                     strength=best.strength,
-                    standard_error=error if np.isfinite(error) else None,
+                    standard_error=_finite(error),
                     unit=best.effect.strength.unit,
                     terms={t.name: best.solution.values[t.name] for t in best.effect.terms},
+                    term_errors={t.name: _finite(errors[t.name]) for t in best.effect.terms},
                     refit=best,
                 )
         return None
+
+    def _foresight(self, stage: Stage, refits: dict[str, Refit]) -> dict[str, float]:
+        """Chi-square, terms paid for, that a second effect reaches after each leading one.
+
+        Empty where one alone is enough. Effects with a program of their own are not followed up.
+        """
+        n = len(self.points)
+        ranked = sorted(refits.values(), key=lambda r: -r.penalised(n))
+        if not ranked or ranked[0].solution.chi_square < _ENOUGH * n:
+            return {}
+        reach: dict[str, float] = {}
+        for refit in [r for r in ranked if not r.effect.own_program][:_FORESEEN]:
+            ahead = stage.after(refit)
+            directions = ahead.directions(with_own=False)
+            order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
+            found = [ahead.polished(ahead.best_refit(directions[name])) for name in order[:_FORESEEN]]
+            costs = len(refit.effect.terms) * np.log(n)
+            ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
+            reach[refit.effect.name] = min(ends, default=np.inf)
+            self.follow(f"foresight with {refit.effect.name}", len(reach), refit.solution.chi_square)
+        return reach
 
     def _gain(self, stage: Stage, refit: Refit) -> HeldOutGain:
         """Gain in the log density of held-out points."""
@@ -298,15 +395,19 @@ class _Loop:
             location=location,
             parameters_before=_with_errors(first),
             parameters_after=_with_errors(last),
-            refined=_refined(self.result, last),
+            refined=_refined(last),
             effects=last.accepted,
-            remaining=_candidate_rows(screens[-1], ()) if steps else rows,
+            remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
 
 
 def _with_errors(stage: Stage) -> dict[str, tuple[float, float | None]]:
     errors = deviations(stage.bench, stage.solution)
-    return {n: (stage.solution.values[n], errors[n] if np.isfinite(errors[n]) else None) for n in stage.free}
+    return {n: (stage.solution.values[n], _finite(errors[n])) for n in stage.free}
+
+
+def _finite(error: float) -> float | None:
+    return error if np.isfinite(error) else None
 
 
 def _folds(points: Points) -> Bool[np.ndarray, "folds points"]:
@@ -344,7 +445,7 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
     )
 
 
-def _refined(result: FitResult, stage: Stage) -> Sample:
+def _refined(stage: Stage) -> Sample:
     """The declared sample with what was found of the sample itself; instrument effects stay out."""
     from jaxink.effects import extend
     from jaxink.sample import ParameterTable

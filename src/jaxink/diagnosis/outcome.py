@@ -87,8 +87,8 @@ class Step:
         Gain in the log density of held-out points.
     strength, standard_error, unit
         Distance of its first term from the declared model; the error is None where a bound holds it.
-    terms
-        Values of all its terms.
+    terms, term_errors
+        Values of all its terms and their standard errors.
     refit
         The refit.
     """
@@ -103,6 +103,7 @@ class Step:
     standard_error: float | None
     unit: str
     terms: dict[str, float]
+    term_errors: dict[str, float | None]
     refit: "Refit"
 
 
@@ -207,6 +208,7 @@ class Diagnosis:
                         "standard_error": s.standard_error,
                         "unit": s.unit,
                         "terms": s.terms,
+                        "term_standard_errors": s.term_errors,
                     }
                     for s in self.steps
                 ],

@@ -2,29 +2,33 @@
 
 import dataclasses
 import logging
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
 from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
 from jaxink.fitting.objective import FitNoise
 from jaxink.fitting.uncertainty import covariance
 from jaxink.measurement import GonioData
+from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
-# Slots beyond those of the parameters that are free already: the most terms that an effect has.
-_FURTHER_SLOTS = 3
+# Slots beyond those of the declared sample's free parameters, so that all stages share a program.
+_FURTHER_SLOTS = 6
+# Programs that are compiled at a time.
+_COMPILING = 2
 # A parameter nearer than this many standard errors to its bound may sit on it.
 _NEAR_BOUND = 1e-6
 # Reduced chi-square from which the parameters of the fit may be far from those of a better model.
 _FAR = 3.0
-# Settings from which a refit starts, the most promising ones.
-_STARTS = 2
+# Settings from which a refit starts, the most promising ones, and Jacobians of each start.
+_STARTS, _QUICK = 2, 12
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,7 +54,9 @@ class Setup:
     options: ScreenOptions
 
     def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
-        """A workbench of the sample with some effects."""
+        """A workbench of the sample with some effects, which act in the order of the catalogue."""
+        names = [effect.name for effect in self.catalogue]
+        effects = tuple(sorted(effects, key=lambda e: (names.index(e.name), str(e))))
         return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
 
 
@@ -150,11 +156,12 @@ class Stage:
         self.listed: Listed = effects_for(Case(extended, setup.scene), rest)
         inside = tuple(e for e in self.listed.forms if not e.own_program)
         n_accepted = sum(len(e.terms) for e in accepted)
-        self.n_slots = len(free) + n_accepted + _FURTHER_SLOTS
-        self.bench = setup.bench(accepted + inside, self.n_slots)
+        most = max((len(e.terms) for e in inside), default=1)
+        n_slots = len(free) + max(_FURTHER_SLOTS, n_accepted + most)
+        self.bench = setup.bench(accepted + inside, n_slots)
         self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
         self.solution = self.bench.fit(values, self.free)
-        self._own: dict[Effect, Workbench] = {}
+        self._own: dict[str, Workbench] = {}
         self._refits: dict[Effect, Refit] = {}
         self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
 
@@ -182,13 +189,27 @@ class Stage:
 
     def own_bench(self, effect: Effect) -> Workbench:
         """Workbench of an effect that changes the structure, without the other candidates."""
-        if effect not in self._own:
-            n_slots = len(self.free) + len(effect.terms)
-            self._own[effect] = self.setup.bench((*self.accepted, effect), n_slots)
-        return self._own[effect]
+        if effect.program not in self._own:
+            together = tuple(e for e in self.listed.forms if e.own_program and e.program == effect.program)
+            n_slots = len(self.free) + max(len(e.terms) for e in together)
+            self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots)
+        return self._own[effect.program]
 
-    def directions(self) -> list[Direction]:
-        """Columns of all forms at all their settings."""
+    def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
+        """Columns of all forms at all their settings, by name.
+
+        Parameters
+        ----------
+        with_own
+            False leaves out effects with a program of their own.
+        """
+        by_name: dict[str, list[Direction]] = {}
+        for direction in [*self._tangents(), *(self._all_secants() if with_own else ())]:
+            by_name.setdefault(direction.effect.name, []).append(direction)
+        return by_name
+
+    def _tangents(self) -> list[Direction]:
+        """Columns of the forms that share the program."""
         found = []
         inside = [e for e in self.listed.forms if not e.own_program]
         # Settings of one rank at a time: effects do not touch each other while their strengths are zero.
@@ -203,10 +224,21 @@ class Stage:
                 column = columns[:, len(self.free) + names.index(effect.strength.name)]
                 span = max(effect.strength.maximum - effect.neutral, effect.neutral - effect.strength.minimum)
                 found.append(Direction(effect, effect.settings[rank], column, span))
-        for effect in self.listed.forms:
-            if effect.own_program:
-                found.extend(self._secants(effect))
         return found
+
+    def _all_secants(self) -> list[Direction]:
+        own = [e for e in self.listed.forms if e.own_program]
+        for effect in own:
+            self.own_bench(effect)
+        programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
+
+        def of(effects):
+            with computing():
+                return [direction for effect in effects for direction in self._secants(effect)]
+
+        # Most of the time goes into compiling, which two threads share.
+        with ThreadPoolExecutor(_COMPILING) as pool:
+            return [direction for found in pool.map(of, programs.values()) for direction in found]
 
     def _secants(self, effect: Effect) -> list[Direction]:
         """Differences between the model with the effect at its settings and without it."""
@@ -225,22 +257,18 @@ class Stage:
             found.append(Direction(effect, setting, column, effect.largest_share(setting)))
         return found
 
-    def screened(self) -> tuple[ScreenResult, dict[str, list[Direction]]]:
-        """Score of every effect of the catalogue that the case admits."""
-        by_name: dict[str, list[Direction]] = {}
-        for direction in self.directions():
-            by_name.setdefault(direction.effect.name, []).append(direction)
+    def screened(self, directions: dict[str, list[Direction]]) -> ScreenResult:
+        """Score of every effect whose directions are given."""
         candidates = [
             Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
-            for name, found in by_name.items()
+            for name, found in directions.items()
         ]
-        result = screen(
+        return screen(
             self.residual, self.jacobian, candidates, at_bound=self.at_bound, options=self.setup.options
         )
-        return result, by_name
 
-    def promise(self, candidate: ScreenedCandidate, directions: list[Direction]) -> float:
-        """Largest fall of chi-square that any way of being present promises, strengths within their ranges."""
+    def promise(self, directions: list[Direction]) -> float:
+        """Largest fall of chi-square that any way of being present promises, within its range."""
         base = self.base
         falls = [0.0]
         for direction in directions:
@@ -255,12 +283,34 @@ class Stage:
         """Whether the misfit is so large that the linear screen, made where the fit ended, says little."""
         return self.solution.chi_square > _FAR * len(self.residual)
 
-    def _origins(self) -> list[dict[str, float]]:
-        """Where refits begin: the solution, and where that is far off the start of the declared sample."""
+    def _starts(self, settings: list[tuple]) -> list[tuple]:
+        """Where refits begin: the solution, and where that is far off, the start of the declared sample."""
         base = set(self.bench.base_free)
-        declared = {name: value for name, value in self.bench.start.items() if name in base}
         own = self.solution.values
-        return [own, own | declared] if self.is_far else [own]
+        starts = [(own, setting) for setting in settings[:_STARTS]]
+        if self.is_far and settings:
+            declared = {name: value for name, value in self.bench.start.items() if name in base}
+            starts.insert(1, (own | declared, settings[0]))
+        return starts
+
+    def polished(self, refit: Refit) -> Refit:
+        """The refit, followed to its minimum."""
+        if refit.solution.search.outcome.converged:
+            return refit
+        found = refit.bench.fit(refit.solution.values, refit.solution.free)
+        done = dataclasses.replace(refit, solution=found, drop=self.solution.chi_square - found.chi_square)
+        self._refits[refit.effect] = done
+        return done
+
+    def best_refit(self, directions: list[Direction]) -> Refit:
+        """Refit of the form of an effect that fits best, its number of terms being paid for."""
+        forms = dict.fromkeys(d.effect for d in directions)
+        found = [self.refit(form, directions) for form in forms]
+        return max(found, key=lambda r: r.penalised(len(self.residual)))
+
+    def after(self, refit: Refit) -> "Stage":
+        """The stage with one more effect."""
+        return Stage(self.setup, (*self.accepted, refit.effect), refit.solution.values)
 
     def refit(self, effect: Effect, directions: list[Direction]) -> Refit:
         """Fit an effect with all other parameters, from its most promising settings."""
@@ -279,15 +329,14 @@ class Stage:
         starts.sort(key=lambda s: -s[0])
         free = self.free + tuple(t.name for t in effect.terms)
         best: Solution | None = None
-        for origin in self._origins():
-            for _, setting, step, largest in starts[:_STARTS]:
-                values = {t.name: t.value for t in effect.terms} | origin | setting
-                values |= effect.start(setting, float(np.clip(step, -largest, largest)))
-                found = bench.fit(values, free)
-                if np.isfinite(found.chi_square) and (best is None or found.chi_square < best.chi_square):
-                    best = found
+        for origin, (_, setting, step, largest) in self._starts(starts):
+            values = {t.name: t.value for t in effect.terms} | origin | setting
+            values |= effect.start(setting, float(np.clip(step, -largest, largest)))
+            found = bench.fit(values, free, max_jacobians=_QUICK)
+            if np.isfinite(found.chi_square) and (best is None or found.chi_square < best.chi_square):
+                best = found
         if best is None:
-            best = bench.fit(self.solution.values, free)
+            best = bench.fit(self.solution.values, free, max_jacobians=_QUICK)
         refit = Refit(effect, best, bench, self.solution.chi_square - best.chi_square)
         _LOG.debug("%s: chi-square falls by %.6g", effect.name, refit.drop)
         self._refits[effect] = refit

@@ -40,13 +40,14 @@ class AugmentedModel(eqx.Module):
         self.with_field = any(e.needs_field for e in effects)
         directions = scene.all_directions(self.with_incidence, self.with_field)
 
-        def model(of):
-            return ForwardModel(of, *directions, config)
-
         extended = extend(sample, effects)
-        self.main = model(extended)
-        others = ((i, e.other(extended)) for i, e in enumerate(effects))
-        self.others = tuple((i, model(other)) for i, other in others if other is not None)
+        self.main = ForwardModel(extended, *directions, config)
+        others = ((i, e, e.other(extended)) for i, e in enumerate(effects))
+        self.others = tuple(
+            (i, ForwardModel(other, *directions, effect.refined(config)))
+            for i, effect, other in others
+            if other is not None
+        )
 
     @property
     def sample(self) -> Sample:

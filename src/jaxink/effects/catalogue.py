@@ -5,9 +5,10 @@ import dataclasses
 from jaxink.effects.effect import Case, Effect
 from jaxink.effects.instrument import INSTRUMENT
 from jaxink.effects.sample import SAMPLE
+from jaxink.effects.waves import WAVES
 
 CATALOGUE_VERSION = 1
-CATALOGUE: tuple[type[Effect], ...] = (*INSTRUMENT, *SAMPLE)
+CATALOGUE: tuple[type[Effect], ...] = (*INSTRUMENT, *SAMPLE, *WAVES)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from jaxink.effects.scene import Field, Scene
 from jaxink.sample import Layer, Parameter, Sample
+from jaxink.stack import SolverConfig
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,6 +78,9 @@ class Effect:
         Whether it changes the structure of the model, so that a program of its own is compiled for it.
     needs_field
         Whether its `change` looks at the field around the points.
+    is_scalable
+        Whether what a setting does grows with its strength, so that a screen may scale it; of a share of the
+        area it always does.
     """
 
     name: ClassVar[str]
@@ -86,6 +90,7 @@ class Effect:
     keys: ClassVar[tuple[str, ...]] = ()
     own_program: ClassVar[bool] = False
     needs_field: ClassVar[bool] = False
+    is_scalable: ClassVar[bool] = False
 
     @classmethod
     def forms(cls, case: Case) -> "tuple[Effect, ...] | str":
@@ -114,6 +119,11 @@ class Effect:
         return self.strength.value
 
     @property
+    def program(self) -> str:
+        """Effects of one name here share their own program."""
+        return str(self)
+
+    @property
     def shares_program(self) -> bool:
         """Whether the screen can do with the declared structure at other values: mixtures of areas can."""
         return type(self).mixture is not Effect.mixture
@@ -123,14 +133,15 @@ class Effect:
         here = setting.get(self.strength.name)
         if here is None:
             return self.strength.maximum - self.neutral
-        is_share = self.shares_program or type(self).other is not Effect.other
+        is_share = self.is_scalable or self.shares_program or type(self).other is not Effect.other
         return abs((self.strength.maximum - self.neutral) / (here - self.neutral)) if is_share else 1.0
 
     def start(self, setting: Mapping[str, float], step: float) -> dict[str, float]:
         """Where a refit starts, for a step of the screen in the direction of a setting."""
         here = setting.get(self.strength.name)
         low, high = self.strength.minimum, self.strength.maximum
-        if here is not None and self.largest_share(setting) == 1.0:
+        scalable = self.is_scalable or self.shares_program or type(self).other is not Effect.other
+        if here is not None and not scalable:
             return {self.strength.name: here}
         unit = 1.0 if here is None else here - self.neutral
         reach = high - low
@@ -153,6 +164,10 @@ class Effect:
         """Sample of which a share of the area consists, the strength being that share; None: none."""
         del sample
         return None
+
+    def refined(self, config: SolverConfig) -> SolverConfig:
+        """Sizes of the discretisation of that other sample."""
+        return config
 
     def mixture(self, values: Mapping[str, Any]) -> list[tuple[Any, dict[str, Any]]]:
         """Shares of the area where other values hold: (share, these values) of each."""

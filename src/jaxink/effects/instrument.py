@@ -23,7 +23,7 @@ class Gain(_Instrument):
     terms = (Parameter("gain.relative", 0.0, True, -0.5, 0.5),)
 
     def change(self, predicted, values, field):
-        """Y = (1 + s) f."""
+        """Return y = (1 + s) f."""
         return predicted * (1 + values["gain.relative"])
 
 
@@ -42,7 +42,7 @@ class SideGain(_Instrument):
         return (cls(),) if sides.size == 2 else "one side was measured only: the same as gain"
 
     def change(self, predicted, values, field):
-        """Y = (1 + s) f in reflection."""
+        """Return y = (1 + s) f in reflection."""
         reflects = ~field.scene.is_transmission
         return predicted * (1 + values["side_gain.relative"] * reflects)
 
@@ -154,7 +154,7 @@ class StrayLight(_Instrument):
     terms = (Parameter("stray_light.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
     def change(self, predicted, values, field):
-        """Y = f + s."""
+        """Return y = f + s."""
         return predicted + values["stray_light.level_per_sr"]
 
 
@@ -167,7 +167,7 @@ class SignalFloor(_Instrument):
     terms = (Parameter("signal_floor.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
     def change(self, predicted, values, field):
-        """Y = f + s / cos(theta_o)."""
+        """Return y = f + s / cos(theta_o)."""
         return predicted + values["signal_floor.level_per_sr"] / jnp.cos(jnp.deg2rad(field.scene.theta_o_deg))
 
 
@@ -180,7 +180,7 @@ class Nonlinearity(_Instrument):
     terms = (Parameter("nonlinearity.relative", 0.0, True, -0.5, 0.5),)
 
     def change(self, predicted, values, field):
-        """Y = f (1 + s v / v_max), v the detector's signal f cos(theta_o)."""
+        """Return y = f (1 + s v / v_max), v the detector's signal f cos(theta_o)."""
         signal = field.points * jnp.cos(jnp.deg2rad(field.scene.theta_o_deg))
         return predicted * (1 + values["nonlinearity.relative"] * signal / jnp.max(signal))
 
@@ -194,7 +194,7 @@ class Drift(_Instrument):
     terms = (Parameter("drift.relative", 0.0, True, -0.5, 0.5),)
 
     def change(self, predicted, values, field):
-        """Y = f (1 + s t), t from -1/2 to 1/2."""
+        """Return y = f (1 + s t), t from -1/2 to 1/2."""
         return predicted * (1 + values["drift.relative"] * (field.scene.time - 0.5))
 
 

@@ -50,7 +50,18 @@ def _factor_limits(declared):
     return declared / 4, declared * 4
 
 
-class BinderIndex(_Constant):
+class _Index(_Constant):
+    """A refractive index; where it may vary, the channels are more, so both share a program of their own."""
+
+    own_program, is_scalable, program = True, True, "indices"
+
+    @property
+    def settings(self):
+        """A step to the side where there is room for it."""
+        return ({self.term.name: self.term.value + 0.02},)
+
+
+class BinderIndex(_Index):
     """Refractive index of the ink's binder."""
 
     name, keys = "binder_index", ("E14",)
@@ -62,7 +73,7 @@ class BinderIndex(_Constant):
         return cls._of(case, case.inks[0], "refractive_index", _index_limits)
 
 
-class PlateIndex(_Constant):
+class PlateIndex(_Index):
     """Refractive index of the plate."""
 
     name = "plate_index"
@@ -621,7 +632,7 @@ class DepthGradient(_Constant):
     term: Parameter
     layer: str
 
-    name, own_program, group = "depth_gradient", True, "volume"
+    name, own_program, is_scalable, group = "depth_gradient", True, True, "volume"
     statement = "the ink's scattering changes with depth"
 
     @classmethod
@@ -831,7 +842,7 @@ class Pinholes(Effect):
     terms = (Parameter("pinholes.share", 0.0, True, 0.0, 0.6),)
 
     def change(self, predicted, values, field):
-        """F (1 - s): a clear area has no BSDF beside the regular peaks."""
+        """Return f (1 - s): a clear area has no BSDF beside the regular peaks."""
         return predicted * (1 - values["pinholes.share"])
 
 

@@ -30,6 +30,8 @@ class Scene(eqx.Module):
         Plane of each point; scans have one each, or several.
     plane_columns
         Incidence, azimuth of the positive side, wavelength and side of each plane, shape ``(planes, 4)``.
+    waves, wave_of_point
+        The distinct wavelengths in nm, and which of them each point has.
     slope, curvature
         Matrices from the grid of a plane to d/d(signed angle) and its square at the points, per radian.
     """
@@ -43,6 +45,8 @@ class Scene(eqx.Module):
     signed_deg: Float[np.ndarray, " points"]
     plane: Int[np.ndarray, " points"]
     plane_columns: Float[np.ndarray, "planes 4"]
+    waves: tuple[float, ...] = eqx.field(static=True)
+    wave_of_point: Int[np.ndarray, " points"]
     slope: Float[np.ndarray, "points grid"]
     curvature: Float[np.ndarray, "points grid"]
 
@@ -70,6 +74,7 @@ class Scene(eqx.Module):
         spline = CubicSpline(np.deg2rad(GRID_DEG), np.eye(GRID_DEG.size))
         at = np.deg2rad(np.clip(signed, GRID_DEG[0], GRID_DEG[-1]))
         time = np.asarray(time, float)
+        waves, wave_of_point = np.unique(np.asarray(wavelength_nm, float), return_inverse=True)
         return cls(
             *(np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, wavelength_nm)),
             np.asarray(is_transmission, bool),
@@ -77,6 +82,8 @@ class Scene(eqx.Module):
             signed,
             plane.reshape(-1),
             planes,
+            tuple(waves.tolist()),
+            wave_of_point.reshape(-1),
             spline(at, 1),
             spline(at, 2),
         )

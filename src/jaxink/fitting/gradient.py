@@ -27,6 +27,7 @@ class _Programs:
 
     def __init__(self, evaluate):
         self._static_state = None
+        self.ready = False
 
         # Jitted on its own, so that it is traced once for both programs below.
         @jax.jit
@@ -87,7 +88,6 @@ class GradientSearch:
         self._compiled = _programs(residual)
         self.max_jacobians = max_jacobians
         self.compile_seconds = 0.0
-        self._ready = False
 
     def linearised(self, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual and its Jacobian.
@@ -138,12 +138,12 @@ class GradientSearch:
             lower[position] = upper[position] = unit[position] = value
         unit, box = jnp.asarray(unit), (jnp.asarray(lower), jnp.asarray(upper))
         compiled, arrays = self._compiled, self._arrays
-        if not self._ready:
+        if not compiled.ready:
             began = time.perf_counter()
             state = compiled.initial(arrays, unit, *box)
             jax.block_until_ready(compiled.advance(arrays, unit, *box, state))
             self.compile_seconds = time.perf_counter() - began
-            self._ready = True
+            compiled.ready = True
         began = time.perf_counter()
         state = compiled.initial(arrays, unit, *box)
         path: list[float] = []

@@ -64,7 +64,7 @@ class Objective(eqx.Module):
     Parameters
     ----------
     model
-        Predicts the points that are used.
+        Predicts the points that are used: a `ForwardModel`, or one with effects on top of it.
     measured, sigma
         Measured BSDF and its independent standard deviation, 1/sr, shape ``(points,)``.
     scan, n_scans, scan_relative
@@ -79,7 +79,7 @@ class Objective(eqx.Module):
         Names of the free parameters.
     """
 
-    model: ForwardModel
+    model: eqx.Module
     measured: Float[np.ndarray, " points"]
     sigma: Float[np.ndarray, " points"]
     scan: Int[np.ndarray, " points"]

@@ -75,6 +75,7 @@ def sample_from_dict(plain: dict[str, Any]) -> Sample:
             "wavelengths_nm": tuple(plain["wavelengths_nm"]),
             "masks": tuple((k, v) for k, v in plain["masks"]),
             "weights": tuple(tuple(w) for w in plain["weights"]),
+            "illumination": _pair(plain.get("illumination")),
             "dispersions": tuple(_dispersion(d) for d in plain.get("dispersions", ())),
         }
     )

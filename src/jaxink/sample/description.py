@@ -110,6 +110,12 @@ class Sample:
     beam_diameter_mm, detector_diameter_mm
         Beam, across it, and disc on the sample that the detector sees; None: all light is seen, wherever it
         comes out.
+    detector_mode
+        Of `schema.DETECTOR_MODES`: ``spectrometer`` if white light falls on the sample and the detector
+        resolves wavelengths, ``broadband`` if the light has one wavelength and the detector sees all; None if
+        that is not known. Only fluorescence asks.
+    illumination
+        Spectrum of the light on the sample: wavelengths in nm and relative powers, or None.
     noise
         Declared noise.
     masks
@@ -135,6 +141,8 @@ class Sample:
     backing: Backing | None = None
     beam_diameter_mm: float | None = None
     detector_diameter_mm: float | None = None
+    detector_mode: str | None = None
+    illumination: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
         """Values that hold at one wavelength, by plain name.

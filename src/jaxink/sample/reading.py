@@ -128,7 +128,8 @@ class _Reader:
                 f"lit_side is '{lit}' but the first layer is '{names[0]}': list the layers in the order "
                 "in which light meets them."
             )
-        instrument = self._settings("instrument", schema.INSTRUMENT)
+        instrument = self._settings("instrument", schema.INSTRUMENT, ("detector_mode", "illumination"))
+        mode, illumination = self._light()
         if (instrument["beam_diameter_mm"] is None) != (instrument["detector_diameter_mm"] is None):
             raise InputRefusedError(
                 "[instrument] has one of beam_diameter_mm and detector_diameter_mm; give both, or neither if "
@@ -154,7 +155,33 @@ class _Reader:
             backing=backing,
             beam_diameter_mm=instrument["beam_diameter_mm"],
             detector_diameter_mm=instrument["detector_diameter_mm"],
+            detector_mode=mode,
+            illumination=illumination,
         )
+
+    def _light(self):
+        """What falls on the sample, and what the detector sees of it."""
+        table = table_of(self.document, "instrument")
+        mode = table.get("detector_mode")
+        if mode is not None:
+            choice(table, "detector_mode", schema.DETECTOR_MODES, "[instrument]")
+        given = table.get("illumination")
+        if given is None:
+            return mode, None
+        if not isinstance(given, dict) or set(given) != set(schema.ILLUMINATION):
+            raise InputRefusedError(
+                "instrument.illumination must be { wavelength_nm = [...], power = [...] }."
+            )
+        waves, power = (given[key] for key in schema.ILLUMINATION)
+        lists = isinstance(waves, list) and isinstance(power, list) and len(waves) == len(power) >= 2
+        if not lists or not all(is_number(v) and v >= 0 for v in (*waves, *power)):
+            raise InputRefusedError(
+                "instrument.illumination: wavelength_nm and power must be two lists of equally many numbers, "
+                "two or more, none negative."
+            )
+        if any(b <= a for a, b in zip(waves, waves[1:], strict=False)):
+            raise InputRefusedError("instrument.illumination: wavelength_nm must ascend.")
+        return mode, (tuple(map(float, waves)), tuple(map(float, power)))
 
     def _wavelengths(self) -> tuple[float, ...]:
         given = self.document.get("wavelength_nm", [])
@@ -316,9 +343,9 @@ class _Reader:
             one |= {} if value is None else {"value": value}
             self.parameters.append(parameter_of(f"{name}@{wavelength:g}", one, quantity))
 
-    def _settings(self, table_name: str, keys: dict) -> dict[str, float]:
+    def _settings(self, table_name: str, keys: dict, further: tuple[str, ...] = ()) -> dict[str, float]:
         table = table_of(self.document, table_name)
-        only(table, keys, f"[{table_name}]")
+        only(table, (*keys, *further), f"[{table_name}]")
         values = {}
         for key, (lowest, highest, default, unit) in keys.items():
             value = table.get(key, default)

@@ -137,6 +137,9 @@ INSTRUMENT = {
     "beam_diameter_mm": (1e-3, 1e4, None, "mm"),
     "detector_diameter_mm": (1e-3, 1e4, None, "mm"),
 }
+# What the detector sees of light that the sample sends back at another wavelength.
+DETECTOR_MODES = ("spectrometer", "broadband")
+ILLUMINATION = ("wavelength_nm", "power")
 NOISE = {
     "relative": (0.0, 1.0, None, ""),
     "floor_per_sr": (0.0, math.inf, 0.0, "1/sr"),

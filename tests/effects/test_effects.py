@@ -1,0 +1,215 @@
+"""Effects: zero at the declared model, linear there, and what they say they are."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from jaxink.diagnosis.workbench import Workbench
+from jaxink.effects import CATALOGUE, Case, Effect, Scene, effects_for
+from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
+from jaxink.effects.sample import (
+    AirGap,
+    DepthGradient,
+    Pinholes,
+    SecondLobe,
+    ThicknessVariance,
+    ThinPatches,
+    UndeclaredBacking,
+)
+from jaxink.fitting.objective import FitNoise
+from jaxink.forward import ForwardModel, evaluate
+from jaxink.measurement import GonioData
+from jaxink.numerics.precision import computing
+from jaxink.sample import Parameter, parse_sample
+from jaxink.stack import SolverConfig
+
+SIZES = SolverConfig(10, 8, 16, 8)
+TEXT = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 1.0
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = 60
+scattering_per_mm = { free = true, min = 1, max = 500, value = 60 }
+absorption_per_mm = { free = true, min = 0, max = 50, value = 1 }
+asymmetry_parameter = { free = true, min = -0.9, max = 0.95, value = 0.5 }
+[noise]
+relative = 0.005
+floor_per_sr = 1e-4
+scan_relative = 0.002
+"""
+
+
+def directions():
+    """Two incidences, both sides, in the plane of incidence."""
+    theta_i, signed, side = np.meshgrid([10.0, 50.0], np.arange(-72.0, 73.0, 12.0), [0.0, 1.0], indexing="ij")
+    theta_i, signed, side = theta_i.ravel(), signed.ravel(), side.ravel()
+    return theta_i, np.abs(signed), np.where(signed >= 0, 180.0, 0.0), np.full(signed.size, 550.0), side > 0.5
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return parse_sample(TEXT)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return Scene.of(*directions(), np.arange(directions()[0].size))
+
+
+def predicted(sample, columns=None, values=None):
+    """By the forward model alone."""
+    if values:
+        for name, value in values.items():
+            table = sample.parameters.replace(name, value=value)
+            sample = dataclasses.replace(sample, parameters=table)
+    return evaluate(ForwardModel(sample, *(columns or directions()), SIZES))
+
+
+def bench(sample, scene, effects):
+    theta_i, theta_o, phi, wave, side = directions()
+    data = GonioData(theta_i, theta_o, phi, wave, side, predicted(sample))
+    noise = FitNoise(0.005 * data.bsdf_per_sr, 0.002, "declared")
+    with computing():
+        return Workbench(sample, tuple(effects), data, noise, SIZES, scene, 5)
+
+
+@pytest.fixture(scope="module")
+def instrument(sample, scene):
+    """A bench with the effects that share one program."""
+    effects = (AngleOffset(), IncidenceAngle(), Blur(True), Gain(), StrayLight(), Pinholes())
+    return bench(sample, scene, (*effects, SecondLobe("ink"), UndeclaredBacking()))
+
+
+def at(bench, **values):
+    with computing():
+        return bench.predict({k.replace("__", "."): v for k, v in values.items()})
+
+
+def test_nothing_changes_at_zero(instrument, sample):
+    np.testing.assert_allclose(at(instrument), predicted(sample), rtol=1e-10)
+
+
+@pytest.mark.parametrize("position", range(8))
+def test_derivative_at_zero_is_that_of_a_small_step(instrument, position):
+    strength = instrument.effects[position].strength
+    # One-sided strengths leave zero upwards; the second-order term of the difference is taken out.
+    step = 1e-3 * (strength.maximum - strength.value)
+    with computing():
+        jacobian, _ = instrument.jacobian({}, (*instrument.base_free, strength.name))
+        first, second = (instrument.predict({strength.name: k * step}) for k in (1, 2))
+        here = instrument.predict({})
+        slope = (4 * first - second - 3 * here) / (2 * step)
+        expected = instrument.whiten(here, slope)
+    direction = jacobian[:, -1]
+    assert np.linalg.norm(direction) > 0
+    assert np.linalg.norm(direction - expected) < 1e-3 * np.linalg.norm(expected)
+
+
+def test_gain_stray_light_and_pinholes(instrument, sample):
+    f = predicted(sample)
+    np.testing.assert_allclose(at(instrument, gain__relative=0.03), 1.03 * f, rtol=1e-9)
+    np.testing.assert_allclose(at(instrument, stray_light__level_per_sr=0.02), f + 0.02, rtol=1e-9)
+    np.testing.assert_allclose(at(instrument, pinholes__share=0.1), 0.9 * f, rtol=1e-9)
+
+
+def test_angle_offset_is_the_model_at_the_true_angles(instrument, sample):
+    theta_i, theta_o, phi, wave, side = directions()
+    signed = np.where(phi > 90, theta_o, -theta_o) + np.where(side, -0.8, 0.8)
+    true = predicted(sample, (theta_i, np.abs(signed), np.where(signed >= 0, 180.0, 0.0), wave, side))
+    np.testing.assert_allclose(at(instrument, angle_offset__angle_deg=0.8), true, rtol=3e-4)
+
+
+def test_incidence_offset_is_the_model_at_the_true_incidence(instrument, sample):
+    theta_i, *rest = directions()
+    true = predicted(sample, (theta_i + 0.7, *rest))
+    np.testing.assert_allclose(at(instrument, incidence_angle__angle_deg=0.7), true, rtol=1e-4)
+
+
+def test_blur_keeps_a_flat_intensity_and_shows_the_foot_of_the_regular_peak(instrument, sample):
+    f = predicted(sample)
+    blurred = at(instrument, blur__core_variance_deg2=0.5)
+    apart = np.asarray(instrument._objective.model.scene.from_forward_deg)
+    # Far from the peak a narrow core does nothing where the intensity is nearly straight.
+    far = (apart > 10) & (directions()[1] < 40)
+    np.testing.assert_allclose(blurred[far], f[far], rtol=2e-3)
+    wings = at(instrument, blur__wing_share=0.05, blur__wing_half_width_deg=4.0) / f
+    reflected = ~directions()[4]
+    nearest = np.flatnonzero(reflected)[np.argmin(apart[reflected])]
+    assert wings[nearest] > 1.02
+
+
+def test_second_lobe_and_backing_are_those_of_the_sample_file(instrument, sample):
+    two = TEXT.replace(
+        '"henyey_greenstein"',
+        '"two_term_henyey_greenstein"\nsecond_weight = 0.1\nsecond_asymmetry_parameter = -0.4',
+    )
+    backed = TEXT + '[backing]\nreflectance = 0.3\nside = "R"\n'
+    values = {"ink__second_weight": 0.1, "ink__second_asymmetry_parameter": -0.4}
+    np.testing.assert_allclose(at(instrument, **values), predicted(parse_sample(two)), rtol=1e-9)
+    expected = predicted(parse_sample(backed))
+    np.testing.assert_allclose(at(instrument, backing__reflectance=0.3), expected, rtol=1e-9)
+
+
+def test_areas_are_mixed(sample, scene):
+    effects = (ThinPatches("ink"), ThicknessVariance("ink"), AirGap(1))
+    mixed = bench(sample, scene, effects)
+    thick, thin, thicker = (predicted(sample, values={"ink.thickness_um": t}) for t in (60.0, 30.0, 90.0))
+    patches = at(mixed, thin_patches__share=0.2, thin_patches__thickness_ratio=0.5)
+    np.testing.assert_allclose(patches, 0.8 * thick + 0.2 * thin, rtol=1e-8)
+    # Areas half as thick and half as thick again, 0.1 each: a relative variance of 0.05.
+    varied = at(mixed, thickness_variance__relative=0.05)
+    np.testing.assert_allclose(varied, 0.8 * thick + 0.1 * thin + 0.1 * thicker, rtol=1e-8)
+    gap = TEXT.replace(
+        '[[layers]]\nname = "ink"',
+        '[[layers]]\nname = "gap"\nkind = "clear"\nrefractive_index = 1.0\nthickness_mm = 0.01\n'
+        '[[layers]]\nname = "ink"',
+    )
+    apart = predicted(parse_sample(gap))
+    np.testing.assert_allclose(at(mixed, air_gap__share=0.3), 0.7 * thick + 0.3 * apart, rtol=1e-8)
+
+
+def test_depth_gradient_moves_scatterers_and_keeps_their_number(sample, scene):
+    (effect,) = DepthGradient.forms(Case(sample, scene))
+    graded = bench(sample, scene, (effect,))
+    np.testing.assert_allclose(at(graded), predicted(sample), rtol=1e-6)
+    up, down = at(graded, depth_gradient__slope=-0.8), at(graded, depth_gradient__slope=0.8)
+    reflected = ~directions()[4]
+    # More scatterers on the lit side send more back, and what passes hardly changes.
+    assert np.all(up[reflected] > down[reflected])
+    change = np.abs(up / down - 1)
+    assert change[~reflected].max() < 0.5 * change[reflected].max()
+
+
+def test_every_effect_of_the_catalogue_applies_or_says_why_not(sample, scene):
+    listed = effects_for(Case(sample, scene))
+    names = {effect.name for effect in listed.forms}
+    assert names | set(listed.not_testable) == {effect.name for effect in CATALOGUE}
+    assert not names & set(listed.not_testable)
+    assert all(len(reason) > 10 for reason in listed.not_testable.values())
+    assert all(effect.statement for effect in CATALOGUE)
+    keys = {key for effect in CATALOGUE for key in effect.keys}
+    assert keys == {f"E{number}" for number in range(1, 17)}
+
+
+def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
+    class Vignetting(Effect):
+        name, statement = "vignetting", "the detector sees less of the sample at grazing angles"
+        terms = (Parameter("vignetting.loss", 0.0, True, 0.0, 1.0),)
+
+        def change(self, predicted, values, field):
+            return predicted * (1 - values["vignetting.loss"] * (field.scene.theta_o_deg / 90) ** 4)
+
+    mine = bench(sample, scene, (Vignetting(),))
+    expected = predicted(sample) * (1 - 0.2 * (directions()[1] / 90) ** 4)
+    np.testing.assert_allclose(at(mine, vignetting__loss=0.2), expected, rtol=1e-9)
+    assert effects_for(Case(sample, scene), (Vignetting,)).forms[0].name == "vignetting"
