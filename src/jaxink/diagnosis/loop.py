@@ -12,7 +12,15 @@ from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
 from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
 from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.stage import Direction, Refit, Setup, Stage, deviations, held_out_predictions
+from jaxink.diagnosis.stage import (
+    Direction,
+    Refit,
+    Setup,
+    Stage,
+    deviations,
+    held_out_predictions,
+    in_threads,
+)
 from jaxink.diagnosis.structure import StructureResult, find_structure
 from jaxink.diagnosis.verdict import judge
 from jaxink.diagnosis.where import locate
@@ -28,9 +36,9 @@ from jaxink.stack import SolverConfig
 _LOG = logging.getLogger("jaxink")
 # Refits that differ by less in chi-square are not told apart.
 _TOLD_APART = 4.0
-# Effects with a program of their own are refitted where they promise this share of what others give, at most
-# so many of them.
-_OWN_SHARE, _MOST_OWN = 0.4, 4
+# Effects with a program of their own are refitted where they promise this share of what others give, less
+# where a promise says less, and at most so many of them.
+_OWN_SHARE, _OWN_SHARE_FAR, _MOST_OWN = 0.75, 0.25, 4
 # Reduced chi-square that asks for trying everything.
 _LARGE = 1.5
 # A strength this many standard errors from the declared model.
@@ -191,13 +199,9 @@ class _Loop:
         return self._report(first, stage, steps, screens, structure_before, structure_after)
 
     def _is_quiet(self, stage: Stage) -> bool:
-        """Whether an enlarged model leaves noise: in size, in order, and to the quick part of the screen."""
+        """Whether an enlarged model leaves noise, in size and in order."""
         structure = self._structure(stage)
-        chance = min(structure.p_value, structure["chi_square"].p_value)
-        if chance < self.options.level:
-            return False
-        screened = stage.screened(stage.directions(with_own=False))
-        return not screened.called
+        return min(structure.p_value, structure["chi_square"].p_value) >= self.options.level
 
     def _with_rivals(self, last: Stage, step: Step) -> Step:
         """A step with the class that it has beside all other effects, instead of without the later ones."""
@@ -251,8 +255,9 @@ class _Loop:
             self._refit(stage, name, directions, refits)
         self._polish(stage, refits)
         likely = max([r.drop for r in refits.values()] + list(promise.values()), default=0.0)
-        for name in [n for n in own if promise[n] >= _OWN_SHARE * likely][:_MOST_OWN]:
-            self._refit(stage, name, directions, refits)
+        share = _OWN_SHARE_FAR if stage.is_far else _OWN_SHARE
+        worth = [n for n in own if promise[n] >= share * likely][:_MOST_OWN]
+        in_threads(lambda name: self._refit(stage, name, directions, refits), worth)
         self._polish(stage, refits)
         return refits, [name for name in own if name not in refits]
 

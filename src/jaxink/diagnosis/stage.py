@@ -2,6 +2,7 @@
 
 import dataclasses
 import logging
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -233,12 +234,9 @@ class Stage:
         programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
 
         def of(effects):
-            with computing():
-                return [direction for effect in effects for direction in self._secants(effect)]
+            return [direction for effect in effects for direction in self._secants(effect)]
 
-        # Most of the time goes into compiling, which two threads share.
-        with ThreadPoolExecutor(_COMPILING) as pool:
-            return [direction for found in pool.map(of, programs.values()) for direction in found]
+        return [direction for found in in_threads(of, programs.values()) for direction in found]
 
     def _secants(self, effect: Effect) -> list[Direction]:
         """Differences between the model with the effect at its settings and without it."""
@@ -341,6 +339,17 @@ class Stage:
         _LOG.debug("%s: chi-square falls by %.6g", effect.name, refit.drop)
         self._refits[effect] = refit
         return refit
+
+
+def in_threads(work: Callable, items: Iterable) -> list:
+    """Work on items of different programs, two at a time: most of it is compiling."""
+
+    def guarded(item):
+        with computing():
+            return work(item)
+
+    with ThreadPoolExecutor(_COMPILING) as pool:
+        return list(pool.map(guarded, items))
 
 
 def held_out_predictions(

@@ -162,6 +162,11 @@ class Workbench:
         )
         return objective, np.clip(scale.to_unit(physical), 0.0, 1.0)
 
+    def replace_measured(self, measured: Float[np.ndarray, " points"]) -> None:
+        """Take other measured values at the same points, of the same noise."""
+        self.measured = measured
+        self._objective = dataclasses.replace(self._objective, measured=measured)
+
     def scale_of(self, free: tuple[str, ...]) -> UnitScale:
         """How the ranges of some parameters are divided."""
         return UnitScale.of(tuple(self.terms[name] for name in free))

@@ -128,20 +128,23 @@ class Effect:
         """Whether the screen can do with the declared structure at other values: mixtures of areas can."""
         return type(self).mixture is not Effect.mixture
 
+    @property
+    def scales(self) -> bool:
+        """Whether a screen may scale what a setting does."""
+        return self.is_scalable or self.shares_program or type(self).other is not Effect.other
+
     def largest_share(self, setting: Mapping[str, float]) -> float:
         """Largest strength in units of what a setting's own strength does."""
         here = setting.get(self.strength.name)
         if here is None:
             return self.strength.maximum - self.neutral
-        is_share = self.is_scalable or self.shares_program or type(self).other is not Effect.other
-        return abs((self.strength.maximum - self.neutral) / (here - self.neutral)) if is_share else 1.0
+        return abs((self.strength.maximum - self.neutral) / (here - self.neutral)) if self.scales else 1.0
 
     def start(self, setting: Mapping[str, float], step: float) -> dict[str, float]:
         """Where a refit starts, for a step of the screen in the direction of a setting."""
         here = setting.get(self.strength.name)
         low, high = self.strength.minimum, self.strength.maximum
-        scalable = self.is_scalable or self.shares_program or type(self).other is not Effect.other
-        if here is not None and not scalable:
+        if here is not None and not self.scales:
             return {self.strength.name: here}
         unit = 1.0 if here is None else here - self.neutral
         reach = high - low

@@ -14,6 +14,9 @@ class _Instrument(Effect):
     group = "instrument"
 
 
+_MANY_PLANES = "the scans leave the plane of incidence in too many azimuths for integrals along their planes"
+
+
 @dataclasses.dataclass(frozen=True)
 class Gain(_Instrument):
     """I1: all values are too large by one factor."""
@@ -55,6 +58,11 @@ class AngleOffset(_Instrument):
     statement = "the zero of the detector arm is off"
     terms = (Parameter("angle_offset.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
+    @classmethod
+    def forms(cls, case: Case):
+        """Where scans lie in planes."""
+        return (cls(),) if case.scene.in_few_planes else _MANY_PLANES
+
     def change(self, predicted, values, field):
         """True angle = label + offset in reflection, label - offset in transmission; to second order."""
         scene = field.scene
@@ -67,7 +75,7 @@ class AngleOffset(_Instrument):
 class IncidenceAngle(_Instrument):
     """I2 of the source: the incidence is not what the label says."""
 
-    name, sign, keys, needs_field, group = "incidence_angle", 0, ("E16",), True, "constant"
+    name, sign, keys, group = "incidence_angle", 0, ("E16",), "constant"
     statement = "the angle of incidence is off"
     terms = (Parameter("incidence_angle.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
@@ -94,8 +102,8 @@ class Blur(_Instrument):
 
     @classmethod
     def forms(cls, case: Case):
-        """The core alone, and with wings."""
-        return cls(False), cls(True)
+        """The core alone, and with wings, where scans lie in planes."""
+        return (cls(False), cls(True)) if case.scene.in_few_planes else _MANY_PLANES
 
     @property
     def terms(self):

@@ -13,6 +13,8 @@ GRID_DEG = np.arange(-89.0, 89.1, 2.0)
 # Step of the incidence by which its derivatives are computed.
 INCIDENCE_STEP_DEG = 1.0
 _PLANE_DEG = 0.1
+# Directions of the grids for each point.
+_MOST_GRID = 4
 
 
 class Scene(eqx.Module):
@@ -90,6 +92,11 @@ class Scene(eqx.Module):
 
     def __len__(self) -> int:
         return self.theta_o_deg.size
+
+    @property
+    def in_few_planes(self) -> bool:
+        """Whether grids in the planes of the scans cost little beside the points themselves."""
+        return len(self.plane_columns) * GRID_DEG.size <= _MOST_GRID * max(len(self), 500)
 
     @property
     def from_forward_deg(self) -> Float[Array, " points"]:

@@ -244,8 +244,13 @@ def noise_of(data: GonioData, sample: Sample) -> FitNoise:
         return FitNoise(
             np.full(bsdf.shape, np.median(np.abs(bsdf))), 0.0, "unknown: " + estimate.sentence, False
         )
-    model = estimate.model
-    return FitNoise(model.sigma(bsdf), max(model.scan_relative, declared.scan_relative), estimate.sentence)
+    model, relative = estimate.model, estimate.relative_of(data)[used]
+    origin = estimate.sentence
+    if np.ptp(relative) > 0:
+        span = f"{100 * relative.min():.2f} ... {100 * relative.max():.2f} %"
+        origin += f" Scans differ, {span}: each is taken by itself."
+    scan_relative = max(model.scan_relative, declared.scan_relative)
+    return FitNoise(relative * np.abs(bsdf), scan_relative, origin)
 
 
 def make_objective(

@@ -24,6 +24,7 @@ from jaxink.measurement.pairs import (
 MINIMUM_PAIRS = 10
 _OUTLIER = 5.0
 _ROBUST_FROM = 20
+_DIFFER = 1e-3
 _KINDS = {"repeats": "repeat", "mirror": "mirror", "reciprocal": "reciprocal"}
 
 
@@ -131,9 +132,50 @@ class NoiseEstimate:
     model: NoiseModel | None
     sentence: str
 
+    def relative_of(self, data: GonioData) -> Float[np.ndarray, " points"]:
+        """Relative standard deviation of each point: of its own scan where that differs from the others.
+
+        Parameters
+        ----------
+        data
+            The measurement that was judged.
+
+        Returns
+        -------
+        Float[np.ndarray, " points"]
+            The model's, unless the adopted pairs lie within scans, every scan has 20 or more, and their
+            variances differ (Bartlett 1937, at 0.001); nan without a model.
+        """
+        model = np.full(len(data), np.nan if self.model is None else self.model.relative)
+        if self.adopted not in ("repeats", "mirror"):
+            return model
+        scans = self.source(self.adopted).scans
+        told = {scatter.scan.index for scatter in scans if scatter.pairs >= _ROBUST_FROM}
+        if len(told) < 2 or told != {scan.index for scan in data.scans if scan.used}:
+            return model
+        pairs = np.array([scatter.pairs for scatter in scans], float)
+        variance = np.array([scatter.relative**2 for scatter in scans])
+        if not _variances_differ(pairs, variance):
+            return model
+        by_scan = {scatter.scan.index: scatter.relative for scatter in scans}
+        return np.array([by_scan.get(index, np.nan) for index in data.scan_index.tolist()])
+
     def source(self, name: str) -> NoiseSource:
         """The kind of pairs of that name."""
         return next(source for source in self.sources if source.name == name)
+
+
+def _variances_differ(pairs: np.ndarray, variance: np.ndarray) -> bool:
+    """Bartlett's test of equal variances, of differences whose mean is known to be 0."""
+    # Reading a file needs no scipy.
+    from scipy.special import chdtrc
+
+    if np.any(variance <= 0):
+        return False
+    pooled = np.sum(pairs * variance) / np.sum(pairs)
+    statistic = np.sum(pairs) * np.log(pooled) - np.sum(pairs * np.log(variance))
+    correction = 1 + (np.sum(1 / pairs) - 1 / np.sum(pairs)) / (3 * (pairs.size - 1))
+    return bool(chdtrc(pairs.size - 1, statistic / correction) < _DIFFER)
 
 
 def _inliers(differences: Differences) -> np.ndarray:

@@ -1,0 +1,233 @@
+"""False alarms and power of the diagnosis; writes its part of docs/diagnosis.md.
+
+python benchmarks/diagnosis_power.py [--loops N] [--case NAME] [--only EFFECT,...]
+
+Every data set is drawn from the model: its prediction with an effect at a known strength, nonlinear, plus the declared
+noise with its scan factors; the declared model is fitted to it anew, and the residual screened. Results are kept effect by
+effect in benchmarks/diagnosis_power.json, so that a run that was stopped goes on; --loops runs the whole procedure on null
+data sets.
+"""
+
+import argparse
+import json
+
+import numpy as np
+
+import jaxink
+from declared import sample_toml
+from jaxink.diagnosis import Candidate, DiagnosisOptions, ScreenOptions, diagnose, prepare_screen
+from jaxink.diagnosis.stage import Setup, Stage
+from jaxink.effects import CATALOGUE, Scene
+from jaxink.fitting import prepare_data
+from jaxink.fitting.objective import noise_of
+from jaxink.numerics.precision import computing
+from jaxink.stack import SolverConfig
+from report_common import REPOSITORY, data_folder, machine, table, write_section
+
+MARK = "false alarms and power, by benchmarks/diagnosis_power.py"
+STORE = REPOSITORY / "benchmarks" / "diagnosis_power.json"
+N_SETS, N_NULL, FACTORS, SEED = 50, 200, (0.5, 1.0, 2.0, 4.0), 4711
+# Candidates whose predicted fall of chi-square is within this of the best one are one class.
+_TOLD_APART = 4.0
+
+
+class Case:
+    """One simulated measurement as the pattern of directions, sample and noise."""
+
+    def __init__(self, name: str):
+        folder = data_folder("simulated")
+        declared = json.loads((folder / f"{name}.declared.json").read_text())
+        self.sample = jaxink.parse_sample(sample_toml(declared))
+        self.data = prepare_data(jaxink.read(folder / f"{name}.csv"), self.sample)
+        used = self.data.used
+        scene = Scene.of(*(c[used] for c in self.data.directions), self.data.row[used])
+        result = jaxink.fit(self.data, self.sample, jaxink.FitOptions(profile="none"))
+        noise = noise_of(self.data, self.sample)
+        self.setup = Setup(
+            self.sample, self.data, noise, SolverConfig(**result.solver), scene, CATALOGUE, ScreenOptions()
+        )
+        self.relative, self.floor = self.sample.noise.relative, self.sample.noise.floor_per_sr
+        self.stage = Stage(self.setup, (), result.values)
+        self.directions = self.stage.directions()
+        self.candidates = [
+            Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
+            for name, found in self.directions.items()
+        ]
+        self.prepared = prepare_screen(
+            self.stage.jacobian, self.candidates, at_bound=self.stage.at_bound, options=ScreenOptions()
+        )
+        self.screened = self.prepared.screen(self.stage.residual)
+
+    def drawn(self, predicted, rng):
+        """Measured values for a true BSDF."""
+        bench = self.stage.bench
+        common = bench.scan_relative * rng.standard_normal(bench.n_scans)[bench.scan]
+        independent = np.hypot(self.relative * predicted, self.floor) * rng.standard_normal(predicted.size)
+        return predicted * (1 + common) + independent
+
+    def residuals(self, predicted, count, rng):
+        """Whitened residuals of refits to data sets drawn around a true BSDF."""
+        bench = self.stage.bench
+        found = []
+        for _ in range(count):
+            bench.replace_measured(self.drawn(predicted, rng))
+            solution = bench.fit(self.stage.solution.values, self.stage.free, max_jacobians=12)
+            found.append(bench.whiten(solution.predicted_per_sr, bench.measured - solution.predicted_per_sr))
+        return np.array(found)
+
+    def at_strength(self, name, factor):
+        """True BSDF with an effect at a multiple of its detection limit, where that is least; and the strength."""
+        row = self.screened[name]
+        inner = int(np.nanargmin(row.detection_limits))
+        direction = self.directions[name][inner]
+        effect, limit = direction.effect, float(row.detection_limits[inner])
+        here = direction.setting.get(effect.strength.name)
+        step = factor * limit * (1.0 if here is None else here - effect.neutral)
+        if step > effect.strength.maximum - effect.neutral:
+            return None, step, direction
+        values = self.stage.solution.values | {t.name: t.value for t in effect.terms} | direction.setting
+        if here is not None and not effect.scales:
+            # The screen's strength is then a share of the area that is like the setting.
+            bench = self.stage.own_bench(effect)
+            base = self.stage.solution.predicted_per_sr
+            there = bench.predict(values)
+            return base + factor * limit * (there - base), factor * limit, direction
+        values[effect.strength.name] = effect.neutral + step
+        bench = self.stage.own_bench(effect) if effect.own_program else self.stage.bench
+        return bench.predict(values), step, direction
+
+    def named(self, residuals, name):
+        """In how many residuals the class of an effect is called first."""
+        names = [c.name for c in self.candidates]
+        _, adjusted = self.prepared.p_values(residuals)
+        count = 0
+        for residual, p in zip(residuals, adjusted, strict=True):
+            called = np.nan_to_num(p, nan=1.0) <= 0.05
+            if not called.any():
+                continue
+            drops = np.array([c.predicted_drop for c in self.prepared.screen(residual).candidates])
+            drops = np.where(called, drops, -np.inf)
+            count += bool(called[names.index(name)] and drops[names.index(name)] > drops.max() - _TOLD_APART)
+        return count
+
+
+def upper_limit(count: int, total: int) -> float:
+    """One-sided 95 % upper confidence limit of a share (Clopper, Pearson 1934)."""
+    from scipy.stats import beta
+
+    return 1.0 if count == total else float(beta.ppf(0.95, count + 1, total - count))
+
+
+def null_loops(case: Case, count: int, store: dict) -> None:
+    """The whole procedure on data sets without any effect."""
+    rng = np.random.default_rng(SEED + 1)
+    base = case.stage.solution.predicted_per_sr
+    sets = [case.drawn(base, rng) for _ in range(count)]
+    codes = store.setdefault("loops", [])
+    for measured in sets[len(codes) :]:
+        bsdf = case.data.bsdf_per_sr.copy()
+        bsdf[case.data.used] = measured
+        found = diagnose(case.data.replace(bsdf_per_sr=bsdf), case.sample, DiagnosisOptions())
+        codes.append([found.verdict.code, *found.verdict.effects])
+        print(len(codes), codes[-1], flush=True)
+        save(store)
+
+
+def save(store: dict) -> None:
+    """Keep what is there."""
+    STORE.write_text(json.dumps(store, indent=1) + "\n")
+
+
+def page(store: dict, case_name: str) -> str:
+    """The section."""
+    rows, unseen = [], []
+    for name, found in store["effects"].items():
+        if "reason" in found:
+            unseen.append([name, found["reason"]])
+            continue
+        shares = [f"{found['named'].get(str(f), '-')}" for f in FACTORS]
+        two = found["named"].get("2.0")
+        limit = "-" if two is None else f"{100 * upper_limit(two, N_SETS):.0f} %"
+        rows.append([name, f"{found['limit']:.3g} {found['unit']}", found["setting"] or "-", *shares, limit])
+    null = store["null"]
+    loops = store.get("loops", [])
+    named = sum(code != "no_misfit" for code, *_ in loops)
+    header = ["effect", "detection limit", "at", *(f"{f:g} x" for f in FACTORS), "upper limit at 2 x"]
+    return f"""## False alarms and power
+
+Directions, noise and ink of the **simulated** measurement `{case_name}` ({machine()}). Data sets are drawn from the model
+with the declared noise, the declared model is fitted to each, and the residual screened.
+
+- Without an effect: {null["called"]} of {N_NULL} data sets have a candidate called at the 5 % level (4 to 16 expected).
+- The whole procedure on {len(loops)} such data sets: {named} name anything.
+
+Of {N_SETS} data sets with an effect at a multiple of its detection limit, in how many its class is called first: the effect
+is significant, and its predicted fall of chi-square within 4 of the largest. The detection limit is the strength that is
+called in half of the cases, all candidates being accounted for. The last column is the upper 95 % confidence limit of the
+share at twice the limit. The unit "share" stands for a part of the area that is like the setting.
+
+{table(header, rows)}
+
+Not seen by a scan of this kind on this sample:
+
+{table(["effect", "why"], unseen)}
+"""
+
+
+def main() -> None:
+    """Go on where the last run stopped, and write the section."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--case", default="plain_hg")
+    parser.add_argument("--loops", type=int, default=0)
+    parser.add_argument("--only", default="")
+    arguments = parser.parse_args()
+    store = json.loads(STORE.read_text()) if STORE.exists() else {"case": arguments.case, "effects": {}}
+    case = Case(store["case"])
+    effects = store["effects"]
+    with computing():
+        if "null" not in store:
+            residuals = case.residuals(
+                case.stage.solution.predicted_per_sr, N_NULL, np.random.default_rng(SEED)
+            )
+            _, adjusted = case.prepared.p_values(residuals)
+            store["null"] = {"called": int(np.sum(np.nanmin(adjusted, axis=1) <= 0.05))}
+            save(store)
+        for name, reason in case.stage.listed.not_testable.items():
+            effects.setdefault(name, {"reason": reason})
+        for position, candidate in enumerate(case.candidates):
+            name = candidate.name
+            if name in effects or (arguments.only and name not in arguments.only.split(",")):
+                continue
+            row = case.screened[name]
+            if row.status == "not_testable":
+                effects[name] = {"reason": row.reason}
+                continue
+            counts = {}
+            for factor in FACTORS:
+                predicted, _, direction = case.at_strength(name, factor)
+                if predicted is None:
+                    break
+                rng = np.random.default_rng([SEED, position, int(10 * factor)])
+                counts[str(factor)] = case.named(case.residuals(predicted, N_SETS, rng), name)
+            strength = direction.effect.strength
+            own = strength.name in direction.setting
+            if not counts.get("2.0") and "2.0" not in counts:
+                effects[name] = {"reason": "twice the detection limit lies beyond what is possible"}
+                continue
+            rest = {k.split(".")[-1]: v for k, v in direction.setting.items()}
+            effects[name] = {
+                "limit": float(np.nanmin(row.detection_limits)),
+                "unit": "share" if own else strength.unit,
+                "setting": ", ".join(f"{k} {v:g}" for k, v in rest.items()),
+                "named": counts,
+            }
+            print(name, effects[name], flush=True)
+            save(store)
+    if arguments.loops:
+        null_loops(case, arguments.loops, store)
+    save(store)
+    write_section("diagnosis.md", MARK, page(store, store["case"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,163 @@
+"""The whole procedure on small simulated cases: nothing where nothing is, and the effect where one is."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink.diagnosis import DiagnosisOptions, diagnose
+from jaxink.effects import AugmentedModel, Scene
+from jaxink.effects.instrument import AngleOffset, Drift, Gain, SignalFloor, StrayLight
+from jaxink.effects.sample import PlateAbsorption, SecondLobe, ThinPatches, UndeclaredBacking
+from jaxink.errors import InputRefusedError
+from jaxink.measurement import GonioData
+from jaxink.numerics.precision import computing
+from jaxink.sample import parse_sample
+from jaxink.stack import SolverConfig
+
+SIZES = SolverConfig(10, 8, 16, 8)
+SAMPLE = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 1.0
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = 60
+scattering_per_mm = { free = true, min = 1, max = 500, value = 60 }
+absorption_per_mm = { free = true, min = 0, max = 50, value = 1 }
+asymmetry_parameter = { free = true, min = -0.9, max = 0.95, value = 0.5 }
+[noise]
+relative = 0.005
+floor_per_sr = 1e-4
+scan_relative = 0.002
+[masks]
+specular_half_angle_deg = 0
+undeviated_half_angle_deg = 0
+retro_half_angle_deg = 0
+"""
+TRUE = {"ink.scattering_per_mm": 80.0, "ink.absorption_per_mm": 1.2, "ink.asymmetry_parameter": 0.6}
+CATALOGUE = (
+    AngleOffset,
+    Gain,
+    StrayLight,
+    SignalFloor,
+    Drift,
+    SecondLobe,
+    UndeclaredBacking,
+    PlateAbsorption,
+)
+OPTIONS = DiagnosisOptions(fit=jaxink.FitOptions(profile="none", config=SIZES), catalogue=CATALOGUE)
+
+
+def columns():
+    """Three incidences, both sides, in the plane of incidence, the regular directions left out."""
+    theta_i, signed, side = np.meshgrid([0.0, 30.0, 60.0], np.arange(-80.0, 81.0, 5.0), [0, 1], indexing="ij")
+    theta_i, signed, side = theta_i.ravel(), signed.ravel(), side.ravel() > 0
+    keep = np.abs(np.abs(signed) - theta_i) > 2.5
+    theta_i, signed, side = theta_i[keep], signed[keep], side[keep]
+    return theta_i, np.abs(signed), np.where(signed >= 0, 180.0, 0.0), np.full(signed.size, 550.0), side
+
+
+def drawn(effects, strengths, seed):
+    """A simulated measurement with some effects, noise as declared."""
+    at, rng = columns(), np.random.default_rng(seed)
+    scene = Scene.of(*at, np.arange(at[0].size))
+    with computing():
+        model = AugmentedModel(parse_sample(SAMPLE), effects, scene, SIZES)
+        f = np.asarray(model.bsdf(TRUE | strengths))
+    _, scan = np.unique(np.column_stack([at[0], at[4]]), axis=0, return_inverse=True)
+    common = 0.002 * rng.standard_normal(scan.max() + 1)[scan.reshape(-1)]
+    noise = np.hypot(0.005 * f, 1e-4) * rng.standard_normal(f.size)
+    return GonioData(*at, f * (1 + common) + noise, source="simulated")
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    return diagnose(drawn((), {}, 11), parse_sample(SAMPLE), OPTIONS)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    effects, strengths = (
+        (AngleOffset(), StrayLight()),
+        {
+            "angle_offset.angle_deg": -0.5,
+            "stray_light.level_per_sr": 0.004,
+        },
+    )
+    return diagnose(drawn(effects, strengths, 12), parse_sample(SAMPLE), OPTIONS)
+
+
+def test_nothing_is_found_where_nothing_is(nothing):
+    assert nothing.verdict.code == "no_misfit"
+    assert nothing.steps == ()
+    assert nothing.before.fitted.probability > 0.01
+    assert nothing.after is nothing.before
+    assert {row.effect for row in nothing.candidates} == {effect.name for effect in CATALOGUE}
+
+
+def test_two_effects_of_the_instrument_are_found_and_measured(pair):
+    assert pair.verdict.code == "instrument"
+    assert set(pair.verdict.effects) == {"angle_offset", "stray_light"}
+    found = {step.effect: step for step in pair.steps}
+    for name, true in (("angle_offset", -0.5), ("stray_light", 0.004)):
+        assert abs(found[name].strength - true) < 3 * found[name].standard_error
+        assert found[name].members == (name,)
+        assert found[name].held_out_gain.improves
+    assert pair.before.fitted.reduced_chi_square > 3
+    assert pair.after.fitted.probability > 0.001
+    assert pair.after.held_out.chi_square < pair.before.held_out.chi_square
+
+
+def test_parameters_come_back_to_the_truth(pair):
+    for name, true in TRUE.items():
+        before, _ = pair.parameters_before[name]
+        after, error = pair.parameters_after[name]
+        assert abs(after - true) < 3 * error
+        assert abs(before - true) > abs(after - true)
+
+
+def test_an_effect_outside_the_catalogue_leaves_structure():
+    measured = drawn(
+        (ThinPatches("ink"),), {"thin_patches.share": 0.3, "thin_patches.thickness_ratio": 0.1}, 13
+    )
+    options = dataclasses.replace(OPTIONS, catalogue=(Drift, AngleOffset))
+    found = diagnose(measured, parse_sample(SAMPLE), options)
+    assert found.verdict.code in ("unexplained_structure", "partly_explained")
+    assert found.structure_after.p_value < 0.01
+
+
+def test_report_is_plain_and_complete(pair, tmp_path):
+    import json
+
+    text = pair.save(tmp_path).read_text()
+    report = json.loads(text)
+    assert report == pair.to_dict()
+    assert report["verdict"]["effects"] == list(pair.verdict.effects)
+    for when in ("before", "after"):
+        for figures in (report[when], report[when]["held_out"]):
+            assert {"rmsd_absolute", "rmsd_relative", "relative_rms", "reduced_chi_square"} <= set(figures)
+    asked = {
+        "effect",
+        "z",
+        "p_raw",
+        "p_adjusted",
+        "absorbed_fraction",
+        "detection_limit",
+        "strength",
+        "class",
+    }
+    assert all(asked | {"refit_drop"} <= set(row) for row in report["candidates"])
+
+
+def test_two_effects_of_one_name_are_refused():
+    with pytest.raises(InputRefusedError, match="two effects of the catalogue are called 'gain'"):
+        DiagnosisOptions(catalogue=(Gain, Gain))
