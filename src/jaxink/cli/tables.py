@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.digits import interval, plain, share, with_uncertainty
+from jaxink.digits import interval, plain, share, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -53,7 +53,7 @@ def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) ->
     _lines(to, "Figures of merit", merit_lines(result))
     to.print(scan_table(result))
     _lines(to, "", _correlation_lines(result))
-    _lines(to, "Noise", [noise_sentence(result)])
+    _lines(to, "Noise", [result.noise_sentence])
     _lines(to, "Computed", search_lines(result))
     _lines(to, "Notes", result.notes)
     show_files(to, files)
@@ -195,15 +195,6 @@ def _correlation_lines(result: "FitResult") -> list[str]:
         return [f"No correlation between parameters exceeds {NAMED_CORRELATION:g}."]
     listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong]
     return [f"Correlations beyond {NAMED_CORRELATION:g}:", *listed]
-
-
-def noise_sentence(result: "FitResult") -> str:
-    """Where the noise came from."""
-    sentence = str(result.noise["origin"]).rstrip(".")
-    factor = result.noise["scan_relative"]
-    if factor:
-        sentence += f"; a factor common to each scan, standard deviation {100 * factor:.2g} %"
-    return sentence + "."
 
 
 def search_lines(result: "FitResult") -> list[str]:
