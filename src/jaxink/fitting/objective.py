@@ -79,7 +79,7 @@ class Objective(eqx.Module):
         Names of the free parameters.
     """
 
-    model: ForwardModel
+    model: eqx.Module
     measured: Float[np.ndarray, " points"]
     sigma: Float[np.ndarray, " points"]
     scan: Int[np.ndarray, " points"]

@@ -16,13 +16,13 @@ p, ul { margin: .5em 0; max-width: 62rem; }
 .verdict.good { border-color: #2f7d3b; }
 table { border-collapse: collapse; font-size: .85em; margin: .6em 0; }
 th, td { padding: .2em .65em; text-align: right; vertical-align: top; font-variant-numeric: tabular-nums; }
-th { border-bottom: 1px solid #333; text-align: right; vertical-align: bottom; }
+th { border-bottom: 1px solid #333; vertical-align: bottom; }
 td { border-bottom: 1px solid #e2e2e2; overflow-wrap: break-word; }
 th.text, td.text { text-align: left; }
 tr { break-inside: avoid; }
 thead { display: table-header-group; }
 figure { margin: 1.2em 0; break-inside: avoid; }
-figure img { max-width: 100%; max-height: 175mm; display: block; }
+figure img { max-width: 100%; max-height: 160mm; display: block; }
 figcaption { font-size: .9em; color: #444; max-width: 62rem; }
 code { font-size: .95em; }
 @page { size: A4 landscape; margin: 12mm; }
@@ -37,6 +37,11 @@ def number(value: float | None, digits: int = 4) -> str:
     if math.isinf(value):
         return "unlimited"
     return f"{value:.{digits}g}"
+
+
+def chance(p_value: float | None) -> str:
+    """A probability in a cell."""
+    return "below 1e-300" if p_value == 0 else number(p_value, 2)
 
 
 def paragraph(text: str, kind: str = "") -> str:

@@ -10,7 +10,7 @@ from jaxink.export.change import LARGEST_THETA_DEG, TableChange
 from jaxink.plots.inside import FROM_INSIDE
 from jaxink.plots.scans import measurement_name
 from jaxink.report.inside import inside_sentences
-from jaxink.report.page import bullets, number, paragraph, section, table, verdict
+from jaxink.report.page import bullets, chance, number, paragraph, section, table, verdict
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
@@ -79,7 +79,7 @@ def _merit_cells(figures: "Figures") -> list[str]:
         number(figures.chi_square, 6),
         str(figures.degrees_of_freedom),
         number(figures.reduced_chi_square),
-        number(figures.probability, 3),
+        chance(figures.probability),
     ]
 
 
@@ -93,9 +93,7 @@ def steps(diagnosis: "Diagnosis") -> str:
         return ""
     rows = []
     for i, s in enumerate(diagnosis.steps):
-        gain = (
-            f"{number(s.held_out_gain.mean)} \N{PLUS-MINUS SIGN} {number(s.held_out_gain.standard_error, 2)}"
-        )
+        gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
         others = ", ".join(s.members[1:]) or number(None)
         terms = ", ".join(f"{name} = {plain(value)}" for name, value in s.terms.items())
         strength = _with_unit(with_uncertainty(s.strength, s.standard_error), s.unit)
@@ -119,7 +117,8 @@ def steps(diagnosis: "Diagnosis") -> str:
         table(heads, rows, (1, 2, 4, 5)),
         paragraph(
             "Strength: distance from the declared model, with its standard error in the last digits; none "
-            "where the end of a range holds it. The gain is the mean of the folds, with its standard error."
+            "where the end of a range holds it. The gain is the mean over the fits "
+            "that left a part out, with its standard error."
         ),
     )
 
@@ -143,7 +142,7 @@ def parameters(diagnosis: "Diagnosis") -> str:
             cells[2] = f"{number(100 * (first / value - 1), 3)} %" if value else number(None)
             cells[3] = number((first - value) / error, 3) if error else number(None)
         rows.append([name, unit, *cells])
-    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias before", "in standard errors"]
+    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias of before", "in standard errors"]
     text = "The bias is before minus after, relative to the value after, and in standard errors of it."
     return section("Parameters before and after", table(heads, rows, (0, 1)), paragraph(text))
 
@@ -175,7 +174,7 @@ def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
         "reason",
     ]
     rows = [_candidate_cells(row) for row in diagnosis.candidates]
-    parts = [*figures, table(heads, rows, (0, 7, 8, 11, 12))]
+    parts = [table(heads, rows, (0, 7, 8, 11, 12))]
     parts.append(
         paragraph(
             "p of all together: chance that any effect stands out as much where there is noise alone. "
@@ -186,20 +185,20 @@ def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
     if diagnosis.not_testable:
         lines = (f"{name}: {reason}" for name, reason in diagnosis.not_testable.items())
         parts += [paragraph("These data say nothing about:"), bullets(lines)]
-    return section("Effects that were looked for", *parts)
+    return section("Effects that were looked for", *parts, *figures)
 
 
 def _candidate_cells(row: "CandidateRow") -> list[str]:
     return [
         row.effect,
         number(row.z, 3),
-        number(row.p_raw, 2),
-        number(row.p_adjusted, 2),
+        chance(row.p_raw),
+        chance(row.p_adjusted),
         _percent(row.absorbed_fraction),
         number(row.detection_limit, 3),
         number(row.strength),
         row.unit,
-        ", ".join(row.members),
+        ", ".join(row.members) if len(row.members) > 1 else "",
         number(row.predicted_drop),
         number(row.refit_drop),
         row.status.replace("_", " "),
@@ -212,25 +211,26 @@ def remains(diagnosis: "Diagnosis") -> str:
     location = diagnosis.location
     sentence = location.sentence[0].upper() + location.sentence[1:]
     share = f"{100 * location.smooth.share:.3g} % of its mean square is smooth"
-    parts = [paragraph(f"{sentence}. {share} (p = {number(location.smooth.p_value, 2)}).")]
+    parts = [paragraph(f"{sentence}. {share} (p = {chance(location.smooth.p_value)}).")]
     states = {"as declared": diagnosis.structure_before}
     if diagnosis.steps:
         states["with what was added"] = diagnosis.structure_after
-    rows = [
-        [name, s.name.replace("_", " "), number(s.value), number(s.p_value, 2), number(s.worst_p_value, 2)]
-        for name, structure in states.items()
-        for s in structure.statistics
-    ]
-    parts.append(table(["model", "test of order", "value", "p", "p of the worst scan"], rows, (0, 1)))
+    heads, rows = ["test of order"], {}
+    for name, structure in states.items():
+        heads += [f"value {name}", "p", "p of the worst scan"]
+        for s in structure.statistics:
+            cells = [number(s.value), chance(s.p_value), chance(s.worst_p_value)]
+            rows.setdefault(s.name, [s.name.replace("_", " ")]).extend(cells)
+    parts.append(table(heads, rows.values()))
     lines = []
     for name, structure in states.items():
         led = f", led by {structure.leading.replace('_', ' ')}" if structure.leading else ""
-        lines.append(f"All tests together, {name}: p = {number(structure.p_value, 2)}{led}.")
+        lines.append(f"All tests together, {name}: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
     if location.factors:
         parts.append(paragraph("Where it stands, in standard deviations of the noise:"))
         rows = [
-            [f.name, _percent(f.share), number(f.p_value, 2), _levels(f.levels, f.means)]
+            [f.name, _percent(f.share), chance(f.p_value), _levels(f.levels, f.means)]
             for f in location.factors
         ]
         heads = ["divided by", "share of the smooth part", "p", "mean residuals"]
