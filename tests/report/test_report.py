@@ -4,7 +4,6 @@ import base64
 import dataclasses
 import json
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -14,128 +13,22 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.diagnosis import DiagnosisOptions, Verdict, diagnose
+from jaxink.diagnosis import Verdict
 from jaxink.diagnosis.verdict import CODES
 from jaxink.effects import Effect
-from jaxink.effects.instrument import Drift, StrayLight
-from jaxink.effects.sample import AirGap, Pinholes, Polydispersity, SecondLobe, UndeclaredBacking
+from jaxink.effects.instrument import StrayLight
+from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking
 from jaxink.export.change import table_change
-from jaxink.fitting import FitOptions
 from jaxink.fitting.outcome import Outcome
-from jaxink.measurement import GonioData
-from jaxink.numerics.precision import computing
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
 from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.inside import FROM_INSIDE
 from jaxink.report import write_report
 from jaxink.report.inside import inside_change, is_in_table
+from report.page_reader import Page
+from report.truth import STRAY_PER_SR, TRUTH
 
 DATA, SAMPLE = map(str, simulated_example())
-STRAY_PER_SR = 0.008
-TRUTH = {"ink.scattering_per_mm": 120.0, "ink.absorption_per_mm": 1.0}
-TOML = """
-schema_version = 1
-title = "Simulated: <ink> & plate"
-wavelength_nm = 550
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 90
-scattering_per_mm = { free = true, value = 100, min = 1, max = 1000 }
-absorption_per_mm = { free = true, value = 2, min = 0, max = 50 }
-asymmetry_parameter = 0.6
-[noise]
-scan_relative = 0.002
-"""
-CATALOGUE = (StrayLight, Drift, Polydispersity)
-
-
-@pytest.fixture(scope="session")
-def found(coarse):
-    """Diagnosis of 84 values with noise of half a per cent and a constant added."""
-    sample = jaxink.parse_sample(TOML)
-    signed = np.array([-80.0, -70, -55, -40, -20, -8, 0, 8, 20, 40, 55, 70, 77, 83])
-    theta_i, angle, side = (
-        axis.ravel() for axis in np.meshgrid([14.0, 35.0, 62.0], signed, [False, True], indexing="ij")
-    )
-    columns = (theta_i, np.abs(angle), np.where(angle < 0, 0.0, 180.0), np.full(angle.size, 550.0), side)
-    with computing():
-        model = jaxink.ForwardModel(sample, *columns, coarse)
-        clean = np.asarray(model.bsdf({**sample.parameters.values_with({}), **TRUTH}))
-    sigma = 0.005 * clean
-    noise = np.random.default_rng(3).standard_normal(angle.size)
-    data = GonioData(*columns, clean + STRAY_PER_SR + sigma * noise, sigma, source="small.csv")
-    options = DiagnosisOptions(
-        catalogue=CATALOGUE, n_bootstrap=500, fit=FitOptions(profile="none", config=coarse)
-    )
-    return diagnose(data, sample, options)
-
-
-@pytest.fixture(scope="session")
-def change(found, coarse):
-    """Tables of the ink before and after, coarse."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
-        return inside_change(found)
-
-
-class Page(HTMLParser):
-    """Tables and images of a page; fails where tags are not closed."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.tables, self.images, self.words = [], [], [], ""
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        assert tag not in ("script", "link", "iframe")
-        if tag not in ("meta", "br", "img"):
-            self.open.append(tag)
-        if tag == "img":
-            self.images.append(dict(attrs))
-        elif tag == "table":
-            self.tables.append([])
-        elif tag == "tr":
-            self.tables[-1].append([])
-        elif tag in ("td", "th"):
-            self.tables[-1][-1].append("")
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open and self.open[-1] in ("td", "th"):
-            self.tables[-1][-1][-1] += data
-        elif "style" not in self.open:
-            self.words += data
-
-    def table(self, head):
-        return next(t for t in self.tables if head in t[0])
-
-
-@pytest.fixture(scope="session")
-def written(found, change, tmp_path_factory):
-    """Folder of a report, and what was returned."""
-    folder = tmp_path_factory.mktemp("report")
-    options = DiagnosisOptions(n_bootstrap=500, seed=77)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxink.report.writing.inside_change", lambda _: change)
-        return folder, write_report(found, folder, options)
-
-
-@pytest.fixture(scope="session")
-def unchanged(found):
-    """The same where no effect is found."""
-    verdict = Verdict("no_misfit", (), "No misfit: nothing to see.")
-    return dataclasses.replace(found, verdict=verdict, steps=(), after=found.before, effects=())
 
 
 def test_it_names_the_stray_light(found):
@@ -229,12 +122,6 @@ def test_nothing_is_said_or_drawn_twice_where_nothing_was_added(unchanged, tmp_p
 
 def panel(figure, title):
     return next(axes for axes in figure.axes if axes.get_title() == title)
-
-
-@pytest.fixture(scope="session")
-def plates(found, change):
-    """Figures by name."""
-    return {plate.name: plate.figure for plate in diagnosis_figures(found, change)}
 
 
 def test_strips_hold_the_residuals_on_one_scale(found, plates):
