@@ -11,7 +11,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 # From the bottom to the top; rooms of one floor do not import each other.
 FLOORS = (
     ("errors",),
-    ("materials", "netcdf", "accuracy"),
+    ("materials", "netcdf", "accuracy", "digits"),
     ("numerics", "measurement"),
     ("geometry", "interfaces", "particles"),
     ("channels", "optics"),
@@ -32,6 +32,7 @@ FLOORS = (
     ("export",),
     ("diagnosis",),
     ("plots",),
+    ("report",),
     ("cli",),
     ("__main__",),
 )

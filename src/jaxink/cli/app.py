@@ -11,7 +11,8 @@ from jaxink.cli.session import installed_version, one_sentence
 app = typer.Typer(
     name="jaxink",
     help="Optical properties of printed and painted inks from goniometer BSDF measurements.",
-    epilog="Exit codes: 0 fitted, 4 did not converge, 5 input refused, 2 unknown option, 1 anything else.",
+    epilog="Exit codes: 0 fitted, 3 misfit left unexplained, 4 did not converge, 5 input refused, "
+    "2 unknown option, 1 anything else.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -116,6 +117,41 @@ def fit(
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = "json" if json else "quiet" if quiet else "tables"
         raise typer.Exit(commands.run_fit(data, sample, out, options, columns, formats, output))
+
+
+@app.command()
+def diagnose(
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF of jaxink.")],
+    sample: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="What is known of the sample.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for report.html, report.json and figures.")
+    ],
+    max_effects: Annotated[int, typer.Option(metavar="N", help="Most effects that are added.")] = 3,
+    level: Annotated[
+        float, typer.Option(metavar="X", help="Chance that the screen calls an effect where there is none.")
+    ] = 0.05,
+    bootstrap: Annotated[
+        int, typer.Option(metavar="N", help="Data sets of noise alone that the screen draws.")
+    ] = 2000,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of these data sets.")] = 20260,
+    accuracy: Accuracy = DEFAULT_ACCURACY,
+    wavelength_nm: WavelengthNm = None,
+    side: Side = None,
+    which: Which = None,
+    no_figures: NoFigures = False,
+    json: Annotated[bool, typer.Option("--json", help="Print report.json instead of the tables.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Name the effects that a sample's description lacks, add them, and report the error before and after."""
+    with one_sentence(debug):
+        from jaxink.cli.diagnose import run_diagnose
+
+        choices = {"max_effects": max_effects, "level": level, "n_bootstrap": bootstrap, "seed": seed}
+        columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
+        output = "json" if json else "quiet" if quiet else "tables"
+        files = (data, sample, out)
+        raise typer.Exit(run_diagnose(files, choices, accuracy, columns, not no_figures, output))
 
 
 @app.command()

@@ -52,7 +52,7 @@ def run_fit(
         Exit code.
     """
     require_folder(out)
-    data, sample = _read(data_file, columns), jaxink.load_sample(sample_file)
+    data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
     prepare_jax()
     chosen = jaxink.FitOptions(**options)
     with progress(quiet=output != "tables") as follow:
@@ -106,7 +106,7 @@ def run_predict(
             "directions are then predicted."
         )
     sample = jaxink.load_sample(source) if is_sample else None
-    data = _read(data_file, columns) if data_file is not None else None
+    data = read_data(data_file, columns) if data_file is not None else None
     prepare_jax()
     config = None
     if sample is None:
@@ -163,7 +163,8 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> int:
     return EXIT_FITTED if gradient.converged and simplex.converged else EXIT_NOT_CONVERGED
 
 
-def _read(path: Path, columns: dict[str, Any]) -> "GonioData":
+def read_data(path: Path, columns: dict[str, Any]) -> "GonioData":
+    """Read a measurement, with what its CSV file does not state."""
     return jaxink.read(path, **{name: value for name, value in columns.items() if value is not None})
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.digits import with_uncertainty
 from jaxink.cli.tables import console, merit_lines, parameter_notes, show_files
 from jaxink.data import SIMULATED_TRUTH
+from jaxink.digits import with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink import FitResult

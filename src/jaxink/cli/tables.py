@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.digits import interval, plain, share, with_uncertainty
+from jaxink.digits import interval, plain, share, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -47,15 +47,15 @@ def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) ->
     """
     show_outcome(to, result)
     to.print(parameter_table(result.parameters))
-    _lines(to, "", parameter_notes(result))
+    show_lines(to, "", parameter_notes(result))
     if result.derived:
         to.print(derived_table(result))
-    _lines(to, "Figures of merit", merit_lines(result))
+    show_lines(to, "Figures of merit", merit_lines(result))
     to.print(scan_table(result))
-    _lines(to, "", _correlation_lines(result))
-    _lines(to, "Noise", [noise_sentence(result)])
-    _lines(to, "Computed", search_lines(result))
-    _lines(to, "Notes", result.notes)
+    show_lines(to, "", _correlation_lines(result))
+    show_lines(to, "Noise", [result.noise_sentence])
+    show_lines(to, "Computed", search_lines(result))
+    show_lines(to, "Notes", result.notes)
     show_files(to, files)
 
 
@@ -87,7 +87,7 @@ def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:
     rows = [_parameter_row(p) for p in parameters]
     heads = ["parameter", "value(s.e.)", "rel.", "init", "min", "max", "vary", "tie", "flag"]
     shown = [i for i in range(len(heads)) if i < 7 or any(row[i] for row in rows)]
-    table = _table("")
+    table = plain_table("")
     for i in shown:
         table.add_column(heads[i], justify="left" if i in (0, 6, 7, 8) else "right", no_wrap=i < 7)
     for parameter, row in zip(parameters, rows, strict=True):
@@ -124,7 +124,7 @@ def parameter_notes(result: "FitResult") -> list[str]:
 
 def derived_table(result: "FitResult") -> Table:
     """Scattering and absorption of each layer at each wavelength."""
-    table = _table("Optical properties that follow")
+    table = plain_table("Optical properties that follow")
     for head in ("layer", "nm", "quantity"):
         table.add_column(head, no_wrap=True)
     table.add_column("value(s.e.)", justify="right", no_wrap=True)
@@ -164,7 +164,7 @@ def merit_lines(result: "FitResult") -> list[str]:
 def scan_table(result: "FitResult") -> Table:
     """Misfit by scan."""
     known = result.merit.chi_square is not None
-    table = _table("Misfit by scan")
+    table = plain_table("Misfit by scan")
     heads = ["side", "nm", "theta_i", "points"]
     heads += ["chi-square", "per point"] if known else []
     for head in (*heads, "rms s/m - 1", "mean s/m - 1"):
@@ -197,15 +197,6 @@ def _correlation_lines(result: "FitResult") -> list[str]:
     return [f"Correlations beyond {NAMED_CORRELATION:g}:", *listed]
 
 
-def noise_sentence(result: "FitResult") -> str:
-    """Where the noise came from."""
-    sentence = str(result.noise["origin"]).rstrip(".")
-    factor = result.noise["scan_relative"]
-    if factor:
-        sentence += f"; a factor common to each scan, standard deviation {100 * factor:.2g} %"
-    return sentence + "."
-
-
 def search_lines(result: "FitResult") -> list[str]:
     """Effort of each search, seconds to compile apart from seconds to run."""
     lines = []
@@ -221,10 +212,11 @@ def search_lines(result: "FitResult") -> list[str]:
 
 def show_files(to: Console, files: Iterable[Path]) -> None:
     """Print what was written."""
-    _lines(to, "Written", [str(file) for file in files])
+    show_lines(to, "Written", [str(file) for file in files])
 
 
-def _lines(to: Console, title: str, lines: Iterable[str]) -> None:
+def show_lines(to: Console, title: str, lines: Iterable[str]) -> None:
+    """Print lines below a title, nothing where there are none."""
     lines = list(lines)
     if not lines:
         return
@@ -235,7 +227,8 @@ def _lines(to: Console, title: str, lines: Iterable[str]) -> None:
     to.print()
 
 
-def _table(title: str) -> Table:
+def plain_table(title: str) -> Table:
+    """An empty table with a line below its heads."""
     from rich.box import SIMPLE_HEAD
 
     return Table(

@@ -178,6 +178,15 @@ class FitResult:
         """Value of every parameter by name."""
         return {p.name: p.value for p in self.parameters}
 
+    @property
+    def noise_sentence(self) -> str:
+        """Where the noise came from, in words."""
+        sentence = str(self.noise["origin"]).rstrip(".")
+        factor = self.noise["scan_relative"]
+        if factor:
+            sentence += f"; a factor common to each scan, standard deviation {100 * factor:.2g} %"
+        return sentence + "."
+
     def __getitem__(self, name: str) -> FittedParameter:
         for parameter in self.parameters:
             if parameter.name == name:

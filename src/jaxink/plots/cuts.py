@@ -21,6 +21,7 @@ MEASURED = {
 }
 MASKED = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
 FITTED = {"color": "#c22f2f", "linewidth": 1.3}
+BEFORE = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
 PEAK = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
 # A gap this many times wider than the usual step is not bridged by the line.
 _GAP = 2.5
@@ -35,14 +36,21 @@ class CutLayout:
     ----------
     scans
         Number of incidences.
+    states
+        Number of predictions, each with residuals of its own.
     """
 
     scans: int
+    states: int = 1
 
     _left, _right, _top, _bottom = 0.75, 0.2, 0.55, 0.5
     _panel, _beside = 2.3, 0.55
-    _heights, _between = (1.75, 1.75, 1.1), 0.13
+    _values, _residual, _between = (1.75, 1.75), 1.1, 0.13
     _above, _below = 0.3, 0.35
+
+    @property
+    def _heights(self) -> tuple[float, ...]:
+        return self._values + (self._residual,) * self.states
 
     @property
     def bands(self) -> int:
@@ -56,7 +64,7 @@ class CutLayout:
 
     @property
     def _band_height(self) -> float:
-        return self._above + sum(self._heights) + 2 * self._between + self._below
+        return self._above + sum(self._heights) + (len(self._heights) - 1) * self._between + self._below
 
     @property
     def size(self) -> tuple[float, float]:
@@ -64,8 +72,8 @@ class CutLayout:
         width = self._left + self.columns * self._panel + (self.columns - 1) * self._beside + self._right
         return width, self._top + self.bands * self._band_height + self._bottom
 
-    def axes(self, figure: "Figure", scan: int, title: str) -> "tuple[Axes, Axes, Axes]":
-        """Panels of one incidence: logarithmic, linear, residual."""
+    def axes(self, figure: "Figure", scan: int, title: str) -> "tuple[Axes, ...]":
+        """Panels of one incidence: logarithmic, linear, residual of each state."""
         width, height = self.size
         band, column = divmod(scan, self.columns)
         x = self._left + column * (self._panel + self._beside)
@@ -87,7 +95,14 @@ class CutLayout:
         figure.text(0.5, (self._bottom - 0.02) / height, text, ha="center", va="top", fontsize=9)
 
 
-def draw_cuts(figure: "Figure", views: list[ScanView], title: str, limit: float, label: str) -> None:
+def draw_cuts(
+    figure: "Figure",
+    views: list[ScanView],
+    title: str,
+    limit: float,
+    labels: tuple[str, ...],
+    later: list[ScanView] | None = None,
+) -> None:
     """Draw one column for each incidence: logarithmic, linear, residual.
 
     Parameters
@@ -100,45 +115,53 @@ def draw_cuts(figure: "Figure", views: list[ScanView], title: str, limit: float,
         Of the page.
     limit
         Half-width of the residual axis.
-    label
-        Its label.
+    labels
+        Its label, for each prediction.
+    later
+        The same scans under a second prediction: its curve beside the first, its residuals below.
     """
-    layout = CutLayout(len(views))
+    states = [views] if later is None else [views, later]
+    layout = CutLayout(len(views), len(states))
     layout.write_labels(figure, title)
-    ends = _log_ends(views)
-    for i, view in enumerate(views):
+    ends = _log_ends([view for state in states for view in state])
+    for i, seen in enumerate(zip(*states, strict=True)):
+        view = seen[0]
         axes = layout.axes(figure, i, f"incidence {view.theta_i_deg:g}°")
         if not view.has_cut:
             _say_absent(axes, view)
             continue
-        _draw_values(axes[0], view)
-        _draw_values(axes[1], view)
-        _draw_residual(axes[2], view, limit)
+        _draw_values(axes[0], seen)
+        _draw_values(axes[1], seen)
+        styles = [FITTED] if later is None else [BEFORE, FITTED]
+        for axis, state, style in zip(axes[2:], seen, styles, strict=True):
+            _draw_residual(axis, state, limit, style)
         shown = view.in_plane & view.used
-        _set_axes(axes, ends, max(view.measured[shown].max(), view.fitted[shown].max()))
+        largest = max(column[shown].max() for column in (view.measured, *(s.fitted for s in seen)))
+        _set_axes(axes, ends, largest)
         if i % layout.columns == 0 or not views[i - 1].has_cut:
-            labels = ("BSDF [1/sr], log", "BSDF [1/sr], linear", label)
-            for axis, text in zip(axes, labels, strict=True):
+            for axis, text in zip(axes, ("BSDF [1/sr], log", "BSDF [1/sr], linear", *labels), strict=True):
                 axis.set_ylabel(text, fontsize=9)
-    _draw_legend(figure, views)
+    _draw_legend(figure, views, later is not None)
 
 
-def _draw_values(axes: "Axes", view: ScanView) -> None:
+def _draw_values(axes: "Axes", states: tuple[ScanView, ...]) -> None:
+    view = states[0]
     plane = view.in_plane
     shown, hidden = plane & view.used, plane & ~view.used & (view.measured > 0)
     axes.axvline(view.theta_i_deg, **PEAK, zorder=1)
     order = np.argsort(view.signed_deg[shown], kind="stable")
-    x, y = (column[shown][order] for column in (view.signed_deg, view.fitted))
-    axes.plot(*_with_gaps(x, y), **FITTED, zorder=2)
+    for state, style in zip(states[::-1], (FITTED, BEFORE), strict=False):
+        x, y = (column[shown][order] for column in (state.signed_deg, state.fitted))
+        axes.plot(*_with_gaps(x, y), **style, zorder=2)
     axes.plot(view.signed_deg[hidden], view.measured[hidden], **MASKED, zorder=1)
     axes.plot(view.signed_deg[shown], view.measured[shown], **MEASURED, zorder=3)
 
 
-def _draw_residual(axes: "Axes", view: ScanView, limit: float) -> None:
+def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: dict) -> None:
     """Residuals; a triangle at the edge stands for one beyond it."""
     shown = view.in_plane & view.used
     x, y = view.signed_deg[shown], view.residual[shown]
-    axes.axhline(0, color=FITTED["color"], linewidth=1.0, zorder=2)
+    axes.axhline(0, color=style["color"], linewidth=1.0, zorder=2)
     axes.axvline(view.theta_i_deg, **PEAK, zorder=1)
     inside = np.abs(y) <= limit
     axes.plot(x[inside], y[inside], **MEASURED, zorder=3)
@@ -169,13 +192,13 @@ def _log_ends(views: list[ScanView]) -> tuple[float, float]:
 def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    log, linear, residual = axes
+    log, linear, *_, lowest = axes
     for axis in axes:
         axis.set_xlim(-90, 90)
         axis.set_xticks([-60, -30, 0, 30, 60])
         axis.set_axisbelow(True)
         axis.grid(True, color="0.9", linewidth=0.6)
-        axis.tick_params(labelsize=8, labelbottom=axis is residual)
+        axis.tick_params(labelsize=8, labelbottom=axis is lowest)
         axis.spines[["top", "right"]].set_visible(False)
     log.set_yscale("log")
     log.set_ylim(*log_ends)
@@ -196,11 +219,12 @@ def _say_absent(axes, view: ScanView) -> None:
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 
-def _draw_legend(figure: "Figure", views: list[ScanView]) -> None:
+def _draw_legend(figure: "Figure", views: list[ScanView], compares: bool) -> None:
     from matplotlib.lines import Line2D
 
     peak = "specular direction" if views[0].side == "R" else "undeviated beam"
-    entries = [("measured", MEASURED), ("fitted", FITTED), (peak, PEAK)]
+    fits = [("before", BEFORE), ("after", FITTED)] if compares else [("fitted", FITTED)]
+    entries = [("measured", MEASURED), *fits, (peak, PEAK)]
     if any((view.in_plane & ~view.used).any() for view in views):
         entries.append(("masked, not fitted", MASKED))
     handles = [Line2D([], [], **style, label=text) for text, style in entries]

@@ -22,10 +22,13 @@ class DiscLayout:
     Parameters
     ----------
     scans
-        Number of incidences.
+        Number of discs.
+    states
+        How many of them belong to one scan, beside each other.
     """
 
     scans: int
+    states: int = 1
 
     _left, _right, _top, _bottom = 0.4, 1.3, 0.5, 0.6
     _disc, _beside, _above = 2.7, 0.6, 0.7
@@ -33,7 +36,7 @@ class DiscLayout:
     @property
     def columns(self) -> int:
         """Discs beside each other."""
-        return min(self.scans, _MOST_COLUMNS)
+        return min(self.scans, -(-_MOST_COLUMNS // self.states) * self.states)
 
     @property
     def size(self) -> tuple[float, float]:
@@ -58,7 +61,14 @@ class DiscLayout:
         return figure.add_axes((1 - 0.85 / width, 0.5 - tall / 2 / height, 0.15 / width, tall / height))
 
 
-def draw_discs(figure: "Figure", views: list[ScanView], title: str, limit: float, label: str) -> None:
+def draw_discs(
+    figure: "Figure",
+    views: list[ScanView],
+    title: str,
+    limit: float,
+    label: str,
+    states: tuple[str, ...] = ("",),
+) -> None:
     """Draw polar discs on one colour scale; triangles point up where measured exceeds fitted.
 
     Parameters
@@ -66,19 +76,21 @@ def draw_discs(figure: "Figure", views: list[ScanView], title: str, limit: float
     figure
         An empty one, of the size that `DiscLayout` gives for the scans.
     views
-        Scans, of one side and wavelength.
+        Scans, of one side and wavelength; where there are several states, each scan once for each of them.
     title
         Of the page.
     limit
         Half-width of the colour scale.
     label
         Its label.
+    states
+        Words for the states, in the order of the scans.
     """
-    layout = DiscLayout(len(views))
+    layout = DiscLayout(len(views), len(states))
     _, height = layout.size
     figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
     for i, view in enumerate(views):
-        drawn = _draw_disc(layout.axes(figure, i), view, limit)
+        drawn = _draw_disc(layout.axes(figure, i), view, limit, states[i % len(states)])
     bar = figure.colorbar(drawn, cax=layout.bar_axes(figure), extend="both")
     bar.set_label(label, fontsize=9)
     bar.ax.tick_params(labelsize=8)
@@ -89,7 +101,7 @@ def draw_discs(figure: "Figure", views: list[ScanView], title: str, limit: float
     figure.text(0.5, 0.15 / height, text, ha="center", va="bottom", fontsize=8.5)
 
 
-def _draw_disc(axes, view: ScanView, limit: float):
+def _draw_disc(axes, view: ScanView, limit: float, state: str):
     # As in the cuts: the source's half-plane (phi 0) to the left, the peak (phi 180) to the right.
     axes.set_theta_zero_location("W")
     axes.set_theta_direction(-1)
@@ -126,5 +138,6 @@ def _draw_disc(axes, view: ScanView, limit: float):
     axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["0°", "90°", "180°", "-90°"])
     axes.tick_params(labelsize=8, pad=0)
     axes.grid(True, color="0.85", linewidth=0.6)
-    axes.set_title(f"incidence {view.theta_i_deg:g}°: {int(view.used.sum())} points", fontsize=10)
+    name = f"{state}, " if state else ""
+    axes.set_title(f"{name}incidence {view.theta_i_deg:g}°: {int(view.used.sum())} points", fontsize=10)
     return drawn

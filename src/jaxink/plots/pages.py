@@ -5,7 +5,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.errors import InputRefusedError
-from jaxink.plots.scans import ScanView, is_simulated, residual_label, residual_limit, scan_views
+from jaxink.plots.scans import (
+    SIDES,
+    ScanView,
+    measurement_name,
+    residual_label,
+    residual_limit,
+    scan_views,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,7 +20,6 @@ if TYPE_CHECKING:
     from jaxink.fitting import FitResult
 
 FORMATS = ("png", "pdf", "svg")
-_SIDES = {"R": "reflection", "T": "transmission"}
 
 
 def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
@@ -48,7 +54,7 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
         )
     title = _title(result, wavelength_nm, side, "cuts in the plane of incidence")
     with sheet(*CutLayout(len(views)).size) as page:
-        draw_cuts(page, views, title, residual_limit(views, True), residual_label(result))
+        draw_cuts(page, views, title, residual_limit(views, True), (residual_label(result),))
     return page
 
 
@@ -158,12 +164,10 @@ def _views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanVie
 
 
 def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> str:
-    kind = "SIMULATED measurement" if is_simulated(result) else "Measurement"
-    source = f" {result.data.source}" if result.data.source else ""
     merit = result.merit.reduced_chi_square
     fit = f"{result.method} fit"
     if merit is not None:
         fit += f", reduced chi-square {merit:.4g} over all scans"
     if not result.converged:
         fit += ", DID NOT CONVERGE"
-    return f"{kind}{source}: {_SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"
+    return f"{measurement_name(result)}: {SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"

@@ -7,11 +7,13 @@ import numpy as np
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
+    from jaxink.measurement import GonioData
 
 # In the plane of incidence: azimuth this near to 0 or 180 degrees, or a view this near to the normal.
 IN_PLANE_DEG = 1.0
 _NORMAL_DEG = 1e-3
 FEWEST_IN_PLANE = 5
+SIDES = {"R": "reflection", "T": "transmission"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,13 +74,37 @@ def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[Sca
     -------
     list[ScanView]
     """
-    data = result.data
+    return views_of(result.data, result.predicted_per_sr, result.whitened, wavelength_nm, side)
+
+
+def views_of(
+    data: "GonioData",
+    predicted_per_sr: np.ndarray,
+    whitened: np.ndarray | None,
+    wavelength_nm: float,
+    side: str,
+) -> list[ScanView]:
+    """The scans of one wavelength and side under any prediction, by incidence.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    predicted_per_sr, whitened
+        Prediction and whitened residual at its used points; residuals are in per cent where there are none.
+    wavelength_nm, side
+        Which scans.
+
+    Returns
+    -------
+    list[ScanView]
+    """
     fitted, residual = np.full((2, len(data)), np.nan)
-    fitted[data.used] = result.predicted_per_sr
-    if result.whitened is None:
-        residual[data.used] = 100 * (data.bsdf_per_sr[data.used] / result.predicted_per_sr - 1)
+    fitted[data.used] = predicted_per_sr
+    if whitened is None:
+        residual[data.used] = 100 * (data.bsdf_per_sr[data.used] / predicted_per_sr - 1)
     else:
-        residual[data.used] = result.whitened
+        residual[data.used] = whitened
     views = []
     for scan in data.scans:
         if scan.side != side or abs(scan.wavelength_nm - wavelength_nm) > 1e-6:
@@ -87,6 +113,12 @@ def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[Sca
         columns = (data.theta_o_deg, data.phi_deg, data.bsdf_per_sr, fitted, residual, data.used)
         views.append(ScanView(scan.theta_i_deg, side, *(column[here] for column in columns)))
     return views
+
+
+def measurement_name(result: "FitResult") -> str:
+    """The measurement in words, and whether it was simulated."""
+    kind = "SIMULATED measurement" if is_simulated(result) else "Measurement"
+    return f"{kind} {result.data.source}" if result.data.source else kind
 
 
 def is_simulated(result: "FitResult") -> bool:

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from jaxink.cli.digits import interval, plain, share, with_uncertainty
+from jaxink.digits import interval, plain, share, with_uncertainty
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,133 @@
+"""A diagnosis as text for the terminal."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from jaxink.cli.tables import plain_table, show_files, show_lines, show_outcome
+from jaxink.digits import with_uncertainty
+
+if TYPE_CHECKING:
+    from jaxink.diagnosis import Diagnosis, Figures
+
+MOST_CANDIDATES = 12
+
+
+def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = ()) -> None:
+    """Print a diagnosis.
+
+    Parameters
+    ----------
+    to
+        Where.
+    diagnosis
+        The diagnosis.
+    files
+        What was written.
+    """
+    show_outcome(to, diagnosis.result)
+    to.print()
+    to.print(diagnosis.verdict.sentence, style="bold", soft_wrap=True)
+    to.print(f"Verdict: {diagnosis.verdict.code}")
+    to.print(merit_table(diagnosis))
+    if diagnosis.steps:
+        to.print(step_table(diagnosis))
+        to.print(change_table(diagnosis))
+    to.print(candidate_table(diagnosis))
+    rest = len(diagnosis.candidates) - MOST_CANDIDATES
+    show_lines(to, "", [f"{rest} further candidates are in the report."] if rest > 0 else [])
+    sentence = diagnosis.location.sentence
+    show_lines(to, "What remains", [f"{sentence[0].upper()}{sentence[1:]}."])
+    show_lines(to, "Noise", [diagnosis.result.noise_sentence])
+    show_files(to, files)
+
+
+def merit_table(diagnosis: "Diagnosis") -> Table:
+    """Errors before and after, of the fit and of points that it did not see."""
+    table = plain_table("Error before and after")
+    heads = ("", "points", "RMSD of pi f", "relative RMSD", "rms s/m - 1", "chi-square", "per freedom", "p")
+    for i, head in enumerate(heads):
+        table.add_column(head, justify="left" if i < 2 else "right", no_wrap=True)
+    states = {"before": diagnosis.before} | ({"after": diagnosis.after} if diagnosis.steps else {})
+    for name, summary in states.items():
+        table.add_row(name, "fitted", *_merit_cells(summary.fitted))
+        table.add_row(name, "held out", *_merit_cells(summary.held_out))
+    return table
+
+
+def _merit_cells(figures: "Figures") -> list[str]:
+    return [
+        f"{figures.rmsd_absolute:.4g}",
+        _percent(figures.rmsd_relative),
+        _percent(figures.relative_rms),
+        f"{figures.chi_square:.5g}",
+        _short(figures.reduced_chi_square, 4),
+        _short(figures.probability),
+    ]
+
+
+def step_table(diagnosis: "Diagnosis") -> Table:
+    """Effects that were added."""
+    table = plain_table("Effects added")
+    heads = ("effect", "strength(s.e.)", "unit", "fall predicted", "fall by refit", "held-out gain", "or")
+    for head in heads:
+        table.add_column(
+            head, justify="left" if head in ("effect", "unit", "or") else "right", no_wrap=head != "or"
+        )
+    for s in diagnosis.steps:
+        strength = with_uncertainty(s.strength, s.standard_error)
+        gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
+        falls = (f"{s.predicted_drop:.4g}", f"{s.actual_drop:.4g}")
+        table.add_row(s.effect, strength, s.unit, *falls, gain, ", ".join(s.members[1:]))
+    return table
+
+
+def change_table(diagnosis: "Diagnosis") -> Table:
+    """Free parameters before and after."""
+    table = plain_table("Parameters")
+    for head in ("parameter", "before(s.e.)", "after(s.e.)", "bias/s.e."):
+        table.add_column(head, justify="left" if head == "parameter" else "right", no_wrap=True)
+    for name, (value, error) in diagnosis.parameters_after.items():
+        first = diagnosis.parameters_before.get(name)
+        before = "" if first is None else with_uncertainty(*first)
+        bias = "" if first is None or not error else f"{(first[0] - value) / error:+.3g}"
+        table.add_row(name, before, with_uncertainty(value, error), bias)
+    return table
+
+
+def candidate_table(diagnosis: "Diagnosis") -> Table:
+    """The leading candidates of the first screen."""
+    table = plain_table("Leading candidates of the first screen")
+    heads = ("effect", "z", "p", "fall predicted", "by refit", "strength", "unit", "absorbed", "status")
+    for head in heads:
+        words = head in ("effect", "unit", "status")
+        table.add_column(head, justify="left" if words else "right", no_wrap=True)
+    added = {step.effect for step in diagnosis.steps}
+    for row in diagnosis.candidates[:MOST_CANDIDATES]:
+        numbers = (
+            _short(row.z),
+            _short(row.p_adjusted, 2),
+            _short(row.predicted_drop, 4),
+            _short(row.refit_drop, 4),
+        )
+        table.add_row(
+            row.effect,
+            *numbers,
+            _short(row.strength, 4),
+            row.unit,
+            _percent(row.absorbed_fraction),
+            "added" if row.effect in added else row.status.replace("_", " "),
+            style="bold" if row.effect in added else "",
+        )
+    return table
+
+
+def _short(value: float | None, digits: int = 3) -> str:
+    return "" if value is None or value != value else f"{value:.{digits}g}"
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None or share != share else f"{100 * share:.3g} %"

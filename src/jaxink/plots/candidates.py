@@ -1,0 +1,94 @@
+"""Falls of chi-square that the candidates of a diagnosis promise and keep, as bars."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from jaxink.diagnosis import CandidateRow
+
+MOST_BARS = 12
+PREDICTED = {"color": "0.72"}
+REFITTED = {"color": "#c22f2f"}
+# A fall of chi-square by less is nothing: one is what noise gives to any further parameter.
+_LEAST = 1.0
+_BAR, _ROW = 0.36, 0.36
+_LEFT, _RIGHT, _TOP, _BOTTOM = 1.9, 0.9, 0.6, 0.8
+
+
+def candidates_size(n_rows: int) -> tuple[float, float]:
+    """Width and height of the page in inches."""
+    return 8.2, _TOP + _ROW * max(n_rows, 2) + _BOTTOM
+
+
+def draw_candidates(
+    figure: "Figure", rows: Sequence["CandidateRow"], added: Sequence[str], title: str
+) -> None:
+    """Draw two bars for each candidate on a logarithmic axis.
+
+    Parameters
+    ----------
+    figure
+        An empty one, of the size that `candidates_size` gives.
+    rows
+        Candidates, the leading first.
+    added
+        Names of those that were added to the model.
+    title
+        Of the page.
+    """
+    from matplotlib.ticker import NullLocator
+
+    width, height = candidates_size(len(rows))
+    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+    place = (
+        _LEFT / width,
+        _BOTTOM / height,
+        (width - _LEFT - _RIGHT) / width,
+        (height - _TOP - _BOTTOM) / height,
+    )
+    axes = figure.add_axes(place)
+    axes.set_xscale("log")
+    falls = [
+        [(-_BAR / 2, row.predicted_drop, PREDICTED), (_BAR / 2, row.refit_drop, REFITTED)] for row in rows
+    ]
+    for i, bars in enumerate(falls):
+        for offset, fall, style in bars:
+            if fall is None:
+                continue
+            axes.barh(i + offset, max(fall - _LEAST, 0), _BAR, left=_LEAST, **style, zorder=2)
+            text = f"below {_LEAST:g}" if fall < _LEAST else f"{fall:.3g}" if fall < 100 else f"{fall:.0f}"
+            axes.annotate(
+                text,
+                (max(fall, _LEAST), i + offset),
+                (3, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7,
+            )
+    largest = max(fall or 0 for bars in falls for _, fall, _ in bars)
+    axes.set_xlim(_LEAST, max(largest, 10 * _LEAST) * 2)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_yticks(range(len(rows)), [row.effect for row in rows])
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.tick_params(labelsize=8)
+    for label, row in zip(axes.get_yticklabels(), rows, strict=True):
+        label.set_fontweight("bold" if row.effect in added else "normal")
+    axes.grid(True, axis="x", color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("fall of chi-square", fontsize=9)
+    _draw_legend(figure, any(row.effect in added for row in rows))
+
+
+def _draw_legend(figure: "Figure", has_added: bool) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [
+        Patch(**PREDICTED, label="predicted by the screen"),
+        Patch(**REFITTED, label="by a refit with it"),
+    ]
+    if has_added:
+        handles.append(Patch(color="none", label="bold: added to the model"))
+    figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False, fontsize=9)

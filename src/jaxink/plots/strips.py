@@ -1,0 +1,144 @@
+"""Residuals in the plane of incidence as strips: angle of view across, incidences below each other."""
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jaxink.plots.discs import COLOURS
+from jaxink.plots.scans import ScanView
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Share of the distance of two incidences that a strip fills.
+_FILLED = 0.86
+# A cell is at most this many times as wide as the usual step: what was not measured stays empty.
+_WIDEST = 1.5
+_EMPTY = "0.93"
+
+
+@dataclasses.dataclass(frozen=True)
+class StripLayout:
+    """Places of the panels, in inches.
+
+    Parameters
+    ----------
+    incidences
+        Number of incidences in each row of panels.
+    columns
+        Panels beside each other.
+    """
+
+    incidences: tuple[int, ...]
+    columns: int
+
+    _left, _right, _top, _bottom = 0.85, 1.15, 0.42, 0.85
+    _panel, _beside, _above, _strip, _fewest = 4.3, 0.3, 0.45, 0.3, 3
+
+    def _height(self, row: int) -> float:
+        return self._strip * max(self.incidences[row], self._fewest)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the page."""
+        width = self._left + self.columns * self._panel + (self.columns - 1) * self._beside + self._right
+        rows = sum(self._above + self._height(row) for row in range(len(self.incidences)))
+        return width, self._top + rows + self._bottom
+
+    def axes(self, figure: "Figure", row: int, column: int) -> "Axes":
+        """Panel of one side and state."""
+        width, height = self.size
+        x = self._left + column * (self._panel + self._beside)
+        above = sum(self._above + self._height(r) for r in range(row + 1))
+        y = height - self._top - above
+        place = (x / width, y / height, self._panel / width, self._height(row) / height)
+        return figure.add_axes(place)
+
+    def bar_axes(self, figure: "Figure"):
+        """Colour bar on the right."""
+        width, height = self.size
+        tall = min(3.2, height - self._top - self._bottom)
+        middle = (height - self._top + self._bottom) / 2
+        return figure.add_axes((1 - 0.9 / width, (middle - tall / 2) / height, 0.15 / width, tall / height))
+
+
+def draw_strips(
+    figure: "Figure", rows: list[list[tuple[str, list[ScanView]]]], title: str, limit: float, label: str
+) -> None:
+    """Draw panels of strips on one colour scale.
+
+    Parameters
+    ----------
+    figure
+        An empty one, of the size that `StripLayout` gives for the scans.
+    rows
+        Panels of each row: words above, and the scans of one side and wavelength, by incidence.
+    title
+        Of the page.
+    limit
+        Half-width of the colour scale.
+    label
+        Its label.
+    """
+    layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(rows[0]))
+    _, height = layout.size
+    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+    for i, row in enumerate(rows):
+        for j, (words, views) in enumerate(row):
+            axes = layout.axes(figure, i, j)
+            drawn = _draw_strips(axes, views, limit)
+            axes.set_title(words, fontsize=10)
+            axes.tick_params(labelsize=8, labelleft=j == 0, labelbottom=i == len(rows) - 1)
+            if j == 0:
+                axes.set_ylabel("incidence", fontsize=9)
+    bar = figure.colorbar(drawn, cax=layout.bar_axes(figure), extend="both")
+    bar.set_label(label, fontsize=9)
+    bar.ax.tick_params(labelsize=8)
+    text = "polar angle of view [°], negative on the source's side"
+    figure.text(0.5, 0.52 / height, text, ha="center", va="top", fontsize=9)
+    text = "○ specular direction or undeviated beam;  ☆ source;  red: measured above, blue: below the model"
+    figure.text(0.5, 0.1 / height, text, ha="center", va="bottom", fontsize=8.5)
+
+
+def _draw_strips(axes: "Axes", views: list[ScanView], limit: float):
+    from matplotlib.collections import PolyCollection
+
+    cells, colours = [], []
+    for row, view in enumerate(views):
+        shown = view.in_plane & view.used
+        cells += _cells(view.signed_deg[shown], row)
+        colours.append(view.residual[shown])
+    drawn = PolyCollection(cells, array=np.concatenate(colours), cmap=COLOURS, linewidths=0, zorder=2)
+    drawn.set_clim(-limit, limit)
+    axes.add_collection(drawn)
+    mark = {"markerfacecolor": "none", "markeredgecolor": "black", "linestyle": "none", "zorder": 4}
+    for row, view in enumerate(views):
+        axes.plot([view.theta_i_deg], [row], marker="o", markersize=5, **mark)
+        if view.side == "R":
+            axes.plot([-view.theta_i_deg], [row], marker="*", markersize=6, **mark)
+    axes.set_xlim(-90, 90)
+    axes.set_xticks([-60, -30, 0, 30, 60])
+    axes.set_ylim(len(views) - 0.5, -0.5)
+    axes.set_yticks(range(len(views)), [f"{view.theta_i_deg:g}°" for view in views])
+    axes.set_facecolor(_EMPTY)
+    return drawn
+
+
+def _cells(angle_deg: np.ndarray, row: int) -> list[np.ndarray]:
+    """Corners of a cell for each point; repeats of a direction share its height."""
+    distinct, of_point = np.unique(np.round(angle_deg, 6), return_inverse=True)
+    step = np.diff(distinct)
+    half = _WIDEST * np.median(step) / 2 if step.size else 2.0
+    below = np.minimum(np.append(half, step / 2), half)
+    above = np.minimum(np.append(step / 2, half), half)
+    count = np.bincount(of_point)
+    cells, seen = [], np.zeros(distinct.size)
+    for i in of_point:
+        left, right = distinct[i] - below[i], distinct[i] + above[i]
+        tall = _FILLED / count[i]
+        low = row - _FILLED / 2 + seen[i] * tall
+        seen[i] += 1
+        cells.append(np.array([(left, low), (right, low), (right, low + tall), (left, low + tall)]))
+    return cells

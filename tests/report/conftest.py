@@ -1,0 +1,93 @@
+"""One small simulated measurement with stray light, its diagnosis and its report."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink.diagnosis import DiagnosisOptions, Verdict, diagnose
+from jaxink.effects.instrument import Drift, StrayLight
+from jaxink.effects.sample import Polydispersity
+from jaxink.fitting import FitOptions
+from jaxink.measurement import GonioData
+from jaxink.numerics.precision import computing
+from jaxink.plots.diagnosis import diagnosis_figures
+from jaxink.report import write_report
+from jaxink.report.inside import inside_change
+from report.truth import STRAY_PER_SR, TRUTH
+
+TOML = """
+schema_version = 1
+title = "Simulated: <ink> & plate"
+wavelength_nm = 550
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 1.0
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = 90
+scattering_per_mm = { free = true, value = 100, min = 1, max = 1000 }
+absorption_per_mm = { free = true, value = 2, min = 0, max = 50 }
+asymmetry_parameter = 0.6
+[noise]
+scan_relative = 0.002
+"""
+CATALOGUE = (StrayLight, Drift, Polydispersity)
+
+
+@pytest.fixture(scope="session")
+def found(coarse):
+    """Diagnosis of 84 values with noise of half a per cent and a constant added."""
+    sample = jaxink.parse_sample(TOML)
+    signed = np.array([-80.0, -70, -55, -40, -20, -8, 0, 8, 20, 40, 55, 70, 77, 83])
+    theta_i, angle, side = (
+        axis.ravel() for axis in np.meshgrid([14.0, 35.0, 62.0], signed, [False, True], indexing="ij")
+    )
+    columns = (theta_i, np.abs(angle), np.where(angle < 0, 0.0, 180.0), np.full(angle.size, 550.0), side)
+    with computing():
+        model = jaxink.ForwardModel(sample, *columns, coarse)
+        clean = np.asarray(model.bsdf({**sample.parameters.values_with({}), **TRUTH}))
+    sigma = 0.005 * clean
+    noise = np.random.default_rng(3).standard_normal(angle.size)
+    data = GonioData(*columns, clean + STRAY_PER_SR + sigma * noise, sigma, source="small.csv")
+    options = DiagnosisOptions(
+        catalogue=CATALOGUE, n_bootstrap=500, fit=FitOptions(profile="none", config=coarse)
+    )
+    return diagnose(data, sample, options)
+
+
+@pytest.fixture(scope="session")
+def change(found, coarse):
+    """Tables of the ink before and after, coarse."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
+        return inside_change(found)
+
+
+@pytest.fixture(scope="session")
+def written(found, change, tmp_path_factory):
+    """Folder of a report, and what was returned."""
+    folder = tmp_path_factory.mktemp("report")
+    options = DiagnosisOptions(n_bootstrap=500, seed=77)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("jaxink.report.writing.inside_change", lambda _: change)
+        return folder, write_report(found, folder, options)
+
+
+@pytest.fixture(scope="session")
+def unchanged(found):
+    """The same where no effect is found."""
+    verdict = Verdict("no_misfit", (), "No misfit: nothing to see.")
+    return dataclasses.replace(found, verdict=verdict, steps=(), after=found.before, effects=())
+
+
+@pytest.fixture(scope="session")
+def plates(found, change):
+    """Figures by name."""
+    return {plate.name: plate.figure for plate in diagnosis_figures(found, change)}

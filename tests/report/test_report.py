@@ -1,0 +1,393 @@
+"""The report of a diagnosis and its command, on one small simulated measurement with stray light."""
+
+import base64
+import dataclasses
+import json
+import re
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from typer.testing import CliRunner
+
+import jaxink
+from jaxink.cli.app import app
+from jaxink.data import simulated_example
+from jaxink.diagnosis import Verdict
+from jaxink.diagnosis.verdict import CODES
+from jaxink.effects import Effect
+from jaxink.effects.instrument import StrayLight
+from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking
+from jaxink.export.change import table_change
+from jaxink.fitting.outcome import Outcome
+from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
+from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
+from jaxink.plots.inside import FROM_INSIDE
+from jaxink.report import write_report
+from jaxink.report.inside import inside_change, is_in_table
+from report.page_reader import Page
+from report.truth import STRAY_PER_SR, TRUTH
+
+DATA, SAMPLE = map(str, simulated_example())
+
+
+def test_it_names_the_stray_light(found):
+    assert (found.verdict.code, found.verdict.effects) == ("instrument", ("stray_light",))
+    (step,) = found.steps
+    assert abs(step.strength - STRAY_PER_SR) < 3 * step.standard_error
+    for name, truth in TRUTH.items():
+        value, error = found.parameters_after[name]
+        assert abs(value - truth) < 3 * error
+        assert abs(found.parameters_before[name][0] - truth) > 3 * error
+
+
+def test_files_and_one_page_without_a_network(found, written):
+    folder, files = written
+    names = ["candidates", "cuts_R_550nm", "cuts_T_550nm", "inside_550nm", "residuals_550nm"]
+    expected = {folder / "report.json", folder / "report.html"}
+    expected |= {folder / "figures" / f"{name}.png" for name in names}
+    assert len(files) == len(expected)
+    assert set(files) == expected == {p for p in folder.rglob("*") if p.is_file()}
+    assert json.loads((folder / "report.json").read_text()) == found.to_dict()
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert "http" not in text
+    assert "url(" not in text
+    page = Page(text)
+    embedded = {base64.b64decode(i["src"].removeprefix("data:image/png;base64,")) for i in page.images}
+    assert embedded == {(folder / "figures" / f"{name}.png").read_bytes() for name in names}
+    assert all(image["alt"] for image in page.images)
+
+
+def test_page_says_everything(found, written):
+    text = (written[0] / "report.html").read_text(encoding="utf-8")
+    page = Page(text)
+    assert "Simulated: &lt;ink&gt; &amp; plate" in text
+    for words in (
+        "Diagnosis of the SIMULATED measurement small.csv",
+        found.verdict.sentence,
+        "84 of 84 points in 6 scans, 550 nm",
+        "Noise: sigma_per_sr of the file; a factor common to each scan, standard deviation 0.2 %.",
+        "polydispersity: the ink is not made of Mie particles",
+        "All tests together, as declared: p = ",
+        "null data sets 500, seed 77",
+        f"jax {found.result.versions['jax']}",
+        "Not itself part of the table, which holds one ink alone: stray_light",
+    ):
+        assert words in page.words, words
+    assert page.words.index(found.verdict.sentence) < page.words.index("Error before and after")
+
+
+def test_numbers_of_the_page_are_those_of_the_diagnosis(found, change, written):
+    page = Page((written[0] / "report.html").read_text(encoding="utf-8"))
+    states = [s for summary in (found.before, found.after) for s in (summary.fitted, summary.held_out)]
+    for row, figures in zip(page.table("reduced")[1:], states, strict=True):
+        assert float(row[2]) == pytest.approx(figures.rmsd_absolute, rel=1e-3)
+        assert float(row[4].removesuffix(" %")) == pytest.approx(100 * figures.relative_rms, rel=5e-3)
+        assert float(row[5]) == pytest.approx(figures.chi_square, rel=1e-5)
+        assert int(row[6]) == figures.degrees_of_freedom
+    biased = {p["name"]: p["bias_in_standard_errors"] for p in found.to_dict()["parameters"]}
+    rows = {row[0]: row for row in page.table("in standard errors")[1:]}
+    assert list(rows) == [*TRUTH, "stray_light.level_per_sr"]
+    for name in TRUTH:
+        assert float(rows[name][5]) == pytest.approx(biased[name], rel=5e-3)
+        before, after = found.parameters_before[name][0], found.parameters_after[name][0]
+        assert float(rows[name][4].removesuffix(" %")) == pytest.approx(100 * (before / after - 1), rel=5e-3)
+    (step,) = page.table("what it says")[1:]
+    assert step[1:3] == ["stray_light", StrayLight.statement]
+    candidates = page.table("detection limit")
+    assert len(candidates[0]) == len(dataclasses.fields(found.candidates[0]))
+    assert [row[0] for row in candidates[1:]] == [row.effect for row in found.candidates]
+    for row, component in zip(page.table("rms change")[1:], FROM_INSIDE, strict=True):
+        assert float(row[2].removesuffix(" %")) == pytest.approx(change.of(component).rms_percent, rel=5e-3)
+
+
+def test_nothing_is_said_or_drawn_twice_where_nothing_was_added(unchanged, tmp_path):
+    files = write_report(unchanged, tmp_path)
+    assert sorted(p.stem for p in files if p.suffix == ".png") == [
+        "candidates",
+        "cuts_R_550nm",
+        "cuts_T_550nm",
+        "residuals_550nm",
+    ]
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "What was added" not in page.words
+    assert "No effect was added: the model after is the model before." in page.words
+    assert "No effect was added, so the ink is that of the fit of the declared model." in page.words
+    assert len(page.table("reduced")) == 3
+    plates = {plate.name: plate for plate in diagnosis_figures(unchanged)}
+    assert len(plates["residuals_550nm"].figure.axes) == 2 + 1
+    assert len(plates["cuts_R_550nm"].figure.axes) == 3 * 3
+    assert "one state" in plates["residuals_550nm"].caption
+
+
+def panel(figure, title):
+    return next(axes for axes in figure.axes if axes.get_title() == title)
+
+
+def test_strips_hold_the_residuals_on_one_scale(found, plates):
+    data, figure = found.result.data, plates["residuals_550nm"]
+    scales = set()
+    for side, is_t in (("reflection", False), ("transmission", True)):
+        for state, summary in (("before", found.before), ("after", found.after)):
+            (cells,) = panel(figure, f"{side}, {state}").collections
+            np.testing.assert_array_equal(cells.get_array(), summary.whitened[data.is_transmission == is_t])
+            scales.add(cells.get_clim())
+            signed = np.where(data.phi_deg < 90, -1, 1)[data.is_transmission == is_t]
+            centre = np.array([path.vertices[:4, 0].mean() for path in cells.get_paths()])
+            assert (np.sign(centre)[np.abs(centre) > 5] == signed[np.abs(centre) > 5]).all()
+    assert len(scales) == 1
+    assert figure.texts[0].get_text().startswith("SIMULATED measurement small.csv: residuals at 550 nm")
+
+
+def test_repeated_directions_share_a_strip(found):
+    data = found.result.data
+    theta = np.where(data.theta_o_deg == 80, 70.0, data.theta_o_deg)
+    twice = dataclasses.replace(
+        found, result=dataclasses.replace(found.result, data=data.replace(theta_o_deg=theta))
+    )
+    figure = next(diagnosis_figures(twice)).figure
+    cells = [p.vertices[:4] for p in panel(figure, "reflection, before").collections[0].get_paths()]
+    heights = sorted({round(float(np.ptp(cell[:, 1])), 3) for cell in cells})
+    assert heights == [0.43, 0.86]
+    boxes = {tuple(np.round([*cell.min(axis=0), *cell.max(axis=0)], 6)) for cell in cells}
+    assert len(boxes) == len(cells)
+
+
+def test_cuts_show_both_models_and_both_residuals(found, plates):
+    data, figure = found.result.data, plates["cuts_T_550nm"]
+    here = data.is_transmission & (data.theta_i_deg == 35)
+    log, linear, before, after = figure.axes[4:8]
+    signed = np.where(data.phi_deg < 90, -1, 1) * data.theta_o_deg
+    for axes, summary in ((before, found.before), (after, found.after)):
+        shown = next(line for line in axes.lines if line.get_marker() == MEASURED["marker"])
+        expected = np.column_stack([signed, summary.whitened])[here]
+        assert {tuple(p) for p in shown.get_xydata()} == {
+            tuple(p) for p in expected if abs(p[1]) <= axes.get_ylim()[1]
+        }
+    assert before.get_ylim() == after.get_ylim() == plates["cuts_R_550nm"].axes[2].get_ylim()
+    for style, summary in ((BEFORE, found.before), (FITTED, found.after)):
+        curve = next(line for line in log.lines if line.get_color() == style["color"]).get_ydata()
+        np.testing.assert_array_equal(
+            np.sort(curve[np.isfinite(curve)]), np.sort(summary.predicted_per_sr[here])
+        )
+    assert linear.get_ylim()[0] == 0
+
+
+def test_bars_are_the_falls_of_chi_square(found, plates):
+    axes = plates["candidates"].axes[0]
+    assert axes.get_xscale() == "log"
+    falls = sorted(
+        fall for row in found.candidates for fall in (row.predicted_drop, row.refit_drop) if (fall or 0) > 1
+    )
+    ends = sorted(bar.get_x() + bar.get_width() for bar in axes.patches)
+    assert [end for end in ends if end > 1] == pytest.approx(falls, rel=1e-12)
+    (bold,) = (t.get_text() for t in axes.get_yticklabels() if t.get_fontweight() == "bold")
+    assert bold == "stray_light"
+
+
+def test_inside_panels_hold_both_tables_and_their_ratio(change, plates):
+    above, below = plates["inside_550nm"].axes[2:4]
+    first, second = (line.get_xydata() for line in above.lines)
+    for curve, table in ((first, change.before), (second, change.after)):
+        view = curve[:, 0]
+        expected = table.interpolated("R_II", 30.0, np.abs(view), np.where(view < 0, 0.0, 180.0))
+        np.testing.assert_allclose(curve[:, 1], expected, rtol=1e-12)
+    ratio = next(line for line in below.lines if len(line.get_xdata()) > 2).get_ydata()
+    np.testing.assert_allclose(ratio, 100 * (second[:, 1] / first[:, 1] - 1), atol=1e-9)
+
+
+def test_data_out_of_the_plane_give_discs(found):
+    data = found.result.data
+    turned = data.replace(phi_deg=np.where(data.is_transmission, data.phi_deg, data.phi_deg - 40))
+    out = dataclasses.replace(found, result=dataclasses.replace(found.result, data=turned))
+    plates = {plate.name: plate.figure for plate in diagnosis_figures(out)}
+    assert list(plates) == ["residuals_550nm", "residual_discs_R_550nm", "cuts_T_550nm", "candidates"]
+    titles = [axes.get_title() for axes in plates["residual_discs_R_550nm"].axes[:6]]
+    assert titles[:2] == ["before, incidence 14°: 14 points", "after, incidence 14°: 14 points"]
+    drawn = plates["residual_discs_R_550nm"].axes[1].collections
+    shown = np.sort(np.concatenate([np.asarray(c.get_array()) for c in drawn]))
+    here = ~data.is_transmission & (data.theta_i_deg == 14)
+    np.testing.assert_array_equal(shown, np.sort(found.after.whitened[here]))
+
+
+def test_of_many_wavelengths_the_worst_are_drawn(found):
+    data = found.result.data
+    wavelength = 500.0 + data.theta_i_deg + 100 * data.is_transmission
+    many = dataclasses.replace(
+        found, result=dataclasses.replace(found.result, data=data.replace(wavelength_nm=wavelength))
+    )
+    misfit = {w: np.mean(found.before.whitened[wavelength == w] ** 2) for w in np.unique(wavelength)}
+    worst = sorted(misfit, key=misfit.get)[-3:]
+    assert drawn_wavelengths(many) == tuple(sorted(worst))
+    plates = list(diagnosis_figures(many))
+    assert sum(plate.name.startswith("cuts") for plate in plates) == 3
+    assert "Of 6 wavelengths, the 3 at which" in plates[0].caption
+
+
+def test_nothing_on_a_page_overlaps_or_leaves_it(plates):
+    for name, figure in plates.items():
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+        boxes = [t.get_window_extent(renderer) for t in figure.texts]
+        boxes += [axes.get_tightbbox(renderer) for axes in figure.axes]
+        boxes += [legend.get_window_extent(renderer) for legend in figure.legends]
+        for i, box in enumerate(boxes):
+            assert figure.bbox.x0 <= box.x0, name
+            assert figure.bbox.y0 <= box.y0, name
+            assert box.x1 <= figure.bbox.x1, name
+            assert box.y1 <= figure.bbox.y1, name
+            for other in boxes[:i]:
+                width = min(box.x1, other.x1) - max(box.x0, other.x0)
+                height = min(box.y1, other.y1) - max(box.y0, other.y0)
+                assert min(width, height) < 3, name
+
+
+def test_the_same_sample_changes_nothing_and_absorption_darkens(change):
+    for component in FROM_INSIDE:
+        same = dataclasses.replace(change, after=change.before).of(component)
+        assert (same.rms_percent, same.largest_percent) == (0, 0)
+    # Stray light hides absorption: with it found, the ink absorbs more, and every direction gets less.
+    assert -20 < change.of("R_II").largest_percent < 0
+    assert abs(change.of("T_IA").largest_percent) >= change.of("T_IA").rms_percent > 1
+
+
+def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
+    from jaxink.effects.sample import with_clear
+
+    monkeypatch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
+    sample = found.result.sample
+    change = table_change(sample, with_clear(sample, 1, "gap", 1.0), [550.0])
+    # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
+    assert change.after.index_inside[0] == change.before.index_inside[0] == 1.5
+    beyond = (change.after.theta_deg > 43) & (change.after.theta_deg < 85)
+    np.testing.assert_allclose(change.after.regular[0, 0, beyond], 1, rtol=1e-6)
+    assert (change.before.regular[0, 0, beyond] < 0.5).all()
+
+
+def test_what_cannot_be_tabulated_is_said(found):
+    sample = found.result.sample
+    alone = dataclasses.replace(sample, layers=sample.layers[1:])
+    case = dataclasses.replace(found, result=dataclasses.replace(found.result, sample=alone), refined=alone)
+    sentence = inside_change(case)
+    assert sentence.startswith(
+        "The ink as light inside the plate meets it cannot be tabulated: the ink has no layer"
+    )
+
+
+@pytest.mark.parametrize(
+    ("effect", "inside"),
+    [
+        (StrayLight(), False),
+        (SecondLobe("ink"), True),
+        (AirGap(1), False),
+        (Pinholes(), False),
+        (UndeclaredBacking(), False),
+    ],
+    ids=lambda value: value.name if isinstance(value, Effect) else "",
+)
+def test_which_effects_a_table_holds(effect, inside):
+    assert is_in_table(effect) == inside
+
+
+@pytest.fixture
+def run(monkeypatch, found, change):
+    """Run the command; what it computes is replaced."""
+    given = []
+
+    def diagnosed(*arguments):
+        given.append(arguments)
+        return run.outcome
+
+    monkeypatch.setattr(jaxink, "diagnose", diagnosed, raising=False)
+    monkeypatch.setattr("jaxink.cli.diagnose.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.report.writing.inside_change", lambda _: change)
+
+    def run(out, *more, data=DATA):
+        return CliRunner().invoke(
+            app, ["diagnose", data, "--sample", SAMPLE, "--out", str(out), *map(str, more)]
+        )
+
+    run.outcome, run.given = found, given
+    return run
+
+
+def with_code(found, code):
+    return dataclasses.replace(found, verdict=Verdict(code, (), f"It is {code}."))
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_exit_code_of_each_verdict(code, run, found, tmp_path):
+    run.outcome = with_code(found, code)
+    done = run(tmp_path / "out", "--no-figures", "--quiet")
+    assert (done.stdout, done.stderr) == ("", "")
+    assert done.exit_code == (3 if code in ("partly_explained", "unexplained_structure") else 0)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
+    assert f"It is {code}." in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_fit_that_did_not_converge_goes_first(run, found, tmp_path):
+    stalled = dataclasses.replace(found.result, outcome=Outcome.STALLED)
+    run.outcome = dataclasses.replace(with_code(found, "partly_explained"), result=stalled)
+    done = run(tmp_path / "out", "--no-figures")
+    assert done.exit_code == 4
+    assert "did not converge" in done.stdout
+    assert "The fit of the declared model did not converge" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_command_prints_tables_and_writes_the_report(run, found, tmp_path):
+    out = tmp_path / "out"
+    done = run(out, "--max-effects", 2, "--level", 0.1, "--bootstrap", 300, "--seed", 5, "--accuracy", 1e-3)
+    assert (done.exit_code, done.stderr) == (0, "")
+    words = " ".join(done.stdout.split())
+    for text in (found.verdict.sentence, "Error before and after", "Effects added", "Leading candidates"):
+        assert text in words, text
+    assert all(str(path) in done.stdout for path in out.rglob("*") if path.is_file())
+    assert re.search(r"stray_light +0\.00\d+\(\d+\) +1/sr", done.stdout)
+    options = run.given[0][2]
+    assert (options.max_effects, options.level, options.n_bootstrap, options.seed) == (2, 0.1, 300, 5)
+    assert options.fit.accuracy == 1e-3
+    assert "most effects 2, level 0.1, null data sets 300, seed 5" in (out / "report.html").read_text()
+
+
+def test_json_is_the_file(run, tmp_path):
+    done = run(tmp_path / "out", "--json", "--no-figures")
+    assert json.loads(done.stdout) == json.loads((tmp_path / "out" / "report.json").read_text())
+
+
+def test_a_second_report_takes_the_place_of_the_first(run, tmp_path):
+    out = tmp_path / "out"
+    run(out, "--quiet")
+    assert (out / "figures" / "candidates.png").exists()
+    (out / "notes.txt").write_text("mine")
+    run(out, "--quiet", "--no-figures")
+    assert sorted(p.name for p in out.iterdir()) == ["notes.txt", "report.html", "report.json"]
+    assert "<img" not in (out / "report.html").read_text()
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "sentence"),
+    [
+        ("none.csv", (), "none.csv: there is no such file."),
+        (DATA, ("--level", "0.9"), "level is 0.9; it must be between 0 and 0.5."),
+        (DATA, ("--bootstrap", "20"), "n_bootstrap is 20; at level 0.05 it must be at least 200."),
+        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must not be negative."),
+        (DATA, ("--accuracy", "2"), "accuracy is 2; give a relative error between 1e-08 and 0.1."),
+    ],
+)
+def test_bad_input_is_one_sentence_and_writes_nothing(data, options, sentence, run, tmp_path):
+    done = run(tmp_path / "out", *options, data=data)
+    assert (done.exit_code, done.stdout, done.stderr) == (5, "", f"jaxink: {sentence}\n")
+    assert run.given == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_writing_leaves_nothing(run, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("jaxink.report.writing.os.replace", full)
+    done = run(tmp_path / "out", "--no-figures")
+    assert done.exit_code == 5
+    assert "No space left on device" in done.stderr
+    assert list(tmp_path.iterdir()) == []
