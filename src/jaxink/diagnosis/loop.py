@@ -155,6 +155,7 @@ class _Loop:
             scene,
             options.catalogue,
             self.screen_options,
+            options.fit.accuracy,
         )
         self.observations = Observations(
             self.data.bsdf_per_sr[used],
@@ -255,7 +256,7 @@ class _Loop:
             self._refit(stage, name, directions, refits)
         self._polish(stage, refits)
         likely = max([r.drop for r in refits.values()] + list(promise.values()), default=0.0)
-        share = _OWN_SHARE_FAR if stage.is_far else _OWN_SHARE
+        share = _OWN_SHARE_FAR if stage.is_far and not self._is_enough(refits, {}) else _OWN_SHARE
         worth = [n for n in own if promise[n] >= share * likely][:_MOST_OWN]
         in_threads(lambda name: self._refit(stage, name, directions, refits), worth)
         self._polish(stage, refits)
@@ -402,6 +403,9 @@ class _Loop:
             parameters_after=_with_errors(last),
             refined=_refined(last),
             effects=last.accepted,
+            settings={
+                key: getattr(self.options, key) for key in ("level", "n_bootstrap", "seed", "max_effects")
+            },
             remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
 

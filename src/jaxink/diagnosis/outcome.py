@@ -169,6 +169,8 @@ class Diagnosis:
         Those accepted.
     remaining
         Candidates of the last screen.
+    settings
+        Level, bootstrap and seed of the screen, and the most effects.
     """
 
     result: FitResult
@@ -186,6 +188,7 @@ class Diagnosis:
     refined: Sample
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
+    settings: dict[str, float | int]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""
@@ -195,6 +198,7 @@ class Diagnosis:
                 "catalogue_version": CATALOGUE_VERSION,
                 "source": self.result.data.source,
                 "noise": self.result.noise,
+                "settings": self.settings,
                 "verdict": dataclasses.asdict(self.verdict),
                 "steps": [
                     {

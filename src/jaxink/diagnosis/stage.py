@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
@@ -44,6 +45,8 @@ class Setup:
         Classes of effects.
     options
         Of the screen.
+    accuracy
+        Of the discretisation.
     """
 
     sample: Sample
@@ -53,6 +56,7 @@ class Setup:
     scene: Scene
     catalogue: tuple[type[Effect], ...]
     options: ScreenOptions
+    accuracy: float = DEFAULT_ACCURACY
 
     def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
         """A workbench of the sample with some effects, which act in the order of the catalogue."""
@@ -154,7 +158,8 @@ class Stage:
         names = {effect.name for effect in accepted}
         free = {p.name for p in setup.sample.parameters.free}
         rest = tuple(c for c in setup.catalogue if c.name not in names)
-        self.listed: Listed = effects_for(Case(extended, setup.scene), rest)
+        relative = float(np.min(setup.noise.sigma_per_sr / np.abs(setup.data.bsdf_per_sr[setup.data.used])))
+        self.listed: Listed = effects_for(Case(extended, setup.scene, relative, setup.accuracy), rest)
         inside = tuple(e for e in self.listed.forms if not e.own_program)
         n_accepted = sum(len(e.terms) for e in accepted)
         most = max((len(e.terms) for e in inside), default=1)
@@ -228,7 +233,7 @@ class Stage:
         return found
 
     def _all_secants(self) -> list[Direction]:
-        own = [e for e in self.listed.forms if e.own_program]
+        own = [e for e in self.listed.forms if e.own_program and e.is_screened]
         for effect in own:
             self.own_bench(effect)
         programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
@@ -302,8 +307,8 @@ class Stage:
 
     def best_refit(self, directions: list[Direction]) -> Refit:
         """Refit of the form of an effect that fits best, its number of terms being paid for."""
-        forms = dict.fromkeys(d.effect for d in directions)
-        found = [self.refit(form, directions) for form in forms]
+        name = directions[0].effect.name
+        found = [self.refit(form, directions) for form in self.listed.forms if form.name == name]
         return max(found, key=lambda r: r.penalised(len(self.residual)))
 
     def after(self, refit: Refit) -> "Stage":
@@ -317,7 +322,7 @@ class Stage:
         bench = self.own_bench(effect) if effect.own_program else self.bench
         base = self.base
         starts = []
-        for direction in (d for d in directions if d.effect == effect):
+        for direction in (d for d in directions if d.effect == effect or not effect.is_screened):
             column = direction.column - base @ (base.T @ direction.column)
             norm = float(np.linalg.norm(column))
             if not norm > 0:

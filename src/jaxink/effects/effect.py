@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+
 from jaxink.effects.scene import Field, Scene
 from jaxink.sample import Layer, Parameter, Sample
 from jaxink.stack import SolverConfig
@@ -19,10 +21,16 @@ class Case:
         As declared, effects that were found before included.
     scene
         Where the points of the measurement lie.
+    noise
+        Least relative standard deviation of a point.
+    accuracy
+        Largest relative error that the discretisation may cause.
     """
 
     sample: Sample
     scene: Scene
+    noise: float = 0.0
+    accuracy: float = np.inf
 
     @property
     def inks(self) -> tuple[Layer, ...]:
@@ -117,6 +125,11 @@ class Effect:
     def neutral(self) -> float:
         """Value of the first term at the declared model."""
         return self.strength.value
+
+    @property
+    def is_screened(self) -> bool:
+        """Whether the screen looks at this form; where one is, refits try the others too."""
+        return True
 
     @property
     def program(self) -> str:

@@ -172,7 +172,12 @@ class _RoughFace(Effect):
             return "there is no such face between different media, or it is declared rough already"
         position, face = faces[cls.name]
         layer = case.sample.layers[position].name
-        return tuple(cls(layer, face, density) for density in ("cauchy", "beckmann"))
+        return tuple(cls(layer, face, density) for density in ("cauchy", "beckmann", "ggx"))
+
+    @property
+    def is_screened(self) -> bool:
+        """The densities look alike to a screen; refits try them all."""
+        return self.density == "cauchy"
 
     @property
     def _angle(self) -> str:
@@ -313,7 +318,6 @@ class TopCoat(Effect):
     """S4: a gloss film of another index covers a share of the ink's outer face."""
 
     position: int
-    index: float
 
     name, own_program, group = "top_coat", True, "surface"
     statement = "a film of another refractive index lies on the ink"
@@ -326,21 +330,26 @@ class TopCoat(Effect):
             return "no outer face of an ink is declared smooth"
         position, face = faces["rough_ink"]
         position += face == "back_roughness"
-        return cls(position, 1.3), cls(position, 1.75)
+        return (cls(position),)
 
     @property
     def terms(self):
-        """Share of the area that is covered."""
-        return (Parameter("top_coat.share", 0.0, True, 0.0, 1.0),)
+        """Share of the area that is covered, and the film's index."""
+        return (
+            Parameter("top_coat.share", 0.0, True, 0.0, 1.0),
+            Parameter("top_coat_film.refractive_index", 1.3, True, 1.05, 2.2),
+        )
 
     @property
     def settings(self):
-        """All of it."""
-        return ({"top_coat.share": 1.0},)
+        """All of it, of a low and of a high index."""
+        share, index = (t.name for t in self.terms)
+        return tuple({share: 1.0, index: n} for n in (1.3, 1.75))
 
     def other(self, sample: Sample) -> Sample:
         """With the film."""
-        return with_clear(sample, self.position, "top_coat_film", self.index)
+        film = with_clear(sample, self.position, "top_coat_film", self.terms[1].value)
+        return with_parameters(film, self.terms[1])
 
 
 def with_clear(sample: Sample, position: int, name: str, index: float) -> Sample:

@@ -11,6 +11,8 @@ from jaxink.stack import SolverConfig
 
 # Excitation and emission of optical brighteners.
 _EXCITED_NM, _EMITTED_NM = (320.0, 420.0), (420.0, 500.0)
+# Of the noise of a point, what no number of points at hand makes visible.
+_FAR_BELOW = 0.05
 # A film beyond this many wavelengths shows no fringes at the resolution of a goniometer.
 _THICKEST_UM = 10.0
 
@@ -195,6 +197,16 @@ class _Finer(Effect):
 
     sign, own_program, group = 0, True, "numerics"
     size = ""
+
+    @classmethod
+    def forms(cls, case: Case):
+        """Where the accuracy that was asked for is not far below the noise."""
+        if case.accuracy < _FAR_BELOW * case.noise:
+            return (
+                f"the discretisation errs by {case.accuracy:g} at most, the noise of a point is "
+                f"{case.noise:.2g} or more: its errors cannot be seen"
+            )
+        return (cls(),)
 
     @property
     def terms(self):
