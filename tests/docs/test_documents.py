@@ -189,6 +189,18 @@ def test_tables_of_settings_are_those_of_the_schema(name):
     assert [row[:4] for row in rows(table_after(f"<!-- table: {name} -->"))] == expected
 
 
+def test_every_effect_of_the_catalogue_is_published():
+    from jaxink.effects import CATALOGUE, CATALOGUE_VERSION
+
+    text = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    section = text[text.index(f"## Catalogue, version {CATALOGUE_VERSION}") :]
+    sign = {0: "either", 1: "0 or more"}
+    expected = [
+        [f"`{e.name}`", e.group, sign[e.sign], ", ".join(e.keys) or "-", e.statement] for e in CATALOGUE
+    ]
+    assert rows(re.search(r"(?:\|.*\n)+", section).group()) == expected
+
+
 def test_every_choice_is_named():
     for choice in (
         *schema.PHASE_FUNCTIONS,
@@ -196,6 +208,7 @@ def test_every_choice_is_named():
         *schema.DISPERSIONS,
         *schema.FACES,
         *(f'"{side}"' for side in schema.BACKING_SIDES),
+        *(f'"{mode}"' for mode in schema.DETECTOR_MODES),
         "clear",
         "scattering",
     ):

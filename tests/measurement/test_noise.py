@@ -113,6 +113,18 @@ def test_few_outliers_do_not_matter():
     assert "(5 outliers left out)" in estimate.sentence
 
 
+def test_scans_are_told_apart_where_they_differ():
+    quiet, loud = simulated(0.01), simulated(0.03)
+    is_loud = quiet.theta_i_deg > 40
+    mixed = quiet.replace(bsdf_per_sr=np.where(is_loud, loud.bsdf_per_sr, quiet.bsdf_per_sr))
+    relative = estimate_noise(mixed).relative_of(mixed)
+    assert np.all((relative[is_loud] > 0.02) & (relative[is_loud] < 0.04))
+    assert np.all((relative[~is_loud] > 0.006) & (relative[~is_loud] < 0.014))
+    # Equal noise everywhere: one estimate from all pairs.
+    estimate = estimate_noise(quiet)
+    assert set(estimate.relative_of(quiet)) == {estimate.model.relative}
+
+
 def test_misaligned_azimuth_shows_as_mean_difference():
     data = simulated(0.001)
     tilt = 1 + 0.01 * np.sign(data.phi_deg) * (np.abs(data.phi_deg) < 180)
