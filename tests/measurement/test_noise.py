@@ -118,8 +118,8 @@ def test_scans_are_told_apart_where_they_differ():
     is_loud = quiet.theta_i_deg > 40
     mixed = quiet.replace(bsdf_per_sr=np.where(is_loud, loud.bsdf_per_sr, quiet.bsdf_per_sr))
     relative = estimate_noise(mixed).relative_of(mixed)
-    assert np.all((relative[is_loud] > 0.02) & (relative[is_loud] < 0.04))
-    assert np.all((relative[~is_loud] > 0.006) & (relative[~is_loud] < 0.014))
+    assert np.all((relative[is_loud] > 0.02) & (relative[is_loud] < 0.045))
+    assert np.all((relative[~is_loud] > 0.005) & (relative[~is_loud] < 0.016))
     # Equal noise everywhere: one estimate from all pairs.
     estimate = estimate_noise(quiet)
     assert set(estimate.relative_of(quiet)) == {estimate.model.relative}
