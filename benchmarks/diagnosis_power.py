@@ -2,8 +2,9 @@
 
 python benchmarks/diagnosis_power.py [--loops N] [--case NAME] [--only EFFECT,...]
 
-Every data set is drawn from the model: its prediction with an effect at a known strength, nonlinear, plus the declared
-noise with its scan factors; the declared model is fitted to it anew, and the residual screened. Results are kept effect by
+At twice the detection limit every data set is drawn from the model: its prediction with an effect at that strength,
+nonlinear, plus the declared noise with its scan factors; the declared model is fitted to it anew, and the residual
+screened. At the other multiples the linear model of the screen serves, noise added to the direction of the effect. Results are kept effect by
 effect in benchmarks/diagnosis_power.json, so that a run that was stopped goes on; --loops runs the whole procedure on null
 data sets.
 """
@@ -27,6 +28,8 @@ from report_common import REPOSITORY, data_folder, machine, table, write_section
 MARK = "false alarms and power, by benchmarks/diagnosis_power.py"
 STORE = REPOSITORY / "benchmarks" / "diagnosis_power.json"
 N_SETS, N_NULL, FACTORS, SEED = 50, 200, (0.5, 1.0, 2.0, 4.0), 4711
+# The multiple at which data sets are drawn from the model itself; at the others the screen's linear one serves.
+REFITTED = 2.0
 # Candidates whose predicted fall of chi-square is within this of the best one are one class.
 _TOLD_APART = 4.0
 
@@ -155,8 +158,9 @@ def page(store: dict, case_name: str) -> str:
     header = ["effect", "detection limit", "at", *(f"{f:g} x" for f in FACTORS), "upper limit at 2 x"]
     return f"""## False alarms and power
 
-Directions, noise and ink of the **simulated** measurement `{case_name}` ({machine()}). Data sets are drawn from the model
-with the declared noise, the declared model is fitted to each, and the residual screened.
+Directions, noise and ink of the **simulated** measurement `{case_name}` ({machine()}). Null data sets, and those at twice
+the limit, are drawn from the model itself with the declared noise, the declared model is fitted to each, and the residual
+screened; the other multiples are drawn from the linear model of the screen.
 
 - Without an effect: {null["called"]} of {N_NULL} data sets have a candidate called at the 5 % level (4 to 16 expected).
 - The whole procedure on {len(loops)} such data sets: {named} name anything.
@@ -208,7 +212,12 @@ def main() -> None:
                 if predicted is None:
                     break
                 rng = np.random.default_rng([SEED, position, int(10 * factor)])
-                counts[str(factor)] = case.named(case.residuals(predicted, N_SETS, rng), name)
+                if factor == REFITTED:
+                    residuals = case.residuals(predicted, N_SETS, rng)
+                else:
+                    change = factor * float(np.nanmin(row.detection_limits)) * direction.column
+                    residuals = rng.standard_normal((N_SETS, change.size)) + change
+                counts[str(factor)] = case.named(residuals, name)
             strength = direction.effect.strength
             own = strength.name in direction.setting
             if not counts.get("2.0") and "2.0" not in counts:

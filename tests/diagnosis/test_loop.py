@@ -8,15 +8,16 @@ import pytest
 import jaxink
 from jaxink.diagnosis import DiagnosisOptions, diagnose
 from jaxink.effects import AugmentedModel, Scene
-from jaxink.effects.instrument import AngleOffset, Drift, Gain, SignalFloor, StrayLight
-from jaxink.effects.sample import PlateAbsorption, SecondLobe, ThinPatches, UndeclaredBacking
+from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
+from jaxink.effects.sample import PlateAbsorption, ThinPatches
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 from jaxink.sample import parse_sample
 from jaxink.stack import SolverConfig
 
-SIZES = SolverConfig(10, 8, 16, 8)
+# Coarse: the procedure is tested here, and both the data and the fits are made with these sizes.
+SIZES = SolverConfig(8, 6, 10, 5)
 SAMPLE = """
 schema_version = 1
 wavelength_nm = 550
@@ -44,22 +45,13 @@ undeviated_half_angle_deg = 0
 retro_half_angle_deg = 0
 """
 TRUE = {"ink.scattering_per_mm": 80.0, "ink.absorption_per_mm": 1.2, "ink.asymmetry_parameter": 0.6}
-CATALOGUE = (
-    AngleOffset,
-    Gain,
-    StrayLight,
-    SignalFloor,
-    Drift,
-    SecondLobe,
-    UndeclaredBacking,
-    PlateAbsorption,
-)
+CATALOGUE = (AngleOffset, StrayLight, Drift, PlateAbsorption)
 OPTIONS = DiagnosisOptions(fit=jaxink.FitOptions(profile="none", config=SIZES), catalogue=CATALOGUE)
 
 
 def columns():
-    """Three incidences, both sides, in the plane of incidence, the regular directions left out."""
-    theta_i, signed, side = np.meshgrid([0.0, 30.0, 60.0], np.arange(-80.0, 81.0, 5.0), [0, 1], indexing="ij")
+    """Two incidences, both sides, in the plane of incidence, the regular directions left out."""
+    theta_i, signed, side = np.meshgrid([10.0, 50.0], np.arange(-80.0, 81.0, 4.0), [0, 1], indexing="ij")
     theta_i, signed, side = theta_i.ravel(), signed.ravel(), side.ravel() > 0
     keep = np.abs(np.abs(signed) - theta_i) > 2.5
     theta_i, signed, side = theta_i[keep], signed[keep], side[keep]
@@ -72,7 +64,7 @@ def drawn(effects, strengths, seed):
     scene = Scene.of(*at, np.arange(at[0].size))
     with computing():
         model = AugmentedModel(parse_sample(SAMPLE), effects, scene, SIZES)
-        f = np.asarray(model.bsdf(TRUE | strengths))
+        f = np.asarray(model.bsdf({"ink.thickness_um": 60.0} | TRUE | strengths))
     _, scan = np.unique(np.column_stack([at[0], at[4]]), axis=0, return_inverse=True)
     common = 0.002 * rng.standard_normal(scan.max() + 1)[scan.reshape(-1)]
     noise = np.hypot(0.005 * f, 1e-4) * rng.standard_normal(f.size)
@@ -129,8 +121,7 @@ def test_an_effect_outside_the_catalogue_leaves_structure():
     measured = drawn(
         (ThinPatches("ink"),), {"thin_patches.share": 0.3, "thin_patches.thickness_ratio": 0.1}, 13
     )
-    options = dataclasses.replace(OPTIONS, catalogue=(Drift, AngleOffset))
-    found = diagnose(measured, parse_sample(SAMPLE), options)
+    found = diagnose(measured, parse_sample(SAMPLE), dataclasses.replace(OPTIONS, max_effects=1))
     assert found.verdict.code in ("unexplained_structure", "partly_explained")
     assert found.structure_after.p_value < 0.01
 

@@ -20,7 +20,10 @@ absorption_per_mm = 1
 
 
 def test_light_is_read_and_kept():
-    text = INK + 'detector_mode = "spectrometer"\nillumination = { wavelength_nm = [350, 700], power = [1, 2] }\n'
+    text = (
+        INK
+        + 'detector_mode = "spectrometer"\nillumination = { wavelength_nm = [350, 700], power = [1, 2] }\n'
+    )
     sample = parse_sample(text)
     assert sample.detector_mode == "spectrometer"
     assert sample.illumination == ((350.0, 700.0), (1.0, 2.0))

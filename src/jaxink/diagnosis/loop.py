@@ -13,6 +13,7 @@ from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, hel
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
 from jaxink.diagnosis.points import Points
 from jaxink.diagnosis.stage import (
+    FAR,
     Direction,
     Refit,
     Setup,
@@ -28,6 +29,7 @@ from jaxink.effects import CATALOGUE, Effect, Scene
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitOptions, FitResult, fit
 from jaxink.fitting.objective import noise_of
+from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData, read
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample, load_sample
@@ -151,7 +153,7 @@ class _Loop:
             sample,
             self.data,
             noise,
-            SolverConfig(**result.solver),
+            _sizes(result, sample, options),
             scene,
             options.catalogue,
             self.screen_options,
@@ -408,6 +410,16 @@ class _Loop:
             },
             remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
+
+
+def _sizes(result: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:
+    """Sizes of the fit, or of its start where the fit is far off: it may have run into a narrow peak."""
+    reduced = result.merit.reduced_chi_square
+    if options.fit.config is not None or reduced is None or reduced < FAR:
+        return SolverConfig(**result.solver)
+    used = result.data.used
+    directions = (column[used] for column in result.data.directions)
+    return ForwardModel(sample, *directions, None, options.fit.accuracy, options.fit.layer_method).config
 
 
 def _with_errors(stage: Stage) -> dict[str, tuple[float, float | None]]:

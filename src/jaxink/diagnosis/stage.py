@@ -28,7 +28,7 @@ _COMPILING = 2
 # A parameter nearer than this many standard errors to its bound may sit on it.
 _NEAR_BOUND = 1e-6
 # Reduced chi-square from which the parameters of the fit may be far from those of a better model.
-_FAR = 3.0
+FAR = 3.0
 # Settings from which a refit starts, the most promising ones, and Jacobians of each start.
 _STARTS, _QUICK = 2, 12
 
@@ -284,7 +284,7 @@ class Stage:
     @property
     def is_far(self) -> bool:
         """Whether the misfit is so large that the linear screen, made where the fit ended, says little."""
-        return self.solution.chi_square > _FAR * len(self.residual)
+        return self.solution.chi_square > FAR * len(self.residual)
 
     def _starts(self, settings: list[tuple]) -> list[tuple]:
         """Where refits begin: the solution, and where that is far off, the start of the declared sample."""
