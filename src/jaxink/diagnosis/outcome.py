@@ -232,6 +232,7 @@ class Diagnosis:
                     for name, (after, error) in self.parameters_after.items()
                     if name in self.parameters_before
                 ],
+                "scans": _scans(self.result.data, self.before, self.after),
                 "candidates": [_row(row) for row in self.candidates],
                 "remaining_candidates": [_row(row) for row in self.remaining],
                 "not_testable": self.not_testable,
@@ -281,6 +282,25 @@ class Diagnosis:
                 "another folder."
             ) from None
         return directory / "report.json"
+
+
+def _scans(data: GonioData, before: Summary, after: Summary) -> list[dict[str, Any]]:
+    """Misfit scan by scan."""
+    used = data.used
+    measured, index = data.bsdf_per_sr[used], data.scan_index[used]
+    rows = []
+    for scan in data.scans:
+        here = index == scan.index
+        if not here.any():
+            continue
+        row = {"theta_i_deg": scan.theta_i_deg, "wavelength_nm": scan.wavelength_nm, "side": scan.side}
+        for when, summary in (("before", before), ("after", after)):
+            for what, predicted in (("", summary.predicted_per_sr), ("held_out_", summary.held_out_per_sr)):
+                ratio = predicted[here] / measured[here] - 1
+                row[f"{what}relative_rms_{when}"] = float(np.sqrt(np.mean(ratio**2)))
+            row[f"chi_square_{when}"] = float(np.sum(summary.whitened[here] ** 2))
+        rows.append({**row, "points": int(here.sum())})
+    return rows
 
 
 def _figures(summary: Summary) -> dict[str, Any]:

@@ -1,0 +1,74 @@
+"""Verdicts from what was found and what is left."""
+
+import numpy as np
+import pytest
+
+from jaxink.diagnosis.discrepancy import SmoothPart
+from jaxink.diagnosis.heldout import HeldOutGain
+from jaxink.diagnosis.outcome import CandidateRow, Figures, Step, Summary
+from jaxink.diagnosis.structure import StructureResult, StructureStatistic
+from jaxink.diagnosis.verdict import CODES, is_met, judge
+from jaxink.diagnosis.where import Location
+from jaxink.effects.instrument import StrayLight
+from jaxink.effects.sample import UndeclaredBacking
+
+
+def summary(reduced, probability, freedom=600):
+    figures = Figures(0.01, 0.02, 0.02, reduced * freedom, freedom, reduced, probability)
+    return Summary(figures, figures, *(np.zeros(1),) * 3)
+
+
+def structure(p_value):
+    order = StructureStatistic("runs", 0.0, p_value, 0, 0.0, p_value)
+    size = StructureStatistic("chi_square", 0.0, 0.5, -1, np.nan, np.nan)
+    return StructureResult((size, order), p_value, "runs", 600.0, 600)
+
+
+def step(form, *others):
+    gain = HeldOutGain(np.array([5.0, 6.0]))
+    return Step(form.name, form, (form.name, *others), 50.0, 60.0, gain, 0.1, 0.01, "", {}, {}, None)
+
+
+NOISE, LEFT = (summary(1.0, 0.5), structure(0.4)), (summary(4.0, 0.0), structure(5e-4))
+SMOOTH = SmoothPart(np.zeros(1), np.zeros(1), 0.5, 1.0, 10.0, 0.01)
+LOCATION = Location("positive in reflection", (), SMOOTH)
+HARD = CandidateRow("gain", 0.1, 0.5, 0.9, 0.99, 0.1, 0.0, "", ("gain",), 0.0, None, "hardly_testable", "")
+
+
+def verdict(steps, after, before=LEFT[0]):
+    return judge(steps, before, after[0], after[1], LOCATION, (HARD,))
+
+
+@pytest.mark.parametrize(
+    ("steps", "after", "code", "effects"),
+    [
+        ([step(UndeclaredBacking())], NOISE, "explained", ("backing",)),
+        ([step(UndeclaredBacking(), "gain")], NOISE, "explained_by_one_of", ("backing", "gain")),
+        ([step(StrayLight())], NOISE, "instrument", ("stray_light",)),
+        ([step(StrayLight()), step(UndeclaredBacking())], NOISE, "explained", ("stray_light", "backing")),
+        ([step(UndeclaredBacking())], LEFT, "partly_explained", ("backing",)),
+        ([], LEFT, "unexplained_structure", ()),
+        ([], NOISE, "no_misfit", ()),
+    ],
+)
+def test_codes(steps, after, code, effects):
+    found = verdict(steps, after)
+    assert code in CODES
+    assert (found.code, found.effects) == (code, effects)
+    for name in effects:
+        assert name in found.sentence
+
+
+def test_what_is_left_is_located_and_what_is_hard_to_see_is_named():
+    assert "positive in reflection" in verdict([], LEFT).sentence
+    assert "hardly testable with these data: gain" in verdict([], NOISE, NOISE[0]).sentence
+
+
+def test_no_more_points_than_parameters_is_not_testable():
+    assert verdict([], NOISE, summary(0.0, None, 0)).code == "not_testable"
+
+
+def test_noise_that_is_stated_a_little_too_small_is_no_misfit_unless_it_has_order():
+    assert is_met(summary(1.15, 1e-5), structure(0.3))
+    assert not is_met(summary(1.15, 1e-5), structure(4e-4))
+    assert not is_met(summary(1.3, 1e-9), structure(0.3))
