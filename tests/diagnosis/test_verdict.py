@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from jaxink.diagnosis.discrepancy import SmoothPart
+from jaxink.diagnosis.further import Further, menu_of
 from jaxink.diagnosis.heldout import HeldOutGain
 from jaxink.diagnosis.outcome import CandidateRow, Figures, Step, Summary
 from jaxink.diagnosis.structure import StructureResult, StructureStatistic
@@ -72,3 +73,34 @@ def test_noise_that_is_stated_a_little_too_small_is_no_misfit_unless_it_has_orde
     assert is_met(summary(1.15, 1e-5), structure(0.3))
     assert not is_met(summary(1.15, 1e-5), structure(4e-4))
     assert not is_met(summary(1.3, 1e-9), structure(0.3))
+
+
+def test_a_measurement_that_tells_a_class_apart_is_named():
+    def sentence(chi_square):
+        further = (Further(("backing", "gain"), "the plane of incidence at 75 degrees", chi_square),)
+        steps = [step(UndeclaredBacking(), "gain")]
+        return judge(steps, LEFT[0], *NOISE, LOCATION, (HARD,), further).sentence
+
+    assert "The plane of incidence at 75 degrees would tell backing from gain (chi-square 25)." in sentence(
+        25.0
+    )
+    nothing = "No incidence or plane of view that was tried would tell backing from gain."
+    assert nothing in sentence(4.0)
+
+
+def test_menu_offers_what_was_not_measured():
+    angle, view = np.meshgrid([0.0, 20.0, 70.0], np.arange(0.0, 80.0, 10.0), indexing="ij")
+    phi, wave, side = (np.full(angle.size, v) for v in (180.0, 550.0, 1.0))
+    in_plane = np.column_stack([angle.ravel(), view.ravel(), phi, wave, side])
+    menu = menu_of(in_plane)
+    assert list(menu) == [
+        "the plane of incidence at 45 degrees",
+        "the plane across that of incidence, at 70 degrees",
+    ]
+    added = menu["the plane of incidence at 45 degrees"]
+    assert set(added[:, 0]) == {45.0}
+    assert set(added[:, 4]) == {1.0}
+    assert np.all(np.abs(added[:, 1] - 45.0) >= 4.0)
+    assert set(menu["the plane across that of incidence, at 70 degrees"][:, 2]) == {90.0, -90.0}
+    across = np.column_stack([angle.ravel(), view.ravel(), np.full(angle.size, 60.0), wave, side])
+    assert list(menu_of(across)) == ["the plane of incidence at 45 degrees"]

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
+from jaxink.diagnosis.further import Further, further_measurements
 from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
 from jaxink.diagnosis.points import Points
@@ -199,7 +200,8 @@ class _Loop:
         if len(steps) > 1:
             steps = [self._with_rivals(stage, step) for step in steps]
         structure_after = self._structure(stage) if steps else structure_before
-        return self._report(first, stage, steps, screens, structure_before, structure_after)
+        further = self._further(screens, steps)
+        return self._report(first, stage, steps, screens, (structure_before, structure_after), further)
 
     def _is_quiet(self, stage: Stage) -> bool:
         """Whether an enlarged model leaves noise, in size and in order."""
@@ -375,7 +377,19 @@ class _Loop:
                 break
         return accepted, values
 
-    def _report(self, first, last, steps, screens, structure_before, structure_after) -> Diagnosis:
+    def _further(self, screens, steps: list[Step]) -> tuple[Further, ...]:
+        """Measurements that would tell the members of the first class apart."""
+        if not steps or len(steps[0].members) < 2:
+            return ()
+        stage, _, refits = screens[0]
+        pair = [refits.get(name) for name in steps[0].members[:2]]
+        if len(steps) > 1 or None in pair:
+            return ()
+        self.follow("further measurements", 1, pair[0].solution.chi_square)
+        return further_measurements(self.setup, stage.accepted, *pair)
+
+    def _report(self, first, last, steps, screens, structures, further) -> Diagnosis:
+        structure_before, structure_after = structures
         before = summary_of(
             self.data,
             self.observations,
@@ -389,7 +403,7 @@ class _Loop:
             last.residual, last.jacobian, self.points, at_bound=last.at_bound, options=self.screen_options
         )
         rows = _candidate_rows(screens[0], steps)
-        verdict = judge(steps, before, after, structure_after, location, rows)
+        verdict = judge(steps, before, after, structure_after, location, rows, further)
         return Diagnosis(
             result=self.result,
             verdict=verdict,
@@ -408,6 +422,7 @@ class _Loop:
             settings={
                 key: getattr(self.options, key) for key in ("level", "n_bootstrap", "seed", "max_effects")
             },
+            further=further,
             remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
 

@@ -20,6 +20,7 @@ from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 
 if TYPE_CHECKING:
+    from jaxink.diagnosis.further import Further
     from jaxink.diagnosis.stage import Refit, Stage
 
 REPORT_VERSION = 1
@@ -171,6 +172,8 @@ class Diagnosis:
         Candidates of the last screen.
     settings
         Level, bootstrap and seed of the screen, and the most effects.
+    further
+        Measurements that would tell the first two members of an ambiguous class apart.
     """
 
     result: FitResult
@@ -189,6 +192,7 @@ class Diagnosis:
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]
+    further: "tuple[Further, ...]" = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""
@@ -236,6 +240,7 @@ class Diagnosis:
                 "candidates": [_row(row) for row in self.candidates],
                 "remaining_candidates": [_row(row) for row in self.remaining],
                 "not_testable": self.not_testable,
+                "further_measurements": [dataclasses.asdict(f) for f in self.further],
                 "structure": {
                     "before": _structure(self.structure_before),
                     "after": _structure(self.structure_after),

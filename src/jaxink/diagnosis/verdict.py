@@ -1,8 +1,13 @@
 """The verdict: a code, the effects, and one sentence."""
 
+from typing import TYPE_CHECKING
+
 from jaxink.diagnosis.outcome import CandidateRow, Step, Summary, Verdict
 from jaxink.diagnosis.structure import StructureResult
 from jaxink.diagnosis.where import Location
+
+if TYPE_CHECKING:
+    from jaxink.diagnosis.further import Further
 
 CODES = (
     "no_misfit",
@@ -52,6 +57,7 @@ def judge(
     structure: StructureResult,
     location: Location,
     candidates: tuple[CandidateRow, ...],
+    further: "tuple[Further, ...]" = (),
 ) -> Verdict:
     """Code, effects and sentence.
 
@@ -67,6 +73,8 @@ def judge(
         Where.
     candidates
         Of the first screen.
+    further
+        Measurements that would tell an ambiguous class apart, the most telling first.
 
     Returns
     -------
@@ -93,10 +101,23 @@ def judge(
         sentence = f"Partly explained: {what}; {change}; what remains: {location.sentence}."
         return Verdict("partly_explained", tuple(names + others), sentence)
     if ambiguous:
-        sentence = f"Explained by {what}; {change}."
+        sentence = f"Explained by {what}; {change}.{_separate(further)}"
         return Verdict("explained_by_one_of", tuple(names + others), sentence)
     code = "instrument" if instrument else "explained"
     return Verdict(code, tuple(names), f"Explained: {what}; {change}.")
+
+
+def _separate(further) -> str:
+    if not further:
+        return ""
+    one, other = further[0].effects
+    best = further[0]
+    if not best.tells:
+        return f" No incidence or plane of view that was tried would tell {one} from {other}."
+    return (
+        f" {best.measurement[0].upper()}{best.measurement[1:]} would tell {one} from {other} (chi-square "
+        f"{best.chi_square:.3g})."
+    )
 
 
 def _named(step: Step) -> str:
