@@ -186,9 +186,9 @@ def main() -> None:
     parser.add_argument("--only", default="")
     arguments = parser.parse_args()
     store = json.loads(STORE.read_text()) if STORE.exists() else {"case": arguments.case, "effects": {}}
-    case = Case(store["case"])
     effects = store["effects"]
     with computing():
+        case = Case(store["case"])
         if "null" not in store:
             residuals = case.residuals(
                 case.stage.solution.predicted_per_sr, N_NULL, np.random.default_rng(SEED)

@@ -1,6 +1,7 @@
 """The documents against the code: nothing in them may drift."""
 
 import json
+import math
 import re
 import runpy
 import shlex
@@ -196,7 +197,15 @@ def test_every_effect_of_the_catalogue_is_published():
     section = text[text.index(f"## Catalogue, version {CATALOGUE_VERSION}") :]
     sign = {0: "either", 1: "0 or more"}
     expected = [
-        [f"`{e.name}`", e.group, sign[e.sign], ", ".join(e.keys) or "-", e.statement] for e in CATALOGUE
+        [
+            f"`{e.name}`",
+            e.group,
+            sign[e.sign],
+            "-" if math.isinf(e.usual) else f"{e.usual:g}",
+            ", ".join(e.keys) or "-",
+            e.statement,
+        ]
+        for e in CATALOGUE
     ]
     assert rows(re.search(r"(?:\|.*\n)+", section).group()) == expected
 

@@ -189,7 +189,7 @@ class _Loop:
                     break
                 self._refit(stage, name, directions, refits)
                 self._polish(stage, refits)
-            screens.append((stage, screened, refits))
+            screens.append((stage, screened, refits, directions))
             step = self._step(stage, screened, refits, reach) if room > 0 else None
             if step is None:
                 break
@@ -381,7 +381,7 @@ class _Loop:
         """Measurements that would tell the members of the first class apart."""
         if not steps or len(steps[0].members) < 2:
             return ()
-        stage, _, refits = screens[0]
+        stage, _, refits, _ = screens[0]
         pair = [refits.get(name) for name in steps[0].members[:2]]
         if len(steps) > 1 or None in pair:
             return ()
@@ -453,11 +453,19 @@ def _folds(points: Points) -> Bool[np.ndarray, "folds points"]:
 
 def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
     """One row for each candidate of a screen, the leading first."""
-    stage, screened, refits = seen
+    stage, screened, refits, directions = seen
     members = {name: step.members for step in steps for name in step.members}
     rows = []
     for c in screened.candidates:
         refit = refits.get(c.name)
+        # A direction is per unit of what its setting does; strengths are told in the effect's own unit.
+        direction = directions[c.name][max(c.inner, 0)]
+        unit_of_column = direction.unit
+        limit = c.detection_limit * unit_of_column
+        status, reason = c.status, c.reason
+        if status == "testable" and limit > direction.effect.usual:
+            status = "hardly_testable"
+            reason = f"its detection limit lies beyond its usual strength, {direction.effect.usual:g}"
         unit = next(e for e in stage.listed.forms if e.name == c.name).strength.unit
         rows.append(
             CandidateRow(
@@ -466,14 +474,14 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
                 p_raw=c.p_raw,
                 p_adjusted=c.p_adjusted,
                 absorbed_fraction=c.absorbed_fraction,
-                detection_limit=c.detection_limit,
-                strength=refit.strength if refit else c.strength,
+                detection_limit=limit,
+                strength=refit.strength if refit else c.strength * unit_of_column,
                 unit=unit,
                 members=members.get(c.name, (c.name,)),
                 predicted_drop=c.predicted_drop,
                 refit_drop=refit.drop if refit else None,
-                status=c.status,
-                reason=c.reason,
+                status=status,
+                reason=reason,
             )
         )
     return tuple(

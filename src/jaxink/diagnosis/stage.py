@@ -86,6 +86,12 @@ class Direction:
     column: Float[np.ndarray, " rows"]
     largest: float
 
+    @property
+    def unit(self) -> float:
+        """Strength in the effect's own unit that the column stands for; 1 for a share of the area."""
+        here = self.setting.get(self.effect.strength.name)
+        return abs(here - self.effect.neutral) if here is not None and self.effect.scales else 1.0
+
     def reachable_drop(self, z: float, norm: float) -> float:
         """Fall of chi-square by a strength within its range, in the linear approximation."""
         if z <= 0 and self.effect.sign == 1:

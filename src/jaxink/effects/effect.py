@@ -89,6 +89,8 @@ class Effect:
     is_scalable
         Whether what a setting does grows with its strength, so that a screen may scale it; of a share of the
         area it always does.
+    usual
+        Strength of usual size; an effect whose detection limit lies beyond it is hardly testable.
     """
 
     name: ClassVar[str]
@@ -99,6 +101,7 @@ class Effect:
     own_program: ClassVar[bool] = False
     needs_field: ClassVar[bool] = False
     is_scalable: ClassVar[bool] = False
+    usual: ClassVar[float] = np.inf
 
     @classmethod
     def forms(cls, case: Case) -> "tuple[Effect, ...] | str":

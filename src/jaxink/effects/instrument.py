@@ -22,6 +22,7 @@ class Gain(_Instrument):
     """I1: all values are too large by one factor."""
 
     name, sign, keys = "gain", 0, ("E13",)
+    usual = 0.05
     statement = "the calibration is off by one factor for all scans"
     terms = (Parameter("gain.relative", 0.0, True, -0.5, 0.5),)
 
@@ -35,6 +36,7 @@ class SideGain(_Instrument):
     """I1 of one side: reflection is too large against transmission."""
 
     name, sign, keys = "side_gain", 0, ("E13",)
+    usual = 0.03
     statement = "the calibration of reflection is off against that of transmission"
     terms = (Parameter("side_gain.relative", 0.0, True, -0.5, 0.5),)
 
@@ -55,6 +57,7 @@ class AngleOffset(_Instrument):
     """I2: zero error of the detector arm."""
 
     name, sign, keys, needs_field = "angle_offset", 0, ("E6",), True
+    usual = 0.3
     statement = "the zero of the detector arm is off"
     terms = (Parameter("angle_offset.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
@@ -76,6 +79,7 @@ class IncidenceAngle(_Instrument):
     """I2 of the source: the incidence is not what the label says."""
 
     name, sign, keys, group = "incidence_angle", 0, ("E16",), "constant"
+    usual = 0.3
     statement = "the angle of incidence is off"
     terms = (Parameter("incidence_angle.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
@@ -158,6 +162,7 @@ class StrayLight(_Instrument):
     """I3: a constant BSDF is added."""
 
     name, keys = "stray_light", ("E8",)
+    usual = 0.002
     statement = "stray light adds a constant to the BSDF"
     terms = (Parameter("stray_light.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
@@ -171,6 +176,7 @@ class SignalFloor(_Instrument):
     """I3 of the electronics: a constant signal is added, that is s / cos(theta_o) to the BSDF."""
 
     name, keys = "signal_floor", ("E8",)
+    usual = 0.001
     statement = "a constant is added to the detector's signal"
     terms = (Parameter("signal_floor.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
@@ -184,6 +190,7 @@ class Nonlinearity(_Instrument):
     """I5: the detector is not linear."""
 
     name, sign = "nonlinearity", 0
+    usual = 0.02
     statement = "the detector is not linear"
     terms = (Parameter("nonlinearity.relative", 0.0, True, -0.5, 0.5),)
 
@@ -198,6 +205,7 @@ class Drift(_Instrument):
     """I6: the lamp drifts, in the order of the file's rows."""
 
     name, sign = "drift", 0
+    usual = 0.01
     statement = "the signal drifts from the first to the last row"
     terms = (Parameter("drift.relative", 0.0, True, -0.5, 0.5),)
 

@@ -65,6 +65,7 @@ class BinderIndex(_Index):
     """Refractive index of the ink's binder."""
 
     name, keys = "binder_index", ("E14",)
+    usual = 0.03
     statement = "the refractive index of the binder is not the declared one"
 
     @classmethod
@@ -77,6 +78,7 @@ class PlateIndex(_Index):
     """Refractive index of the plate."""
 
     name = "plate_index"
+    usual = 0.02
     statement = "the refractive index of the plate is not the declared one"
 
     @classmethod
@@ -89,6 +91,7 @@ class PlateAbsorption(_Constant):
     """Absorption of the plate."""
 
     name, keys, sign = "plate_absorption", ("E11",), 1
+    usual = 0.01
     statement = "the plate absorbs more than declared"
 
     @classmethod
@@ -320,6 +323,7 @@ class TopCoat(Effect):
     position: int
 
     name, own_program, group = "top_coat", True, "surface"
+    usual = 1.0
     statement = "a film of another refractive index lies on the ink"
 
     @classmethod
@@ -366,6 +370,7 @@ class AirGap(Effect):
     position: int
 
     name, own_program, group, keys = "air_gap", True, "surface", ("E15",)
+    usual = 0.05
     statement = "there is air between plate and ink"
 
     @classmethod
@@ -406,6 +411,7 @@ class WeakInterface(Effect):
     alone: bool
 
     name, group = "weak_interface", "surface"
+    usual = 0.5
     statement = "the ink's outer face reflects less than its refractive index says, as a graded or porous one"
 
     @classmethod
@@ -460,6 +466,7 @@ class SecondLobe(Effect):
     layer: str
 
     name, group, keys = "second_lobe", "volume", ("E10",)
+    usual = 0.1
     statement = "the phase function has a second lobe"
 
     @classmethod
@@ -531,7 +538,8 @@ class Polydispersity(_MieTerm):
     """V2: the particles' sizes are spread, log-normal; the strength is the variance of ln(radius)."""
 
     name, keys, key, maximum = "polydispersity", ("E2",), "radius_variance_ln", 0.25
-    own_program = True
+    usual = 0.07
+    own_program, is_scalable = True, True
     statement = "the particles are not of one size"
 
     @property
@@ -544,7 +552,8 @@ class StructureFactor(_MieTerm):
     """V1: particles so dense that they scatter dependently (hard spheres)."""
 
     name, keys, key = "structure_factor", ("E3",), "structure_factor_weight"
-    own_program = True
+    usual = 1.0
+    own_program, is_scalable = True, True
     statement = "the particles are too dense to scatter independently"
 
     @property
@@ -642,6 +651,7 @@ class DepthGradient(_Constant):
     layer: str
 
     name, own_program, is_scalable, group = "depth_gradient", True, True, "volume"
+    usual = 0.5
     statement = "the ink's scattering changes with depth"
 
     @classmethod
@@ -709,6 +719,7 @@ class ShadowHiding(Effect):
     """
 
     name, group = "shadow_hiding", "volume"
+    usual = 0.2
     statement = "the reflection is enhanced around the source, as by hidden shadows"
 
     terms = (
@@ -804,6 +815,7 @@ class ThinPatches(_Thicknesses):
     """G2 with two thicknesses: a share of the area has another thickness."""
 
     name, keys, own_program = "thin_patches", ("E4",), True
+    usual = 0.1
     statement = "a share of the area carries ink of another thickness"
     terms = (
         Parameter("thin_patches.share", 0.0, True, 0.0, 0.6),
@@ -825,6 +837,7 @@ class ThicknessVariance(_Thicknesses):
     """G2: the thickness varies around its mean; the strength is its relative variance."""
 
     name, own_program = "thickness_variance", True
+    usual = 0.02
     statement = "the thickness of the ink varies"
     terms = (Parameter("thickness_variance.relative", 0.0, True, 0.0, 0.2),)
     _SPREAD = 0.5
@@ -847,6 +860,7 @@ class Pinholes(Effect):
     """G3: a share of the area carries no ink: what is left scatters less, the rest is regular."""
 
     name, group = "pinholes", "geometry"
+    usual = 0.01
     statement = "a share of the area carries no ink"
     terms = (Parameter("pinholes.share", 0.0, True, 0.0, 0.6),)
 
@@ -860,6 +874,7 @@ class UndeclaredBacking(Effect):
     """G4: something behind the sample reflects during the scans in reflection."""
 
     name, group, keys = "backing", "geometry", ("E5",)
+    usual = 0.05
     statement = "something behind the sample reflects light"
     terms = (Parameter("backing.reflectance", 0.0, True, 0.0, 1.0),)
 

@@ -27,6 +27,7 @@ class Fluorescence(Effect):
     spectrum: tuple[tuple[float, ...], tuple[float, ...]] | None
 
     name, group, keys = "fluorescence", "waves", ("E12",)
+    usual = 0.05
     statement = "the sample fluoresces"
     terms = (Parameter("fluorescence.share", 0.0, True, 0.0, 1.0),)
 
@@ -69,6 +70,7 @@ class CoherentBackscatter(Effect):
     """W2: waves that go the same way to and fro add up towards the source."""
 
     name, group = "coherent_backscatter", "waves"
+    usual = 0.3
     statement = "reflection is enhanced in a narrow cone around the source, coherently"
     terms = (
         Parameter("coherent_backscatter.enhancement", 0.0, True, 0.0, 1.0),
@@ -117,6 +119,7 @@ class BinderDispersion(Effect):
     middle_um: float
 
     name, group, sign, own_program, is_scalable = "dispersion", "waves", 0, True, True
+    usual = 0.005
     statement = "the refractive index of the binder depends on the wavelength"
     terms = (Parameter("dispersion.b_um2", 0.0, True, -0.02, 0.04, "um^2"),)
 
@@ -157,6 +160,7 @@ class Interference(Effect):
     index: float
 
     name, group = "interference", "waves"
+    usual = 0.05
     statement = "a thin layer shows interference"
     terms = (
         Parameter("interference.amplitude", 0.0, True, 0.0, 0.5),
