@@ -225,8 +225,8 @@ def main() -> None:
                 continue
             rest = {k.split(".")[-1]: v for k, v in direction.setting.items()}
             effects[name] = {
-                "limit": float(np.nanmin(row.detection_limits)),
-                "unit": "share" if own else strength.unit,
+                "limit": float(np.nanmin(row.detection_limits)) * direction.unit,
+                "unit": "share" if own and not direction.effect.scales else strength.unit,
                 "setting": ", ".join(f"{k} {v:g}" for k, v in rest.items()),
                 "named": counts,
             }

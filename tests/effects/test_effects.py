@@ -190,6 +190,11 @@ def test_depth_gradient_moves_scatterers_and_keeps_their_number(sample, scene):
     assert change[~reflected].max() < 0.5 * change[reflected].max()
 
 
+def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene):
+    text = TEXT.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
+    assert "for each wavelength" in DepthGradient.forms(Case(parse_sample(text), scene))
+
+
 def test_every_effect_of_the_catalogue_applies_or_says_why_not(sample, scene):
     listed = effects_for(Case(sample, scene))
     names = {effect.name for effect in listed.forms}

@@ -661,8 +661,10 @@ class DepthGradient(_Constant):
         key = "volume_fraction" if ink.phase_function == "mie" else "scattering_per_mm"
         if ink.opaque or ink.populations:
             return "the ink is opaque, or has several kinds of particles"
+        if any(n.startswith(f"{ink.name}.") and "@" in n for n in case.sample.parameters):
+            return "the ink has a parameter for each wavelength, which its halves could not follow"
         if f"{ink.name}.{key}" not in case.sample.parameters:
-            return "the ink has a coefficient for each wavelength"
+            return "the ink has no concentration of its own that could change with depth"
         if ink.roughness and len(ink.roughness) > 1:
             return "the ink has two rough faces"
         slope = Parameter("depth_gradient.slope", 0.0, True, -1.5, 1.5)
