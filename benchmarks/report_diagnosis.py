@@ -181,8 +181,7 @@ def main() -> None:
 
 `jaxink diagnose` on every **simulated** measurement, by the declared file alone (`python benchmarks/report_diagnosis.py`,
 {machine()}; reports in benchmarks/diagnosis). Strengths are compared where the definition of the simulation agrees
-with the catalogue's, which docs/diagnosis.md said beforehand: all of E1, E4 to E8, E10, E11 and E13 to E15; of E9 the
-diameters of beam and field. Parameters in the order of the sample file.
+with the catalogue's (docs/diagnosis.md): all of E1, E4 to E8, E10, E11 and E13 to E15; of E9 the diameters of beam and field. Parameters in the order of the sample file.
 
 {table(header, rows)}
 """
