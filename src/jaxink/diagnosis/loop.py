@@ -42,8 +42,6 @@ _TOLD_APART = 4.0
 # Effects with a program of their own are refitted where they promise this share of what others give, less
 # where a promise says less, and at most so many of them.
 _OWN_SHARE, _OWN_SHARE_FAR, _MOST_OWN = 0.75, 0.25, 4
-# Reduced chi-square that asks for trying everything.
-_LARGE = 1.5
 # A strength this many standard errors from the declared model.
 _CLEAR = 2.0
 _TRIES = 3

@@ -4,6 +4,7 @@ import dataclasses
 import logging
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -177,7 +178,7 @@ class Stage:
         self._refits: dict[Effect, Refit] = {}
         self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
 
-    @property
+    @cached_property
     def at_bound(self) -> Int[np.ndarray, " parameters"]:
         """-1, 0 or 1 for each free parameter, as the screen asks."""
         n = len(self.free)
@@ -191,7 +192,7 @@ class Stage:
         triangle = self.solution.search.triangle[:, :n]
         return triangle.T @ triangle
 
-    @property
+    @cached_property
     def base(self) -> Float[np.ndarray, "rows directions"]:
         """Orthonormal directions that the free parameters imitate, those on a bound excepted."""
         inside = self.jacobian[:, self.at_bound == 0]
@@ -278,14 +279,18 @@ class Stage:
 
     def promise(self, directions: list[Direction]) -> float:
         """Largest fall of chi-square that any way of being present promises, within its range."""
-        base = self.base
         falls = [0.0]
         for direction in directions:
-            column = direction.column - base @ (base.T @ direction.column)
-            norm = float(np.linalg.norm(column))
+            z, norm = self._score(direction)
             if norm > 1e-9 * max(float(np.linalg.norm(direction.column)), 1e-300):
-                falls.append(direction.reachable_drop(float(column @ self.residual) / norm, norm))
+                falls.append(direction.reachable_drop(z, norm))
         return max(falls)
+
+    def _score(self, direction: Direction) -> tuple[float, float]:
+        """Score and length of what the free parameters leave of a column."""
+        column = direction.column - self.base @ (self.base.T @ direction.column)
+        norm = float(np.linalg.norm(column))
+        return (float(column @ self.residual) / norm if norm > 0 else 0.0), norm
 
     @property
     def is_far(self) -> bool:
@@ -326,14 +331,11 @@ class Stage:
         if effect in self._refits:
             return self._refits[effect]
         bench = self.own_bench(effect) if effect.own_program else self.bench
-        base = self.base
         starts = []
         for direction in (d for d in directions if d.effect == effect or not effect.is_screened):
-            column = direction.column - base @ (base.T @ direction.column)
-            norm = float(np.linalg.norm(column))
+            z, norm = self._score(direction)
             if not norm > 0:
                 continue
-            z = float(column @ self.residual) / norm
             starts.append((direction.reachable_drop(z, norm), direction.setting, z / norm, direction.largest))
         starts.sort(key=lambda s: -s[0])
         free = self.free + tuple(t.name for t in effect.terms)

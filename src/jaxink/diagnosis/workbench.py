@@ -13,6 +13,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.held_out import without
 from jaxink.fitting.objective import FitNoise, Objective, program_of, whiten_scans
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
@@ -149,17 +150,14 @@ class Workbench:
         scale = UnitScale.of(tuple(chosen))
         physical = np.array([*(whole[name] for name in free), *[0.5] * (self.n_slots - len(free))])
         position = [self._index[n] for n in free] + [len(self._index)] * (self.n_slots - len(free))
-        weight, sigma = np.ones(len(self.measured)), self.sigma
-        if left_out is not None:
-            weight, sigma = np.where(left_out, 0.0, 1.0), np.where(left_out, 1e12, 1.0) * sigma
         objective = dataclasses.replace(
             self._objective,
             scale=scale,
             constants=np.array([whole[n] for n in self._index]),
             position=np.array(position),
-            weight=weight,
-            sigma=sigma,
         )
+        if left_out is not None:
+            objective = without(objective, left_out)
         return objective, np.clip(scale.to_unit(physical), 0.0, 1.0)
 
     def replace_measured(self, measured: Float[np.ndarray, " points"]) -> None:
@@ -213,9 +211,9 @@ class Workbench:
         self, values: dict[str, float], free: tuple[str, ...]
     ) -> tuple[Float[np.ndarray, "rows parameters"], Float[np.ndarray, " rows"]]:
         """Derivatives of the whitened prediction by parameters, rows of priors last, and the residual."""
-        columns, residual = [], None
+        residual = None
         # Priors belong to the first slots: every batch begins with the declared sample's parameters.
-        fixed = tuple(n for n in self.base_free)
+        fixed = self.base_free
         rest = [n for n in free if n not in fixed]
         room = self.n_slots - len(fixed)
         batches = [tuple(rest[i : i + room]) for i in range(0, max(len(rest), 1), room)]
