@@ -12,7 +12,8 @@ from jaxink.numerics.precision import computing
 from jaxink.surfaces.spectrum import KCorrelation
 from jaxink.surfaces.wave_optics import WaveSurface
 from jaxink.surfaces.wave_power import validity
-from report_common import SAMPLES, data_folder, machine, table, write_page
+from report_common import SAMPLES, data_folder, machine, section_after, table, write_page
+from report_measured_diagnosis import MARK
 
 
 def fitted(data_file, sample_file: str, objective: str) -> FitResult:
@@ -208,7 +209,7 @@ Real measurements by others. The data are not part of the repository; this page 
 
 {ptfe_section()}
 {paint_section()}"""
-    write_page("measured.md", text)
+    write_page("measured.md", text + section_after("measured.md", MARK))
 
 
 if __name__ == "__main__":

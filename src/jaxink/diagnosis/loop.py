@@ -194,7 +194,8 @@ class _Loop:
             steps.append(step)
             accepted, values = self._without_superfluous(stage, step)
             steps = [s for s in steps if s.form in accepted]
-            stage = Stage(self.setup, accepted, values)
+            left, stage = stage, Stage(self.setup, accepted, values)
+            left.release()
         if len(steps) > 1:
             steps = [self._with_rivals(stage, step) for step in steps]
         structure_after = self._structure(stage) if steps else structure_before
@@ -450,7 +451,10 @@ def _folds(points: Points) -> Bool[np.ndarray, "folds points"]:
 
 
 def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
-    """One row for each candidate of a screen, the leading first."""
+    """One row for each candidate of a screen, the leading first.
+
+    Where nothing was found, refits tell whether the detection limits hold.
+    """
     stage, screened, refits, directions = seen
     members = {name: step.members for step in steps for name in step.members}
     rows = []
@@ -459,8 +463,12 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
         # A direction is per unit of what its setting does; strengths are told in the effect's own unit.
         direction = directions[c.name][max(c.inner, 0)]
         unit_of_column = direction.unit
-        limit = c.detection_limit * unit_of_column
-        status, reason = c.status, c.reason
+        limit, status, reason = c.detection_limit, c.status, c.reason
+        if status == "testable" and not steps and not stage.accepted:
+            limit = stage.limit_by_refits(direction, limit, c.critical_z)
+        if not np.isfinite(limit) and status == "testable":
+            status, reason = "hardly_testable", "the free parameters follow it as far as it may go"
+        limit *= unit_of_column
         if status == "testable" and limit > direction.effect.usual:
             status = "hardly_testable"
             reason = f"its detection limit lies beyond its usual strength, {direction.effect.usual:g}"

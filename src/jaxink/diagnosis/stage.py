@@ -14,6 +14,7 @@ from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
 from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
+from jaxink.fitting.gradient import forget_programs
 from jaxink.fitting.objective import FitNoise
 from jaxink.fitting.uncertainty import covariance
 from jaxink.measurement import GonioData
@@ -30,6 +31,8 @@ _COMPILING = 2
 _NEAR_BOUND = 1e-6
 # Reduced chi-square from which the parameters of the fit may be far from those of a better model.
 FAR = 3.0
+# Multiples of a linear detection limit at which refits see whether it holds, the largest first.
+_MULTIPLES = (16.0, 8.0, 4.0, 2.0)
 # Settings from which a refit starts, the most promising ones, and Jacobians of each start.
 _STARTS, _QUICK = 2, 12
 
@@ -208,6 +211,12 @@ class Stage:
             self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots)
         return self._own[effect.program]
 
+    def release(self) -> None:
+        """Drop the compiled programs of a stage that is left."""
+        for bench in (self.bench, *self._own.values()):
+            bench.release()
+        forget_programs()
+
     def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
         """Columns of all forms at all their settings, by name.
 
@@ -291,6 +300,43 @@ class Stage:
         column = direction.column - self.base @ (self.base.T @ direction.column)
         norm = float(np.linalg.norm(column))
         return (float(column @ self.residual) / norm if norm > 0 else 0.0), norm
+
+    def limit_by_refits(self, direction: Direction, limit: float, critical_z: float) -> float:
+        """Strength from which on refits of the model leave what a screen calls; infinite where none does.
+
+        The limit of a screen is linear: it does not know how far the free parameters can follow an effect.
+
+        Parameters
+        ----------
+        direction
+            The effect.
+        limit
+            Detection limit of the screen, in units of the direction's column.
+        critical_z
+            Score that is called.
+
+        Returns
+        -------
+        float
+            In units of the column; at least the given limit.
+        """
+        effect, name = direction.effect, direction.effect.strength.name
+        if effect.shares_program or not (effect.scales or name not in direction.setting):
+            return limit
+        bench = self.own_bench(effect) if effect.own_program else self.bench
+        unit = direction.setting[name] - effect.neutral if name in direction.setting else 1.0
+        terms = {t.name: t.value for t in effect.terms}
+        seen = np.inf
+        for factor in _MULTIPLES:
+            step = min(factor * limit, direction.largest)
+            there = terms | self.solution.values | direction.setting | {name: effect.neutral + step * unit}
+            truth = bench.predict(there)
+            left = self.bench.fit(self.solution.values, self.free, max_jacobians=_QUICK, measured=truth)
+            if not left.chi_square >= critical_z**2:
+                break
+            seen = step
+        # What linear and refitted limits differ by below a factor of two says nothing.
+        return limit if seen <= _MULTIPLES[-1] * limit else seen
 
     @property
     def is_far(self) -> bool:

@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.held_out import without
-from jaxink.fitting.objective import FitNoise, Objective, program_of, whiten_scans
+from jaxink.fitting.objective import FitNoise, Objective, whiten_scans
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import GonioData
@@ -121,6 +121,7 @@ class Workbench:
         self.sigma = np.asarray(noise.sigma_per_sr, float)
         self.scan, self.n_scans = scan.reshape(-1), int(scan.max()) + 1
         self.scan_relative = float(noise.scan_relative)
+        self._engine: GradientSearch | None = None
         self._objective = SlotObjective(
             model=model,
             measured=self.measured,
@@ -160,6 +161,16 @@ class Workbench:
             objective = without(objective, left_out)
         return objective, np.clip(scale.to_unit(physical), 0.0, 1.0)
 
+    def _search(self, objective: SlotObjective) -> GradientSearch:
+        """Search on an objective of this bench; the bench keeps its programs, others may be dropped."""
+        if self._engine is None:
+            self._engine = GradientSearch(objective)
+        return self._engine.on(objective)
+
+    def release(self) -> None:
+        """Drop the compiled programs; they are made anew when they are asked for."""
+        self._engine = None
+
     def replace_measured(self, measured: Float[np.ndarray, " points"]) -> None:
         """Take other measured values at the same points, of the same noise."""
         self.measured = measured
@@ -172,8 +183,7 @@ class Workbench:
     def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF at the used points, 1/sr."""
         objective, unit = self._with_slots(values, (), None)
-        residual, arrays = program_of(objective)
-        return np.asarray(residual(arrays, jnp.asarray(unit))[1])
+        return self._search(objective).predicted(unit)
 
     def fit(
         self,
@@ -181,6 +191,7 @@ class Workbench:
         free: tuple[str, ...],
         left_out: Bool[np.ndarray, " points"] | None = None,
         max_jacobians: int = 40,
+        measured: Float[np.ndarray, " points"] | None = None,
     ) -> Solution:
         """Fit some parameters, all others at given values.
 
@@ -194,14 +205,18 @@ class Workbench:
             Points that do not count.
         max_jacobians
             Limit of the search.
+        measured
+            Values in the place of those measured.
 
         Returns
         -------
         Solution
         """
         objective, unit = self._with_slots(values, free, left_out)
+        if measured is not None:
+            objective = dataclasses.replace(objective, measured=measured)
         held = {i: 0.5 for i in range(len(free), self.n_slots)}
-        search = GradientSearch(objective).run(unit, held, max_jacobians=max_jacobians)
+        search = self._search(objective).run(unit, held, max_jacobians=max_jacobians)
         found = objective.values(jnp.asarray(search.unit))
         return Solution(
             {name: float(v) for name, v in found.items()}, free, search.loss, search.predicted, search
@@ -221,7 +236,7 @@ class Workbench:
         for batch in batches:
             names = (*fixed, *batch)
             objective, unit = self._with_slots(values, names, None)
-            search = GradientSearch(objective)
+            search = self._search(objective)
             value, jacobian = search.linearised(unit)
             slope = objective.scale.slope(unit)
             for i, name in enumerate(names):

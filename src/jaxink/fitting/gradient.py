@@ -1,8 +1,8 @@
 """Fit by gradient: optimistix's Gauss-Newton family with a bounded descent, driven step by step."""
 
+import copy
 import time
 from collections.abc import Callable
-from functools import lru_cache
 
 import equinox as eqx
 import jax
@@ -10,8 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.bounded import BoundedLevenbergMarquardt
-from jaxink.fitting.objective import Objective, program_of
+from jaxink.fitting.objective import Objective, arrays_of, forget_residuals, program_of
 from jaxink.fitting.outcome import Outcome, Search
+from jaxink.numerics.kept import Kept
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
 _MOST_REFUSALS = 12
@@ -69,7 +70,13 @@ class _Programs:
         self.initial, self.advance = jax.jit(initial), jax.jit(advance)
 
 
-_programs = lru_cache(maxsize=32)(_Programs)
+_programs = Kept(_Programs)
+
+
+def forget_programs() -> None:
+    """Drop compiled programs that no search holds; they are made anew when they are asked for."""
+    forget_residuals()
+    _programs.forget()
 
 
 class GradientSearch:
@@ -84,10 +91,20 @@ class GradientSearch:
     """
 
     def __init__(self, objective: Objective, max_jacobians: int = 100):
-        residual, self._arrays = program_of(objective)
-        self._compiled = _programs(residual)
+        self._residual, self._arrays = program_of(objective)
+        self._compiled = _programs(self._residual)
         self.max_jacobians = max_jacobians
         self.compile_seconds = 0.0
+
+    def on(self, objective: Objective) -> "GradientSearch":
+        """The same programs on another objective of the same structure."""
+        other = copy.copy(self)
+        other._arrays = arrays_of(objective)
+        return other
+
+    def predicted(self, unit: np.ndarray) -> np.ndarray:
+        """Predicted BSDF at free parameters scaled to 0 ... 1, shape ``(points,)``, 1/sr."""
+        return np.asarray(self._residual(self._arrays, jnp.asarray(unit))[1])
 
     def linearised(self, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual and its Jacobian.

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Callable
-from functools import lru_cache
 from typing import NamedTuple
 
 import equinox as eqx
@@ -16,6 +15,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.fitting.scaling import UnitScale
 from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
+from jaxink.numerics.kept import Kept
 from jaxink.sample import Sample
 
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
@@ -156,7 +156,7 @@ class Program(NamedTuple):
     arrays: Objective
 
 
-@lru_cache(maxsize=32)
+@Kept
 def _residual_of_structure(treedef, leaves):
     static = jax.tree.unflatten(treedef, leaves)
     return jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))
@@ -177,12 +177,26 @@ def program_of(objective: Objective) -> Program:
     -------
     Program
     """
-    arrays, static = eqx.partition(
+    arrays, static = _split(objective)
+    leaves, treedef = jax.tree.flatten(static)
+    return Program(_residual_of_structure(treedef, tuple(leaves)), arrays)
+
+
+def forget_residuals() -> None:
+    """Drop compiled residuals that nobody holds."""
+    _residual_of_structure.forget()
+
+
+def arrays_of(objective: Objective) -> Objective:
+    """What a program of its structure takes of an objective."""
+    return _split(objective)[0]
+
+
+def _split(objective: Objective):
+    return eqx.partition(
         jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective),
         eqx.is_array,
     )
-    leaves, treedef = jax.tree.flatten(static)
-    return Program(_residual_of_structure(treedef, tuple(leaves)), arrays)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -11,9 +11,10 @@ from scipy.optimize import minimize
 
 from jaxink.fitting.objective import Objective, program_of
 from jaxink.fitting.outcome import Outcome, Search
+from jaxink.numerics.kept import Kept
 
 
-@lru_cache(maxsize=32)
+@Kept
 def _loss_program(residual):
     def loss(arrays, unit):
         rows, predicted = residual(arrays, unit)

@@ -1,0 +1,370 @@
+"""Diagnose the measured samples, and write their section of docs/measured.md.
+
+python benchmarks/report_measured_diagnosis.py [ptfe|paint|diffuser ...]
+
+Each case that is named is diagnosed anew; its figures of merit are kept in benchmarks/diagnosis/measured_NAME.json and
+its residual maps in docs. The section is written from all that is there. No measured value is kept.
+"""
+
+import json
+import sys
+
+import numpy as np
+
+import jaxink
+from jaxink.diagnosis.transfer import transfer
+from jaxink.measurement import symmetry_repeatability
+from jaxink.plots.diagnosis import diagnosis_figures
+from report_common import REPOSITORY, SAMPLES, data_folder, machine, table, write_section
+
+MARK = "diagnosis of the measured samples, by benchmarks/report_measured_diagnosis.py"
+REPORTS = REPOSITORY / "benchmarks" / "diagnosis"
+DOCS = REPOSITORY / "docs"
+# A reading is met to within its noise where the misfit is at most this many times what mirror pairs show.
+TARGET = 1.25
+OTHER_WAVELENGTHS_NM = (351.0, 633.0, 1064.0)
+SPECTRALON_NM = 531.73
+
+
+def rms(values) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def measured(folder: str, file: str, **stated):
+    """One measured file."""
+    return jaxink.read(data_folder("measured") / folder / file, **stated)
+
+
+def diagnosed(name: str, data, sample_file: str) -> tuple[jaxink.Diagnosis, dict]:
+    """Diagnosis of a measurement; its residual maps go to docs."""
+
+    def progress(what, step, misfit):
+        if not what.startswith("start"):
+            print(f"{name}: {what} {step}, {misfit:.6g}", flush=True)
+
+    found = jaxink.diagnose(data, SAMPLES / sample_file, progress=progress)
+    for figure in diagnosis_figures(found):
+        if figure.name.startswith("residual"):
+            figure.figure.savefig(DOCS / f"measured-{name}-{figure.name}.png", dpi=100)
+    report = found.to_dict()
+    report["source"] = f"{data_file(report['source'])}"
+    report["noise"] = report["noise"]["origin"]
+    by_incidence = []
+    used = found.result.data.used
+    incidence, bsdf = found.result.data.theta_i_deg[used], found.result.data.bsdf_per_sr[used]
+    states = {
+        "before": found.before.predicted_per_sr,
+        "after": found.after.predicted_per_sr,
+        "held_out_before": found.before.held_out_per_sr,
+        "held_out_after": found.after.held_out_per_sr,
+    }
+    for angle in [*np.unique(incidence), None]:
+        here = np.full(incidence.size, True) if angle is None else incidence == angle
+        row = {"theta_i_deg": angle, "points": int(here.sum())}
+        for state, predicted in states.items():
+            row[f"relative_rms_{state}"] = rms(predicted[here] / bsdf[here] - 1)
+            row[f"ln_rms_{state}"] = rms(np.log(predicted[here] / bsdf[here]))
+        by_incidence.append(row)
+    report["by_incidence"] = by_incidence
+    return found, report
+
+
+def data_file(source: str) -> str:
+    """Folder and name of a file, without where it lies."""
+    return "/".join(source.split("/")[-2:])
+
+
+def save(name: str, report: dict) -> None:
+    """Keep a report."""
+    (REPORTS / f"measured_{name}.json").write_text(json.dumps(report, indent=1) + "\n")
+    print(f"{name}: {report['verdict']['code']} {report['verdict']['effects']}", flush=True)
+
+
+def ptfe() -> None:
+    """Sintered PTFE, declared as a textbook would; then other wavelengths, and Spectralon."""
+    data = measured("ptfe_nist_germer", "brdf_regular.csv")
+    found, report = diagnosed("ptfe", data, "ptfe_nist_germer_n1.35.toml")
+    pairs = {s.scan.theta_i_deg: s.relative for s in symmetry_repeatability(found.result.data)}
+    report["pair_noise"] = [[angle, noise] for angle, noise in pairs.items()]
+    report["other_wavelengths"] = []
+    for nm in OTHER_WAVELENGTHS_NM:
+        there = transfer(found, data.select(wavelength_nm=(nm,)), is_refitted=True)
+        bsdf, incidence = there.data.bsdf_per_sr, there.data.theta_i_deg
+        pairs = {s.scan.theta_i_deg: s.relative for s in symmetry_repeatability(there.data)}
+        ratio = there.predicted_per_sr / bsdf - 1
+        report["other_wavelengths"].append(
+            {
+                "wavelength_nm": nm,
+                "chi_square": float(np.sum(there.whitened**2)),
+                "points": len(bsdf),
+                "relative_rms": rms(ratio),
+                "by_incidence": [
+                    [float(a), rms(ratio[incidence == a]), pairs.get(float(a))] for a in np.unique(incidence)
+                ],
+                "parameters": {n: [there.values[n], e] for n, e in there.standard_errors.items()},
+            }
+        )
+    report["spectralon"] = spectralon(found)
+    save("ptfe", report)
+
+
+def spectralon(found) -> dict:
+    """A Spectralon panel as the model of the PTFE plaque has it, nothing being fitted; and with its level free."""
+    data = measured("spectralon_rsg_blacklab", "brdf_nadir_view.csv").select(wavelength_nm=(SPECTRALON_NM,))
+    there = transfer(found, data, is_refitted=False)
+    ratio = there.predicted_per_sr / there.data.bsdf_per_sr[there.data.used]
+    used = there.data.used
+    columns = (there.data.theta_i_deg[used], there.data.theta_o_deg[used], ratio)
+    return {
+        "relative_rms": rms(ratio - 1),
+        "relative_rms_with_free_level": rms(ratio / np.mean(ratio) - 1),
+        "level": float(np.mean(ratio)),
+        "points": [[float(x) for x in row] for row in zip(*columns, strict=True)],
+    }
+
+
+def paint() -> None:
+    """Black paint under a smooth surface."""
+    data = measured("paint_z307_black", "brdf_inplane.csv")
+    _, report = diagnosed("paint", data, "paint_z307_black.toml")
+    save("paint", report)
+
+
+def diffuser() -> None:
+    """A surface without any volume, declared as a film that scatters; its wavelength is not stated."""
+    data = measured("diffuser_eds10_btdf", "btdf.csv", wavelength_nm=550.0)
+    _, report = diagnosed("diffuser", data, "diffuser_eds10_btdf.toml")
+    save("diffuser", report)
+
+
+def percent(value: float | None) -> str:
+    """A share."""
+    return "-" if value is None else f"{100 * value:.2f}"
+
+
+def steps_table(report: dict) -> str:
+    """What was added."""
+    rows = []
+    for step in report["steps"]:
+        terms = ", ".join(
+            f"{name} {value:.4g}" + (f" ± {error:.1g}" if error else " (at its bound)")
+            for (name, value), error in zip(
+                step["terms"].items(), step["term_standard_errors"].values(), strict=True
+            )
+        )
+        gain = f"{step['held_out_gain']:.3g} ± {step['held_out_gain_standard_error']:.2g}"
+        rows.append([step["effect"], " / ".join(step["class"]), f"{step['actual_drop']:.5g}", gain, terms])
+    header = [
+        "added",
+        "class",
+        "fall of chi-square",
+        "held-out gain in ln density, a point",
+        "its terms when it was added",
+    ]
+    return table(header, rows) if rows else "Nothing was added."
+
+
+def parameters_table(report: dict) -> str:
+    """Free parameters of the declared model, before and after."""
+    rows = [
+        [
+            p["name"],
+            f"{p['before']:.6g}",
+            f"{p['after']:.6g}",
+            "-" if not p["after_standard_error"] else f"{p['after_standard_error']:.2g}",
+        ]
+        for p in report["parameters"]
+    ]
+    return table(["parameter", "as declared", "after", "standard error"], rows)
+
+
+def candidates_table(report: dict, key: str, most: int = 6) -> str:
+    """Leading candidates of a screen."""
+    rows = [
+        [
+            c["effect"],
+            f"{c['predicted_drop']:.4g}",
+            "-" if c["refit_drop"] is None else f"{c['refit_drop']:.5g}",
+        ]
+        for c in report[key][:most]
+    ]
+    return table(["effect", "fall of chi-square, by the screen", "by a refit"], rows)
+
+
+def incidence_table(report: dict, key: str, noise: dict | None = None) -> str:
+    """Misfit by incidence, fitted and left out."""
+    rows = []
+    for row in report["by_incidence"]:
+        angle = row["theta_i_deg"]
+        line = ["all" if angle is None else f"{angle:g}", str(row["points"])]
+        line += [
+            percent(row[f"{key}_{state}"])
+            for state in ("before", "after", "held_out_before", "held_out_after")
+        ]
+        if noise is not None:
+            pair = noise.get(angle)
+            line += [
+                percent(pair),
+                "-" if pair is None else f"{row[f'{key}_after'] / pair:.2f}",
+            ]
+        rows.append(line)
+    header = [
+        "incidence, deg",
+        "points",
+        "as declared, %",
+        "after, %",
+        "left out, as declared, %",
+        "left out, after, %",
+    ]
+    if noise is not None:
+        header += ["one reading by +phi/-phi pairs, %", "after over pairs"]
+    return table(header, rows)
+
+
+def figures(name: str, report: dict) -> str:
+    """Residual maps."""
+    files = sorted(DOCS.glob(f"measured-{name}-residual*.png"))
+    return "\n\n".join(f"![residuals of {report['source']} before and after]({file.name})" for file in files)
+
+
+def head(report: dict) -> str:
+    """Verdict and noise."""
+    return f"""Verdict `{report["verdict"]["code"]}`: {report["verdict"]["sentence"]}
+
+Noise: {report["noise"]}"""
+
+
+def ptfe_section(report: dict) -> str:
+    """Section of the PTFE."""
+    noise = dict(map(tuple, report["pair_noise"]))
+    ratios = {
+        row["theta_i_deg"]: row["relative_rms_after"] / noise[row["theta_i_deg"]]
+        for row in report["by_incidence"]
+        if row["theta_i_deg"] in noise
+    }
+    met = [f"{a:g}" for a, r in ratios.items() if r <= TARGET]
+    missed = [f"{a:g} ({r:.2f})" for a, r in ratios.items() if r > TARGET]
+    others, terms = [], []
+    for other in report["other_wavelengths"]:
+        others += [
+            [
+                f"{other['wavelength_nm']:g}",
+                f"{other['chi_square']:.5g} / {other['points']}",
+                percent(other["relative_rms"]),
+                *(
+                    f"{percent(value)}" + ("" if pair is None else f" ({value / pair:.2f})")
+                    for _, value, pair in other["by_incidence"]
+                ),
+            ]
+        ]
+        terms.append(
+            [f"{other['wavelength_nm']:g}"]
+            + [f"{v:.5g}" + (f" ± {e:.1g}" if e else " (bound)") for v, e in other["parameters"].values()]
+        )
+    angles = [f"{a:g} deg" for a, _, _ in report["other_wavelengths"][0]["by_incidence"]]
+    panel = report["spectralon"]
+    points = [[f"{i:g}", f"{o:g}", f"{100 * (r - 1):+.2f}"] for i, o, r in panel["points"]]
+    return f"""### Sintered PTFE, declared as an opaque body under a smooth face of index 1.35
+
+{head(report)}
+
+Relative rms of model / measured - 1 in percent; "left out" is each incidence predicted by fits without it:
+
+{incidence_table(report, "relative_rms", noise)}
+
+Within {TARGET:g} times the pairs' noise: incidence {", ".join(met) or "none"} degrees; not: {", ".join(missed) or "none"}.
+
+{steps_table(report)}
+
+{parameters_table(report)}
+
+What the last screen would add next:
+
+{candidates_table(report, "remaining_candidates")}
+
+Where it remains: {report["residual"]["sentence"]}
+
+{figures("ptfe", report)}
+
+The same model, all its parameters fitted anew, at other wavelengths; relative rms in percent by incidence, in brackets
+over the pairs' noise:
+
+{table(["wavelength, nm", "chi-square / points", "all", *angles], others)}
+
+{table(["wavelength, nm", *(n.split(".")[-1] for n in report["other_wavelengths"][0]["parameters"])], terms)}
+
+`spectralon_rsg_blacklab` at {SPECTRALON_NM:g} nm, predicted by the model of the PTFE at 532 nm, nothing being fitted: relative rms
+{percent(panel["relative_rms"])} %, of which the level is {100 * (panel["level"] - 1):+.2f} %; {percent(panel["relative_rms_with_free_level"])} %
+beside it.
+
+{table(["incidence, deg", "view, deg", "model / measured - 1, %"], points)}
+"""
+
+
+def paint_section(report: dict) -> str:
+    """Section of the paint."""
+    return f"""### Black paint, declared as an opaque body under a smooth face of index 1.5
+
+{head(report)}
+
+Hundred times the rms of ln(model / measured); "left out" is each scan predicted by fits without it:
+
+{incidence_table(report, "ln_rms")}
+
+{steps_table(report)}
+
+{parameters_table(report)}
+
+What the last screen would add next:
+
+{candidates_table(report, "remaining_candidates")}
+
+Where it remains: {report["residual"]["sentence"]}
+
+{figures("paint", report)}
+"""
+
+
+def diffuser_section(report: dict) -> str:
+    """Section of the diffuser."""
+    return f"""### Engineered diffuser, declared as a film that scatters in its volume (negative control)
+
+{head(report)}
+
+Relative rms in percent:
+
+{incidence_table(report, "relative_rms")}
+
+{steps_table(report)}
+
+{parameters_table(report)}
+
+{figures("diffuser", report)}
+"""
+
+
+CASES = {"ptfe": ptfe, "paint": paint, "diffuser": diffuser}
+SECTIONS = {"ptfe": ptfe_section, "paint": paint_section, "diffuser": diffuser_section}
+
+
+def main() -> None:
+    """Diagnose what is named, and write the section."""
+    for name in sys.argv[1:]:
+        CASES[name]()
+    parts = []
+    for name, section in SECTIONS.items():
+        file = REPORTS / f"measured_{name}.json"
+        if file.exists():
+            parts.append(section(json.loads(file.read_text())))
+    text = f"""## What the models lack
+
+`jaxink diagnose` on the measured samples, each declared as a textbook would
+(`python benchmarks/report_measured_diagnosis.py ptfe paint diffuser`, {machine()}; reports in benchmarks/diagnosis).
+
+{"".join(parts)}"""
+    write_section("measured.md", MARK, text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""Things that are costly to make, kept while somebody uses them.
+
+A compiled program takes hundreds to thousands of memory maps, of which a Linux process may have 65530.
+"""
+
+from collections import deque
+from collections.abc import Callable, Hashable
+from typing import Generic, TypeVar
+from weakref import WeakValueDictionary
+
+_RECENT = 24
+
+Made = TypeVar("Made")
+
+
+class Kept(Generic[Made]):
+    """Makes one thing for each key; forgets those that nobody holds, but for the last few.
+
+    Parameters
+    ----------
+    make
+        Called with the parts of a key.
+    """
+
+    def __init__(self, make: Callable[..., Made]):
+        self._make = make
+        self._alive: WeakValueDictionary[Hashable, Made] = WeakValueDictionary()
+        self._recent: deque[Made] = deque(maxlen=_RECENT)
+
+    def __call__(self, *key: Hashable) -> Made:
+        """The thing for a key."""
+        found = self._alive.get(key)
+        if found is None:
+            found = self._alive[key] = self._make(*key)
+        if not any(found is one for one in self._recent):
+            self._recent.append(found)
+        return found
+
+    def forget(self) -> None:
+        """Hold nothing any more."""
+        self._recent.clear()
