@@ -2,11 +2,12 @@
 
 python benchmarks/diagnosis_power.py [--loops N] [--case NAME] [--only EFFECT,...]
 
-At twice the detection limit every data set is drawn from the model: its prediction with an effect at that strength,
-nonlinear, plus the declared noise with its scan factors; the declared model is fitted to it anew, and the residual
-screened. At the other multiples the linear model of the screen serves, noise added to the direction of the effect. Results are kept effect by
-effect in benchmarks/diagnosis_power.json, so that a run that was stopped goes on; --loops runs the whole procedure on null
-data sets.
+At twice the detection limit every data set is drawn from the model: its prediction with an effect at that
+strength, nonlinear, plus the declared noise with its scan factors; the declared model is fitted to it anew, and the residual
+screened. At the other multiples the linear model of the screen serves, noise added to the direction of the effect.
+Results are kept effect by effect in benchmarks/diagnosis_power.json, so that a run that was stopped goes on; --loops
+runs the whole procedure on null data sets. The first case tells of all effects it can; --case NAME adds those that
+another sample has.
 """
 
 import argparse
@@ -121,7 +122,7 @@ def upper_limit(count: int, total: int) -> float:
     return 1.0 if count == total else float(beta.ppf(0.95, count + 1, total - count))
 
 
-def null_loops(case: Case, count: int, store: dict) -> None:
+def null_loops(case: Case, count: int, store: dict, save) -> None:
     """The whole procedure on data sets without any effect."""
     rng = np.random.default_rng(SEED + 1)
     base = case.stage.solution.predicted_per_sr
@@ -133,48 +134,68 @@ def null_loops(case: Case, count: int, store: dict) -> None:
         found = diagnose(case.data.replace(bsdf_per_sr=bsdf), case.sample, DiagnosisOptions())
         codes.append([found.verdict.code, *found.verdict.effects])
         print(len(codes), codes[-1], flush=True)
-        save(store)
+        save()
 
 
-def save(store: dict) -> None:
-    """Keep what is there."""
-    STORE.write_text(json.dumps(store, indent=1) + "\n")
+def measured_effects(store: dict) -> dict[str, tuple[str, dict]]:
+    """Effects with their case, the first case that can tell of each."""
+    found: dict[str, tuple[str, dict]] = {}
+    for case_name, case in store["cases"].items():
+        for name, one in case["effects"].items():
+            if "reason" not in one:
+                found.setdefault(name, (case_name, one))
+    return found
 
 
-def page(store: dict, case_name: str) -> str:
+def page(store: dict) -> str:
     """The section."""
-    rows, unseen = [], []
-    for name, found in store["effects"].items():
-        if "reason" in found:
-            unseen.append([name, found["reason"]])
-            continue
+    seen = measured_effects(store)
+    rows = []
+    for name, (case_name, found) in seen.items():
         shares = [f"{found['named'].get(str(f), '-')}" for f in FACTORS]
         two = found["named"].get("2.0")
         limit = "-" if two is None else f"{100 * upper_limit(two, N_SETS):.0f} %"
-        rows.append([name, f"{found['limit']:.3g} {found['unit']}", found["setting"] or "-", *shares, limit])
-    null = store["null"]
-    loops = store.get("loops", [])
-    named = sum(code != "no_misfit" for code, *_ in loops)
-    header = ["effect", "detection limit", "at", *(f"{f:g} x" for f in FACTORS), "upper limit at 2 x"]
+        size = f"{found['limit']:.3g} {found['unit']}"
+        rows.append([name, case_name, size, found["setting"] or "-", *shares, limit])
+    reasons: dict[str, str] = {}
+    for case in store["cases"].values():
+        for name, found in case["effects"].items():
+            if "reason" in found and name not in seen:
+                reasons.setdefault(name, found["reason"])
+    names = [effect.name for effect in CATALOGUE]
+    unseen = [[name, reasons[name]] for name in names if name in reasons]
+    missing = [name for name in names if name not in reasons and name not in seen]
+    nulls = "\n".join(
+        f"- Without an effect, `{name}`: {case['null']['called']} of {N_NULL} data sets have a candidate called at "
+        "the 5 % level (4 to 16 expected)."
+        for name, case in store["cases"].items()
+    )
+    loops = [(name, code) for name, case in store["cases"].items() for code in case.get("loops", [])]
+    named = [code for _, code in loops if code[0] != "no_misfit"]
+    what = "; ".join(f"{code[0]} {', '.join(code[1:])}".strip() for code in named)
+    cases = ", ".join(dict.fromkeys(f"`{name}`" for name, _ in loops))
+    header = ["effect", "case", "detection limit", "at", *(f"{f:g} x" for f in FACTORS), "upper limit at 2 x"]
     return f"""## False alarms and power
 
-Directions, noise and ink of the **simulated** measurement `{case_name}` ({machine()}). Null data sets, and those at twice
-the limit, are drawn from the model itself with the declared noise, the declared model is fitted to each, and the residual
+Directions, noise and ink of **simulated** measurements ({machine()}). Null data sets, and those at twice the limit,
+are drawn from the model itself with the declared noise, the declared model is fitted to each, and the residual
 screened; the other multiples are drawn from the linear model of the screen.
 
-- Without an effect: {null["called"]} of {N_NULL} data sets have a candidate called at the 5 % level (4 to 16 expected).
-- The whole procedure on {len(loops)} such data sets: {named} name anything.
+{nulls}
+- The whole procedure on {len(loops)} such data sets ({cases or "not run"}): {len(named)} do not end in `no_misfit`{": " + what if what else ""}.
 
-Of {N_SETS} data sets with an effect at a multiple of its detection limit, in how many its class is called first: the effect
-is significant, and its predicted fall of chi-square within 4 of the largest. The detection limit is the strength that is
-called in half of the cases, all candidates being accounted for. The last column is the upper 95 % confidence limit of the
-share at twice the limit. The unit "share" stands for a part of the area that is like the setting.
+Of {N_SETS} data sets with an effect at a multiple of its detection limit, in how many its class is called first: the
+effect is significant, and its predicted fall of chi-square within 4 of the largest. The detection limit is the strength
+that is called in half of the cases, all candidates being accounted for. The last column is the upper 95 % confidence
+limit of the share at twice the limit. The unit "share" stands for a part of the area that is like the setting.
 
 {table(header, rows)}
 
-Not seen by a scan of this kind on this sample:
+Not seen by scans of this kind on these samples:
 
 {table(["effect", "why"], unseen)}
+
+{"Not run yet: " + ", ".join(missing) + "." if missing else ""}
 """
 
 
@@ -185,17 +206,23 @@ def main() -> None:
     parser.add_argument("--loops", type=int, default=0)
     parser.add_argument("--only", default="")
     arguments = parser.parse_args()
-    store = json.loads(STORE.read_text()) if STORE.exists() else {"case": arguments.case, "effects": {}}
+    whole = json.loads(STORE.read_text()) if STORE.exists() else {"cases": {}}
+    store = whole["cases"].setdefault(arguments.case, {"effects": {}})
     effects = store["effects"]
+
+    def save():
+        """Keep what is there."""
+        STORE.write_text(json.dumps(whole, indent=1) + "\n")
+
     with computing():
-        case = Case(store["case"])
+        case = Case(arguments.case)
         if "null" not in store:
             residuals = case.residuals(
                 case.stage.solution.predicted_per_sr, N_NULL, np.random.default_rng(SEED)
             )
             _, adjusted = case.prepared.p_values(residuals)
             store["null"] = {"called": int(np.sum(np.nanmin(adjusted, axis=1) <= 0.05))}
-            save(store)
+            save()
         for name, reason in case.stage.listed.not_testable.items():
             effects.setdefault(name, {"reason": reason})
         for position, candidate in enumerate(case.candidates):
@@ -231,11 +258,11 @@ def main() -> None:
                 "named": counts,
             }
             print(name, effects[name], flush=True)
-            save(store)
+            save()
     if arguments.loops:
-        null_loops(case, arguments.loops, store)
-    save(store)
-    write_section("diagnosis.md", MARK, page(store, store["case"]))
+        null_loops(case, arguments.loops, store, save)
+    save()
+    write_section("diagnosis.md", MARK, page(whole))
 
 
 if __name__ == "__main__":

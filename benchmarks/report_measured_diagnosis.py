@@ -2,7 +2,7 @@
 
 python benchmarks/report_measured_diagnosis.py [ptfe|paint|diffuser ...]
 
-Each case that is named is diagnosed anew; its figures of merit are kept in benchmarks/diagnosis/measured_NAME.json and
+Each case that is named is diagnosed anew; its figures of merit are kept in benchmarks/diagnosis/measured_NAME.json,
 its residual maps in docs. The section is written from all that is there. No measured value is kept.
 """
 
@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 import jaxink
-from jaxink.diagnosis.transfer import transfer
+from jaxink.diagnosis import transfer
 from jaxink.measurement import symmetry_repeatability
 from jaxink.plots.diagnosis import diagnosis_figures
 from report_common import REPOSITORY, SAMPLES, data_folder, machine, table, write_section
@@ -110,7 +110,7 @@ def ptfe() -> None:
 
 
 def spectralon(found) -> dict:
-    """A Spectralon panel as the model of the PTFE plaque has it, nothing being fitted; and with its level free."""
+    """A Spectralon panel by the model of the PTFE plaque, nothing being fitted; and with its level free."""
     data = measured("spectralon_rsg_blacklab", "brdf_nadir_view.csv").select(wavelength_nm=(SPECTRALON_NM,))
     there = transfer(found, data, is_refitted=False)
     ratio = there.predicted_per_sr / there.data.bsdf_per_sr[there.data.used]

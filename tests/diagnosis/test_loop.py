@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 import jaxink
-from jaxink.diagnosis import DiagnosisOptions, diagnose
+from jaxink.diagnosis import DiagnosisOptions, diagnose, transfer
 from jaxink.effects import AugmentedModel, Scene
 from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
 from jaxink.effects.sample import PlateAbsorption, ThinPatches
@@ -152,3 +153,17 @@ def test_report_is_plain_and_complete(pair, tmp_path):
 def test_two_effects_of_one_name_are_refused():
     with pytest.raises(InputRefusedError, match="two effects of the catalogue are called 'gain'"):
         DiagnosisOptions(catalogue=(Gain, Gain))
+
+
+def test_a_model_goes_on_to_another_measurement(pair):
+    there = drawn(
+        (AngleOffset(), StrayLight()),
+        {"angle_offset.angle_deg": -0.5, "stray_light.level_per_sr": 0.015},
+        14,
+    )
+    predicted = transfer(pair, there, is_refitted=False)
+    assert chi2.sf(np.sum(predicted.whitened**2), len(there)) > 1e-3
+    refitted = transfer(pair, there, is_refitted=True)
+    assert np.sum(refitted.whitened**2) < np.sum(predicted.whitened**2)
+    for name, true in TRUE.items():
+        assert abs(refitted.values[name] - true) < 3.5 * refitted.standard_errors[name]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxink.diagnosis.workbench import Workbench
-from jaxink.effects import CATALOGUE, Case, Effect, Scene, effects_for
+from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, Scene, effects_for
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
 from jaxink.effects.sample import (
     AirGap,
@@ -218,3 +218,14 @@ def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
     expected = predicted(sample) * (1 - 0.2 * (directions()[1] / 90) ** 4)
     np.testing.assert_allclose(at(mine, vignetting__loss=0.2), expected, rtol=1e-9)
     assert effects_for(Case(sample, scene), (Vignetting,)).forms[0].name == "vignetting"
+
+
+def test_a_special_form_is_computed_by_the_general_one(sample):
+    at = directions()
+    scene = Scene.of(*at, np.arange(at[0].size))
+    with computing():
+        model = AugmentedModel(sample, (Blur(False), Gain(), Blur(True)), scene, SIZES)
+        alone = AugmentedModel(sample, (Blur(False),), scene, SIZES)
+    assert model.effects == (Blur(True), Gain())
+    assert alone.effects == (Blur(True),)
+    assert {term.name for term in Blur(True).terms} <= set(alone.sample.parameters)

@@ -1,7 +1,6 @@
 """What the commands do; JAX, xarray and matplotlib are imported when it is their turn."""
 
 import json
-import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.cli.folder import require_folder, require_writable_file, whole_folder
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
+from jaxink.files import written_whole
 
 if TYPE_CHECKING:
     from jaxink import FitResult, GonioData
@@ -203,17 +203,13 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
     columns = [getattr(prediction, name).tolist() for name in names]
     # A blank cell where a kept column has no number, as in the file that was read.
     columns += [["" if v != v else v for v in values.tolist()] for values in extra.values()]
-    part = out.with_name(f".{out.name}.{os.getpid()}")
     try:
-        with part.open("w", encoding="utf-8", newline="") as file:
+        with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow([*names, *extra])
             writer.writerows(zip(*columns, strict=True))
-        os.replace(part, out)
     except OSError as problem:
         raise InputRefusedError(f"{out}: cannot be written ({problem.strerror or problem}).") from None
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _echo(text: str) -> None:

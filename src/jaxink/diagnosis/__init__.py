@@ -16,6 +16,7 @@ from jaxink.diagnosis.structure import (
     find_structure,
     prepare_structure,
 )
+from jaxink.diagnosis.transfer import Transfer, transfer
 from jaxink.diagnosis.where import Factor, Location, locate
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "StructureResult",
     "StructureStatistic",
     "TangentCone",
+    "Transfer",
     "block_folds",
     "find_structure",
     "held_out_gain",
@@ -56,4 +58,5 @@ __all__ = [
     "scan_folds",
     "screen",
     "smooth_part",
+    "transfer",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
+from jaxink.diagnosis.consistency import consistency_of
 from jaxink.diagnosis.further import Further, further_measurements
 from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
@@ -402,7 +403,8 @@ class _Loop:
             last.residual, last.jacobian, self.points, at_bound=last.at_bound, options=self.screen_options
         )
         rows = _candidate_rows(screens[0], steps)
-        verdict = judge(steps, before, after, structure_after, location, rows, further)
+        consistency = consistency_of(self.data, self.setup.noise)
+        verdict = judge(steps, before, after, structure_after, location, rows, further, consistency)
         return Diagnosis(
             result=self.result,
             verdict=verdict,
@@ -422,6 +424,7 @@ class _Loop:
                 key: getattr(self.options, key) for key in ("level", "n_bootstrap", "seed", "max_effects")
             },
             further=further,
+            consistency=consistency,
             remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
 

@@ -2,18 +2,18 @@
 
 import dataclasses
 import json
-import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jaxink.diagnosis.consistency import Consistency
 from jaxink.diagnosis.heldout import HeldOutGain, Observations
 from jaxink.diagnosis.structure import StructureResult
 from jaxink.diagnosis.where import Location
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.errors import InputRefusedError
+from jaxink.files import plain, written_whole
 from jaxink.fitting import FitResult
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
@@ -174,6 +174,8 @@ class Diagnosis:
         Level, bootstrap and seed of the screen, and the most effects.
     further
         Measurements that would tell the first two members of an ambiguous class apart.
+    consistency
+        Whether the readings agree with each other where they must.
     """
 
     result: FitResult
@@ -193,10 +195,11 @@ class Diagnosis:
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]
     further: "tuple[Further, ...]" = ()
+    consistency: tuple[Consistency, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""
-        return _plain(
+        return plain(
             {
                 "schema_version": REPORT_VERSION,
                 "catalogue_version": CATALOGUE_VERSION,
@@ -241,6 +244,9 @@ class Diagnosis:
                 "remaining_candidates": [_row(row) for row in self.remaining],
                 "not_testable": self.not_testable,
                 "further_measurements": [dataclasses.asdict(f) for f in self.further],
+                "data_consistency": [
+                    dataclasses.asdict(c) | {"is_broken": c.is_broken} for c in self.consistency
+                ],
                 "structure": {
                     "before": _structure(self.structure_before),
                     "after": _structure(self.structure_after),
@@ -278,9 +284,9 @@ class Diagnosis:
         directory = Path(directory)
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            part = directory / f".report.json.{os.getpid()}"
-            part.write_text(json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-            os.replace(part, directory / "report.json")
+            text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+            with written_whole(directory / "report.json") as part:
+                part.write_text(text + "\n", encoding="utf-8")
         except OSError as problem:
             raise InputRefusedError(
                 f"{directory}: the report cannot be written there ({problem.strerror or problem}); choose "
@@ -323,21 +329,6 @@ def _structure(structure: StructureResult) -> dict[str, Any]:
         "leading": structure.leading,
         "statistics": {s.name: {"value": s.value, "p_value": s.p_value} for s in structure.statistics},
     }
-
-
-def _plain(value: Any) -> Any:
-    """Strings, numbers, lists and None; numbers that are not finite become None."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 def summary_of(

@@ -1,7 +1,9 @@
 """The verdict: a code, the effects, and one sentence."""
 
+import dataclasses
 from typing import TYPE_CHECKING
 
+from jaxink.diagnosis.consistency import Consistency
 from jaxink.diagnosis.outcome import CandidateRow, Step, Summary, Verdict
 from jaxink.diagnosis.structure import StructureResult
 from jaxink.diagnosis.where import Location
@@ -58,6 +60,7 @@ def judge(
     location: Location,
     candidates: tuple[CandidateRow, ...],
     further: "tuple[Further, ...]" = (),
+    consistency: tuple[Consistency, ...] = (),
 ) -> Verdict:
     """Code, effects and sentence.
 
@@ -75,11 +78,23 @@ def judge(
         Of the first screen.
     further
         Measurements that would tell an ambiguous class apart, the most telling first.
+    consistency
+        Of the readings with each other.
 
     Returns
     -------
     Verdict
     """
+    verdict = _judged(steps, before, after, structure, location, candidates, further)
+    broken = [c.sentence for c in consistency if c.is_broken]
+    if not broken or verdict.code == "not_testable":
+        return verdict
+    return dataclasses.replace(
+        verdict, sentence=f"{verdict.sentence} The data differ among themselves: {'; '.join(broken)}."
+    )
+
+
+def _judged(steps, before, after, structure, location, candidates, further) -> Verdict:
     if before.fitted.degrees_of_freedom <= 0:
         return Verdict(
             "not_testable", (), "There are no more points than free parameters, so nothing can be missed."

@@ -102,10 +102,10 @@ class Workbench:
         scene: Scene,
         n_slots: int,
     ):
-        self.base, self.effects = sample, effects
         model = AugmentedModel(sample, effects, scene, config)
+        self.base, self.effects = sample, model.effects
         table = model.sample.parameters
-        terms = {term.name: term for effect in effects for term in effect.terms}
+        terms = {term.name: term for effect in model.effects for term in effect.terms}
         base_free = {p.name: p for p in sample.parameters.free}
         self.terms: dict[str, Parameter] = base_free | terms
         names = tuple(n for n, p in table.items() if p.tie is None)

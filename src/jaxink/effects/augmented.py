@@ -35,6 +35,7 @@ class AugmentedModel(eqx.Module):
     with_field: bool = eqx.field(static=True)
 
     def __init__(self, sample: Sample, effects: tuple[Effect, ...], scene: Scene, config: SolverConfig):
+        effects = tuple(dict.fromkeys(effect.carrier for effect in effects))
         self.effects, self.scene = effects, scene
         self.with_incidence = any(e.name == "incidence_angle" for e in effects)
         self.with_field = any(e.needs_field for e in effects)

@@ -130,6 +130,11 @@ class Effect:
         return self.strength.value
 
     @property
+    def carrier(self) -> "Effect":
+        """The form by which a model computes it: another one where it is a special case of that."""
+        return self
+
+    @property
     def is_screened(self) -> bool:
         """Whether the screen looks at this form; where one is, refits try the others too."""
         return True

@@ -126,14 +126,13 @@ class Blur(_Instrument):
             return ({},)
         return tuple({"blur.wing_half_width_deg": width} for width in (2.0, 4.0, 8.0))
 
-    def extend(self, sample):
-        """With both cores and wings, so that both forms fit one model."""
-        return sample if not self.has_wings else super().extend(sample)
+    @property
+    def carrier(self):
+        """With wings, whose share may be 0."""
+        return Blur(True)
 
     def change(self, predicted, values, field):
-        """Only the form with wings changes the prediction: the other one is its special case."""
-        if not self.has_wings:
-            return predicted
+        """See the class."""
         scene, radian = field.scene, np.pi / 180
         angle = jnp.deg2rad(scene.signed_deg)
         cosine, sine = jnp.cos(angle), jnp.sin(angle)

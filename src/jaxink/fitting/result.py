@@ -2,14 +2,14 @@
 
 import dataclasses
 import json
-import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jaxink.errors import InputRefusedError
+from jaxink.files import plain as as_plain
+from jaxink.files import written_whole
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData, read_netcdf
@@ -258,7 +258,7 @@ class FitResult:
             value = getattr(self, field.name)
             if field.name in ("data", "predicted_per_sr", "sigma_per_sr", "whitened", "outcome"):
                 continue
-            plain[field.name] = sample_to_dict(value) if field.name == "sample" else _plain(value)
+            plain[field.name] = sample_to_dict(value) if field.name == "sample" else as_plain(value)
         return plain
 
     def save(self, directory: str | Path) -> Path:
@@ -282,34 +282,17 @@ class FitResult:
         directory = Path(directory)
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            temporary = directory / f".{DATA_FILE}.{os.getpid()}"
-            self.to_dataset().to_netcdf(temporary, engine="h5netcdf")
-            os.replace(temporary, directory / DATA_FILE)
+            with written_whole(directory / DATA_FILE) as part:
+                self.to_dataset().to_netcdf(part, engine="h5netcdf")
             text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-            temporary = directory / f".{RESULT_FILE}.{os.getpid()}"
-            temporary.write_text(text + "\n", encoding="utf-8")
-            os.replace(temporary, directory / RESULT_FILE)
+            with written_whole(directory / RESULT_FILE) as part:
+                part.write_text(text + "\n", encoding="utf-8")
         except OSError as problem:
             raise InputRefusedError(
                 f"{directory}: the result cannot be written there ({problem.strerror or problem}); "
                 "choose another folder."
             ) from None
         return directory / RESULT_FILE
-
-
-def _plain(value: Any) -> Any:
-    """Strings, numbers, lists and None; numbers that are not finite become None."""
-    if dataclasses.is_dataclass(value):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 def load_result(path: str | Path) -> FitResult:

@@ -1,11 +1,11 @@
 """Write a report: for a program, for a reader, and its figures."""
 
-import os
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.errors import InputRefusedError
+from jaxink.files import written_whole
 from jaxink.plots.diagnosis import Plate, diagnosis_figures
 from jaxink.plots.sheet import DPI
 from jaxink.report import page, sections
@@ -103,10 +103,6 @@ def _png(plate: Plate) -> bytes:
 
 def _write(path: Path, content: bytes) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
+    with written_whole(path) as part:
         part.write_bytes(content)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
     return path
