@@ -180,6 +180,8 @@ class GradientSearch:
                 outcome = Outcome.STALLED
                 break
         descent = state.descent_state
+        if outcome is not Outcome.NOT_FINITE and not np.all(np.isfinite(descent.triangle)):
+            outcome = Outcome.NO_SLOPE
         return Search(
             method="gradient",
             outcome=outcome,

@@ -14,6 +14,7 @@ class Outcome(enum.Enum):
     STALLED = (
         "did not converge: no step lowers the misfit any more, but the first-order conditions do not hold"
     )
+    NO_SLOPE = "did not converge: the model has no finite derivatives where the search ended"
     NOT_FINITE = "did not start: the model is not finite at the start values"
 
     @property

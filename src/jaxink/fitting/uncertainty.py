@@ -65,7 +65,10 @@ def covariance(triangle: np.ndarray, unit: np.ndarray, gradient: np.ndarray) -> 
     held = ((unit <= 0) & (gradient > 0)) | ((unit >= 1) & (gradient < 0))
     free = ~held
     matrix = np.zeros((n, n))
-    if free.any():
+    if not np.all(np.isfinite(triangle)):
+        # Without derivatives nothing is known of any of them.
+        matrix[free, free] = np.inf
+    elif free.any():
         reduced = triangle[:, free]
         norms = np.linalg.norm(reduced, axis=0)
         norms = np.where(norms > 0, norms, 1.0)
