@@ -57,7 +57,7 @@ def found(coarse):
     noise = np.random.default_rng(3).standard_normal(angle.size)
     data = GonioData(*columns, clean + STRAY_PER_SR + sigma * noise, sigma, source="small.csv")
     options = DiagnosisOptions(
-        catalogue=CATALOGUE, n_bootstrap=500, fit=FitOptions(profile="none", config=coarse)
+        catalogue=CATALOGUE, n_bootstrap=500, seed=77, fit=FitOptions(profile="none", config=coarse)
     )
     return diagnose(data, sample, options)
 
@@ -74,10 +74,9 @@ def change(found, coarse):
 def written(found, change, tmp_path_factory):
     """Folder of a report, and what was returned."""
     folder = tmp_path_factory.mktemp("report")
-    options = DiagnosisOptions(n_bootstrap=500, seed=77)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("jaxink.report.writing.inside_change", lambda _: change)
-        return folder, write_report(found, folder, options)
+        return folder, write_report(found, folder)
 
 
 @pytest.fixture(scope="session")

@@ -62,7 +62,7 @@ def run_diagnose(
     from jaxink.report import write_report
 
     with whole_folder(out, owned=(FIGURES,)) as folder:
-        paths = write_report(found, folder, options, with_figures)
+        paths = write_report(found, folder, with_figures)
         written = [out / path.relative_to(folder) for path in paths]
     if output == "json":
         typer.echo(json.dumps(found.to_dict(), indent=1, allow_nan=False))

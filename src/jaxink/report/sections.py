@@ -1,6 +1,6 @@
 """The sections of the report, each from the fields of a diagnosis."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 
 # Verdicts that leave nothing to look for.
 GOOD = ("no_misfit", "explained", "explained_by_one_of", "instrument")
+
+_SETTINGS = {
+    "max_effects": "most effects",
+    "level": "level",
+    "n_bootstrap": "null data sets",
+    "seed": "seed",
+}
 
 
 def report_title(diagnosis: "Diagnosis") -> str:
@@ -227,6 +234,14 @@ def remains(diagnosis: "Diagnosis") -> str:
         led = f", led by {structure.leading.replace('_', ' ')}" if structure.leading else ""
         lines.append(f"All tests together, {name}: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
+    if diagnosis.consistency:
+        parts.append(paragraph("Readings that must be equal, under the noise in use:"))
+        heads = ["readings", "pairs", "deviation of one reading", "noise of one reading", "p"]
+        rows = [
+            [c.kind, str(c.pairs), _percent(c.relative), _percent(c.stated), chance(c.p_value)]
+            for c in diagnosis.consistency
+        ]
+        parts.append(table(heads, rows))
     if location.factors:
         parts.append(paragraph("Where it stands, in standard deviations of the noise:"))
         rows = [
@@ -266,13 +281,12 @@ def inside(diagnosis: "Diagnosis", change: TableChange | str, *figures: str) -> 
     return section(title, paragraph(text), table(heads, rows, (0, 4)), bullets(lines), *figures)
 
 
-def origin(diagnosis: "Diagnosis", choices: Mapping[str, float] | None) -> str:
+def origin(diagnosis: "Diagnosis") -> str:
     """What is needed to repeat it."""
     result = diagnosis.result
     lines = [f"Catalogue of effects: version {diagnosis.to_dict()['catalogue_version']}."]
-    if choices:
-        said = ", ".join(f"{name} {value:g}" for name, value in choices.items())
-        lines.append(f"Diagnosis: {said}.")
+    said = ", ".join(f"{name} {diagnosis.settings[key]:g}" for key, name in _SETTINGS.items())
+    lines.append(f"Diagnosis: {said}.")
     lines.append(f"Fit of the declared model: {result.method}, {result.outcome.value}; seed {result.seed}.")
     lines.append(f"Discretisation: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.")
     lines.append(f"Versions: {', '.join(f'{k} {v}' for k, v in result.versions.items())}.")

@@ -12,7 +12,7 @@ from jaxink.report import page, sections
 from jaxink.report.inside import inside_change
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis import Diagnosis, DiagnosisOptions
+    from jaxink.diagnosis import Diagnosis
 
 FIGURES = "figures"
 REPORT_PAGE = "report.html"
@@ -21,7 +21,6 @@ REPORT_PAGE = "report.html"
 def write_report(
     diagnosis: "Diagnosis",
     folder: str | Path,
-    options: "DiagnosisOptions | None" = None,
     with_figures: bool = True,
 ) -> list[Path]:
     """Write ``report.json``, ``report.html`` and ``figures``, each file whole or not at all.
@@ -32,8 +31,6 @@ def write_report(
         The diagnosis.
     folder
         Made if it does not exist.
-    options
-        Those of the diagnosis, which the page then names.
     with_figures
         Whether any are drawn.
 
@@ -55,7 +52,7 @@ def write_report(
     for plate in diagnosis_figures(diagnosis, tables) if with_figures else ():
         pictures[plate.name] = _png(plate)
         embedded[plate.name] = page.figure(pictures[plate.name], plate.caption)
-    text = _page(diagnosis, options, change, embedded)
+    text = _page(diagnosis, change, embedded)
     try:
         for name, picture in pictures.items():
             files.append(_write(folder / FIGURES / f"{name}.png", picture))
@@ -68,19 +65,11 @@ def write_report(
     return files
 
 
-def _page(diagnosis, options, change, embedded) -> str:
+def _page(diagnosis, change, embedded) -> str:
     def drawn(*stems: str) -> list[str]:
         return [html for name, html in embedded.items() if name.startswith(stems)]
 
     residuals = drawn("residual", "cuts")
-    choices = None
-    if options is not None:
-        choices = {
-            "most effects": options.max_effects,
-            "level": options.level,
-            "null data sets": options.n_bootstrap,
-            "seed": options.seed,
-        }
     return page.document(
         sections.report_title(diagnosis),
         sections.top(diagnosis),
@@ -91,7 +80,7 @@ def _page(diagnosis, options, change, embedded) -> str:
         sections.remains(diagnosis),
         sections.inside(diagnosis, change, *drawn("inside")),
         sections.candidates(diagnosis, *drawn("candidates")),
-        sections.origin(diagnosis, choices),
+        sections.origin(diagnosis),
     )
 
 
