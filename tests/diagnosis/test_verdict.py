@@ -69,10 +69,20 @@ def test_no_more_points_than_parameters_is_not_testable():
     assert verdict([], NOISE, summary(0.0, None, 0)).code == "not_testable"
 
 
-def test_noise_that_is_stated_a_little_too_small_is_no_misfit_unless_it_has_order():
+def test_noise_that_is_stated_a_little_too_small_is_no_misfit():
     assert is_met(summary(1.15, 1e-5), structure(0.3))
-    assert not is_met(summary(1.15, 1e-5), structure(4e-4))
     assert not is_met(summary(1.3, 1e-9), structure(0.3))
+    assert not is_met(summary(1.25, 0.01, 40), structure(4e-4))
+    assert is_met(summary(1.25, 0.01, 40), structure(0.3))
+
+
+def test_an_order_within_the_noise_is_no_misfit_but_is_said():
+    assert is_met(summary(1.15, 1e-5), structure(4e-4))
+    small = (summary(1.15, 1e-5), structure(4e-4))
+    found = verdict([], small, small[0])
+    assert found.code == "no_misfit"
+    assert "an order that no effect explains: positive in reflection" in found.sentence
+    assert "order" not in verdict([], NOISE, NOISE[0]).sentence
 
 
 def test_a_measurement_that_tells_a_class_apart_is_named():

@@ -22,13 +22,13 @@ CODES = (
 )
 # Below this chance a residual is not noise.
 _LEFT = 1e-3
-# Standard deviations are stated to about a tenth: a residual without order that is larger than stated by less
-# than that says more of the statement than of the model.
+# Standard deviations are stated to about a tenth: a residual that is larger than stated by less than that says
+# more of the statement than of the model.
 _NOISE_TOLERANCE = 0.1
 
 
 def is_met(summary: Summary, structure: StructureResult) -> bool:
-    """Whether a residual is noise.
+    """Whether a residual is noise, or so small that the stated noise cannot tell.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ def is_met(summary: Summary, structure: StructureResult) -> bool:
     figures = summary.fitted
     if figures.probability is None:
         return True
-    ordered = min(
-        (s.p_value for s in structure.statistics if s.name != "chi_square"), default=1.0
-    ) < _LEFT / max(len(structure.statistics), 1)
-    too_large = figures.probability < _LEFT
     within = figures.reduced_chi_square < (1 + _NOISE_TOLERANCE) ** 2
-    return not ordered and (not too_large or within)
+    return within or (figures.probability >= _LEFT and not _is_ordered(structure))
+
+
+def _is_ordered(structure: StructureResult) -> bool:
+    return min((s.p_value for s in structure.statistics if s.name != "chi_square"), default=1.0) < _LEFT
 
 
 def judge(
@@ -101,7 +101,7 @@ def _judged(steps, before, after, structure, location, candidates, further) -> V
         )
     met = is_met(after, structure)
     if not steps:
-        return _nothing_added(met, before, location, candidates)
+        return _nothing_added(met, before, structure, location, candidates)
     names = [step.effect for step in steps]
     others = [name for step in steps for name in step.members if name not in names]
     ambiguous = any(len(step.members) > 1 for step in steps)
@@ -144,7 +144,7 @@ def _named(step: Step) -> str:
     return text
 
 
-def _nothing_added(met, before, location, candidates) -> Verdict:
+def _nothing_added(met, before, structure, location, candidates) -> Verdict:
     reduced = before.fitted.reduced_chi_square
     if not met:
         return Verdict(
@@ -155,6 +155,8 @@ def _nothing_added(met, before, location, candidates) -> Verdict:
         )
     hard = [c.effect for c in candidates if c.status != "testable"]
     more = f"; hardly testable with these data: {', '.join(hard)}" if hard else ""
+    if _is_ordered(structure):
+        more = f", with an order that no effect explains: {location.sentence}{more}"
     return Verdict(
         "no_misfit",
         (),
