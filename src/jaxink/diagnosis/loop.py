@@ -470,7 +470,7 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
         if status == "testable" and not steps and not stage.accepted:
             limit = stage.limit_by_refits(direction, limit, c.critical_z)
         if not np.isfinite(limit) and status == "testable":
-            status, reason = "hardly_testable", "the free parameters follow it as far as it may go"
+            status, reason = "hardly_testable", "no strength within its range would be seen"
         limit *= unit_of_column
         if status == "testable" and limit > direction.effect.usual:
             status = "hardly_testable"

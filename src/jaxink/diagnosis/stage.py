@@ -326,17 +326,24 @@ class Stage:
         bench = self.own_bench(effect) if effect.own_program else self.bench
         unit = direction.setting[name] - effect.neutral if name in direction.setting else 1.0
         terms = {t.name: t.value for t in effect.terms}
-        seen = np.inf
-        for factor in _MULTIPLES:
-            step = min(factor * limit, direction.largest)
+
+        def left_at(step):
             there = terms | self.solution.values | direction.setting | {name: effect.neutral + step * unit}
             truth = bench.predict(there)
-            left = self.bench.fit(self.solution.values, self.free, max_jacobians=_QUICK, measured=truth)
-            if not left.chi_square >= critical_z**2:
+            refit = self.bench.fit(self.solution.values, self.free, max_jacobians=_QUICK, measured=truth)
+            return refit.chi_square
+
+        steps = sorted({min(factor * limit, direction.largest) for factor in _MULTIPLES}, reverse=True)
+        middle = steps[len(steps) // 2]
+        # A linear limit leaves the square of the multiple; half of that is near enough.
+        if left_at(middle) >= (critical_z * middle / limit) ** 2 / 2:
+            return limit
+        seen = np.inf
+        for step in steps:
+            if not left_at(step) >= critical_z**2:
                 break
             seen = step
-        # What linear and refitted limits differ by below a factor of two says nothing.
-        return limit if seen <= _MULTIPLES[-1] * limit else seen
+        return seen
 
     @property
     def is_far(self) -> bool:

@@ -22,8 +22,8 @@ CODES = (
 )
 # Below this chance a residual is not noise.
 _LEFT = 1e-3
-# Standard deviations are stated to about a tenth: a residual that is larger than stated by less than that says
-# more of the statement than of the model.
+# Standard deviations are stated to about a tenth: a residual that is larger than stated by less than that
+# says more of the statement than of the model.
 _NOISE_TOLERANCE = 0.1
 
 
