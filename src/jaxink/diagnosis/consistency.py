@@ -33,7 +33,7 @@ class Consistency:
     relative
         Relative standard deviation of one reading that they show.
     stated
-        That of the noise in use, in the median, with the scan's factor where the pairs cross scans.
+        That of the noise in use, root mean square, with the scan's factor where the pairs cross scans.
     p_value
         Chance of as much scatter under that noise.
     """
@@ -73,7 +73,8 @@ def consistency_of(data: GonioData, noise: FitNoise) -> tuple[Consistency, ...]:
     tuple[Consistency, ...]
         Of the kinds with at least 10 pairs.
     """
-    within = float(np.median(noise.sigma_per_sr / np.abs(data.bsdf_per_sr[data.used])))
+    relative = noise.sigma_per_sr / np.abs(data.bsdf_per_sr[data.used])
+    within = float(np.sqrt(np.mean(relative**2)))
     found = []
     for source in estimate_noise(data).sources:
         if source.pairs < _FEWEST_PAIRS or not source.relative > 0:

@@ -174,14 +174,18 @@ class _Loop:
         steps: list[Step] = []
         screens: list[tuple] = []
         structure_before = self._structure(stage)
-        while True:
+        # Effects that make each other needless must not take turns for ever.
+        for _ in range(2 * self.options.max_effects + 1):
             self.follow("screen", len(steps) + 1, stage.solution.chi_square)
             if steps and self._is_quiet(stage):
                 break
             directions = stage.directions()
             screened = stage.screened(directions)
-            refits, rest = self._refits(stage, screened, directions)
             room = self.options.max_effects - len(steps)
+            if room <= 0:
+                screens.append((stage, screened, {}, directions))
+                break
+            refits, rest = self._refits(stage, screened, directions)
             reach = self._foresight(stage, refits) if room > 1 else {}
             for name in rest:
                 if self._is_enough(refits, reach):
@@ -189,7 +193,7 @@ class _Loop:
                 self._refit(stage, name, directions, refits)
                 self._polish(stage, refits)
             screens.append((stage, screened, refits, directions))
-            step = self._step(stage, screened, refits, reach) if room > 0 else None
+            step = self._step(stage, screened, refits, reach)
             if step is None:
                 break
             steps.append(step)
