@@ -473,8 +473,8 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
         limit, status, reason = c.detection_limit, c.status, c.reason
         if status == "testable" and not steps and not stage.accepted:
             limit = stage.limit_by_refits(direction, limit, c.critical_z)
-        if not np.isfinite(limit) and status == "testable":
-            status, reason = "hardly_testable", "no strength within its range would be seen"
+        if limit >= direction.largest and status == "testable":
+            status, reason = "hardly_testable", "hardly any strength within its range would be seen"
         limit *= unit_of_column
         if status == "testable" and limit > direction.effect.usual:
             status = "hardly_testable"

@@ -302,7 +302,7 @@ class Stage:
         return (float(column @ self.residual) / norm if norm > 0 else 0.0), norm
 
     def limit_by_refits(self, direction: Direction, limit: float, critical_z: float) -> float:
-        """Strength from which on refits of the model leave what a screen calls; infinite where none does.
+        """Strength from which on refits of the model leave what a screen calls; the largest where none does.
 
         The limit of a screen is linear: it does not know how far the free parameters can follow an effect.
 
@@ -338,7 +338,7 @@ class Stage:
         # A linear limit leaves the square of the multiple; half of that is near enough.
         if left_at(middle) >= (critical_z * middle / limit) ** 2 / 2:
             return limit
-        seen = np.inf
+        seen = direction.largest
         for step in steps:
             if not left_at(step) >= critical_z**2:
                 break
