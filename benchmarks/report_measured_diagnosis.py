@@ -381,15 +381,12 @@ def main() -> None:
     """Diagnose what is named, and write the section."""
     for name in sys.argv[1:]:
         CASES[name]()
-    parts = []
-    for name, section in SECTIONS.items():
-        file = REPORTS / f"measured_{name}.json"
-        if file.exists():
-            parts.append(section(json.loads(file.read_text())))
+    there = [name for name in SECTIONS if (REPORTS / f"measured_{name}.json").exists()]
+    parts = [SECTIONS[name](json.loads((REPORTS / f"measured_{name}.json").read_text())) for name in there]
     text = f"""## What the models lack
 
 `jaxink diagnose` on the measured samples, each declared as a textbook would
-(`python benchmarks/report_measured_diagnosis.py ptfe paint diffuser`, {machine()}; reports in benchmarks/diagnosis).
+(`python benchmarks/report_measured_diagnosis.py {" ".join(there)}`, {machine()}; reports in benchmarks/diagnosis).
 
 {"".join(parts)}"""
     write_section("measured.md", MARK, text)
