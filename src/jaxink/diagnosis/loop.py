@@ -126,8 +126,8 @@ def diagnose(
     """
     options = DiagnosisOptions() if options is None else options
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
-    data = read(data) if isinstance(data, str | Path) else data
     follow = progress or _quiet
+    data = read(data) if isinstance(data, str | Path) else data
     result = fit(data, sample, options.fit, progress)
     with computing():
         return _Loop(result, sample, options, follow).run()
@@ -145,20 +145,9 @@ class _Loop:
         self.data = result.data
         used = self.data.used
         self.points = Points.of(self.data)
-        columns = (column[used] for column in self.data.directions)
-        scene = Scene.of(*columns, self.data.row[used])
-        self.screen_options = ScreenOptions(options.n_bootstrap, options.level, options.seed)
-        noise = noise_of(self.data, sample)
-        self.setup = Setup(
-            sample,
-            self.data,
-            noise,
-            _sizes(result, sample, options),
-            scene,
-            options.catalogue,
-            self.screen_options,
-            options.fit.accuracy,
-        )
+        self.setup = _setup(self.data, sample, options, _sizes(result, sample, options))
+        self.screen_options = self.setup.options
+        noise = self.setup.noise
         self.observations = Observations(
             self.data.bsdf_per_sr[used],
             np.asarray(noise.sigma_per_sr, float),
@@ -266,7 +255,12 @@ class _Loop:
         likely = max([r.drop for r in refits.values()] + list(promise.values()), default=0.0)
         share = _OWN_SHARE_FAR if stage.is_far and not self._is_enough(refits, {}) else _OWN_SHARE
         worth = [n for n in own if promise[n] >= share * likely][:_MOST_OWN]
-        in_threads(lambda name: self._refit(stage, name, directions, refits), worth)
+        programs: dict[str, list[str]] = {}
+        for name in worth:
+            programs.setdefault(directions[name][0].effect.program, []).append(name)
+        in_threads(
+            lambda names: [self._refit(stage, name, directions, refits) for name in names], programs.values()
+        )
         self._polish(stage, refits)
         return refits, [name for name in own if name not in refits]
 
@@ -431,6 +425,20 @@ class _Loop:
             consistency=consistency,
             remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
+
+
+def _setup(data: GonioData, sample: Sample, options: DiagnosisOptions, config: SolverConfig) -> Setup:
+    used = data.used
+    return Setup(
+        sample,
+        data,
+        noise_of(data, sample),
+        config,
+        Scene.of(*(column[used] for column in data.directions), data.row[used]),
+        options.catalogue,
+        ScreenOptions(options.n_bootstrap, options.level, options.seed),
+        options.fit.accuracy,
+    )
 
 
 def _sizes(result: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:

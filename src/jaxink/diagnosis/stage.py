@@ -14,11 +14,10 @@ from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
 from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
-from jaxink.fitting.gradient import forget_programs
 from jaxink.fitting.objective import FitNoise
 from jaxink.fitting.uncertainty import covariance
 from jaxink.measurement import GonioData
-from jaxink.numerics.precision import computing
+from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample
 from jaxink.stack import SolverConfig
 
@@ -67,6 +66,21 @@ class Setup:
         names = [effect.name for effect in self.catalogue]
         effects = tuple(sorted(effects, key=lambda e: (names.index(e.name), str(e))))
         return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
+
+    def listed(self, accepted: tuple[Effect, ...]) -> Listed:
+        """Effects that the sample may lack beside some."""
+        names = {effect.name for effect in accepted}
+        rest = tuple(c for c in self.catalogue if c.name not in names)
+        relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
+        return effects_for(Case(extend(self.sample, accepted), self.scene, relative, self.accuracy), rest)
+
+    def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:
+        """The workbench of all effects that need no program of their own."""
+        inside = tuple(e for e in listed.forms if not e.own_program)
+        n_accepted = sum(len(e.terms) for e in accepted)
+        most = max((len(e.terms) for e in inside), default=1)
+        n_slots = len(self.sample.parameters.free) + max(_FURTHER_SLOTS, n_accepted + most)
+        return self.bench(accepted + inside, n_slots)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,17 +178,8 @@ class Stage:
 
     def __init__(self, setup: Setup, accepted: tuple[Effect, ...], values: dict[str, float]):
         self.setup, self.accepted = setup, accepted
-        extended = extend(setup.sample, accepted)
-        names = {effect.name for effect in accepted}
-        free = {p.name for p in setup.sample.parameters.free}
-        rest = tuple(c for c in setup.catalogue if c.name not in names)
-        relative = float(np.min(setup.noise.sigma_per_sr / np.abs(setup.data.bsdf_per_sr[setup.data.used])))
-        self.listed: Listed = effects_for(Case(extended, setup.scene, relative, setup.accuracy), rest)
-        inside = tuple(e for e in self.listed.forms if not e.own_program)
-        n_accepted = sum(len(e.terms) for e in accepted)
-        most = max((len(e.terms) for e in inside), default=1)
-        n_slots = len(free) + max(_FURTHER_SLOTS, n_accepted + most)
-        self.bench = setup.bench(accepted + inside, n_slots)
+        self.listed: Listed = setup.listed(accepted)
+        self.bench = setup.shared_bench(accepted, self.listed)
         self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
         self.solution = self.bench.fit(values, self.free)
         self._own: dict[str, Workbench] = {}
@@ -212,10 +217,10 @@ class Stage:
         return self._own[effect.program]
 
     def release(self) -> None:
-        """Drop the compiled programs of a stage that is left."""
+        """Hold the compiled programs of a stage that is left no more."""
         for bench in (self.bench, *self._own.values()):
             bench.release()
-        forget_programs()
+        release_programs()
 
     def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
         """Columns of all forms at all their settings, by name.
@@ -250,14 +255,15 @@ class Stage:
 
     def _all_secants(self) -> list[Direction]:
         own = [e for e in self.listed.forms if e.own_program and e.is_screened]
-        for effect in own:
-            self.own_bench(effect)
         programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
+        # Neighbours in the catalogue share tables: not at the same time, or one waits for the other.
+        apart = [*programs.values()]
 
         def of(effects):
             return [direction for effect in effects for direction in self._secants(effect)]
 
-        return [direction for found in in_threads(of, programs.values()) for direction in found]
+        found = in_threads(of, [*apart[::2], *apart[1::2]])
+        return [direction for directions in found for direction in directions]
 
     def _secants(self, effect: Effect) -> list[Direction]:
         """Differences between the model with the effect at its settings and without it."""

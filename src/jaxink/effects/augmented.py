@@ -1,6 +1,7 @@
 """A forward model with effects on top of it."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -81,10 +82,17 @@ class AugmentedModel(eqx.Module):
             everywhere = model.bsdf(given)
             return everywhere, model.regular(given)[:n] if self.with_field else jnp.zeros(n)
 
-        found = of(self.main, values)
-        for effect in self.effects:
-            for share, there in effect.mixture(values):
-                found = _blend(found, of(self.main, {**values, **there}), share)
+        mixed = [part for effect in self.effects for part in effect.mixture(values)]
+        areas = [values, *({**values, **there} for _, there in mixed)]
+        if mixed:
+            # One after the other by one traced model: a copy for each area would be compiled each.
+            stacked = {name: jnp.stack([jnp.asarray(v[name], float) for v in areas]) for name in values}
+            each = jax.lax.map(lambda here: of(self.main, here), stacked)
+            found, *others = (jax.tree.map(lambda a, i=i: a[i], each) for i in range(len(areas)))
+            for (share, _), other in zip(mixed, others, strict=True):
+                found = _blend(found, other, share)
+        else:
+            found = of(self.main, values)
         for position, model in self.others:
             share = values[self.effects[position].strength.name]
             found = _blend(found, of(model, values), share)

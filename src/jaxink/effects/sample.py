@@ -800,7 +800,7 @@ class _Thicknesses(Effect):
 
     layer: str
 
-    group = "geometry"
+    group, own_program, program = "geometry", True, "thicknesses"
 
     @classmethod
     def forms(cls, case: Case):
@@ -816,7 +816,7 @@ class _Thicknesses(Effect):
 class ThinPatches(_Thicknesses):
     """G2 with two thicknesses: a share of the area has another thickness."""
 
-    name, keys, own_program = "thin_patches", ("E4",), True
+    name, keys = "thin_patches", ("E4",)
     usual = 0.1
     statement = "a share of the area carries ink of another thickness"
     terms = (
@@ -838,7 +838,7 @@ class ThinPatches(_Thicknesses):
 class ThicknessVariance(_Thicknesses):
     """G2: the thickness varies around its mean; the strength is its relative variance."""
 
-    name, own_program = "thickness_variance", True
+    name = "thickness_variance"
     usual = 0.02
     statement = "the thickness of the ink varies"
     terms = (Parameter("thickness_variance.relative", 0.0, True, 0.0, 0.2),)

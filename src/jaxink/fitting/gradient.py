@@ -10,8 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.bounded import BoundedLevenbergMarquardt
-from jaxink.fitting.objective import Objective, arrays_of, forget_residuals, program_of
+from jaxink.fitting.objective import Objective, arrays_of, program_of
 from jaxink.fitting.outcome import Outcome, Search
+from jaxink.numerics.compiling import Tiered, hastily
 from jaxink.numerics.kept import Kept
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
@@ -21,6 +22,8 @@ _SCAN_VALUES = 48
 _SCAN_JACOBIANS = 10
 _SCAN_KEPT = 3
 _NO_TAGS: frozenset = frozenset()
+# Jacobians from which a thorough compilation pays.
+_MANY = 1000
 
 
 class _Programs:
@@ -28,7 +31,7 @@ class _Programs:
 
     def __init__(self, evaluate):
         self._static_state = None
-        self.ready = False
+        self.ready: set[Callable] = set()
 
         # Jitted on its own, so that it is traced once for both programs below.
         @jax.jit
@@ -67,16 +70,14 @@ class _Programs:
             loss = jnp.sum(state.f_info.residual**2)
             return unit, eqx.partition(state, eqx.is_array)[0], done, loss
 
-        self.initial, self.advance = jax.jit(initial), jax.jit(advance)
+        def predicted(arrays, unit):
+            return evaluate(arrays, unit)[1]
+
+        self.initial, self.advance = hastily(initial), Tiered(advance, _MANY)
+        self.predicted = hastily(predicted)
 
 
 _programs = Kept(_Programs)
-
-
-def forget_programs() -> None:
-    """Drop compiled programs that no search holds; they are made anew when they are asked for."""
-    forget_residuals()
-    _programs.forget()
 
 
 class GradientSearch:
@@ -91,8 +92,8 @@ class GradientSearch:
     """
 
     def __init__(self, objective: Objective, max_jacobians: int = 100):
-        self._residual, self._arrays = program_of(objective)
-        self._compiled = _programs(self._residual)
+        residual, self._arrays = program_of(objective)
+        self._compiled = _programs(residual)
         self.max_jacobians = max_jacobians
         self.compile_seconds = 0.0
 
@@ -104,7 +105,10 @@ class GradientSearch:
 
     def predicted(self, unit: np.ndarray) -> np.ndarray:
         """Predicted BSDF at free parameters scaled to 0 ... 1, shape ``(points,)``, 1/sr."""
-        return np.asarray(self._residual(self._arrays, jnp.asarray(unit))[1])
+        if self._compiled.ready:
+            # A program that computes more, but is there.
+            return np.asarray(self._first_step(unit).aux)
+        return np.asarray(self._compiled.predicted(self._arrays, jnp.asarray(unit)))
 
     def linearised(self, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual and its Jacobian.
@@ -119,11 +123,17 @@ class GradientSearch:
         residual, jacobian
             Shapes ``(rows,)`` and ``(rows, parameters)``.
         """
-        unit, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
-        # The first step of a search computes them, by the program that a fit has compiled already.
-        state = self._compiled.initial(self._arrays, unit, *box)
-        _, state, _, _ = self._compiled.advance(self._arrays, unit, *box, state)
+        state = self._first_step(unit)
         return np.asarray(state.f_info.residual), np.asarray(state.descent_state.jacobian)
+
+    def _first_step(self, unit: np.ndarray):
+        """State of a search after its first step, which computes all there is at the start."""
+        unit, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
+        state = self._compiled.initial(self._arrays, unit, *box)
+        advance = self._compiled.advance.now(1)
+        _, state, _, _ = advance(self._arrays, unit, *box, state)
+        self._compiled.ready.add(advance)
+        return state
 
     def run(
         self,
@@ -155,18 +165,19 @@ class GradientSearch:
             lower[position] = upper[position] = unit[position] = value
         unit, box = jnp.asarray(unit), (jnp.asarray(lower), jnp.asarray(upper))
         compiled, arrays = self._compiled, self._arrays
-        if not compiled.ready:
+        advance = compiled.advance.now()
+        if advance not in compiled.ready:
             began = time.perf_counter()
             state = compiled.initial(arrays, unit, *box)
-            jax.block_until_ready(compiled.advance(arrays, unit, *box, state))
+            jax.block_until_ready(advance(arrays, unit, *box, state))
             self.compile_seconds = time.perf_counter() - began
-            compiled.ready = True
+            compiled.ready.add(advance)
         began = time.perf_counter()
         state = compiled.initial(arrays, unit, *box)
         path: list[float] = []
         outcome = Outcome.MAX_STEPS
         for step in range(1, (max_jacobians or self.max_jacobians) + 1):
-            unit, state, done, loss = compiled.advance(arrays, unit, *box, state)
+            unit, state, done, loss = advance(arrays, unit, *box, state)
             path.append(float(loss))
             if progress is not None:
                 progress(step, path[-1])
@@ -179,6 +190,7 @@ class GradientSearch:
             if int(state.num_steps_since_acceptance) >= _MOST_REFUSALS:
                 outcome = Outcome.STALLED
                 break
+        compiled.advance.now(len(path))
         descent = state.descent_state
         if outcome is not Outcome.NOT_FINITE and not np.all(np.isfinite(descent.triangle)):
             outcome = Outcome.NO_SLOPE

@@ -182,11 +182,6 @@ def program_of(objective: Objective) -> Program:
     return Program(_residual_of_structure(treedef, tuple(leaves)), arrays)
 
 
-def forget_residuals() -> None:
-    """Drop compiled residuals that nobody holds."""
-    _residual_of_structure.forget()
-
-
 def arrays_of(objective: Objective) -> Objective:
     """What a program of its structure takes of an objective."""
     return _split(objective)[0]

@@ -3,6 +3,7 @@
 A compiled program takes hundreds to thousands of memory maps, of which a Linux process may have 65530.
 """
 
+import threading
 from collections import deque
 from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
@@ -26,16 +27,14 @@ class Kept(Generic[Made]):
         self._make = make
         self._alive: WeakValueDictionary[Hashable, Made] = WeakValueDictionary()
         self._recent: deque[Made] = deque(maxlen=_RECENT)
+        self._lock = threading.Lock()
 
     def __call__(self, *key: Hashable) -> Made:
         """The thing for a key."""
-        found = self._alive.get(key)
-        if found is None:
-            found = self._alive[key] = self._make(*key)
-        if not any(found is one for one in self._recent):
-            self._recent.append(found)
-        return found
-
-    def forget(self) -> None:
-        """Hold nothing any more."""
-        self._recent.clear()
+        with self._lock:
+            found = self._alive.get(key)
+            if found is None:
+                found = self._alive[key] = self._make(*key)
+            if not any(found is one for one in self._recent):
+                self._recent.append(found)
+            return found
