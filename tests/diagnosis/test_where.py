@@ -4,7 +4,13 @@ from scipy import stats
 
 from diagnosis.designs import goniometer, parameters
 from jaxink.diagnosis import Points, ScreenOptions, TangentCone, locate, smooth_part
-from jaxink.diagnosis.discrepancy import _VARIANCES, _kernel_root, _likelihood_gain, _modes
+from jaxink.diagnosis.discrepancy import (
+    _VARIANCES,
+    _kernel_root,
+    _likelihood_gain,
+    _modes,
+    misfit_deviation,
+)
 from jaxink.diagnosis.where import _divisions, _p_value
 
 FEW = ScreenOptions(n_bootstrap=400)
@@ -38,6 +44,27 @@ def test_low_rank_kernel_is_the_kernel():
     kernel = np.exp(-0.5 * square)
     kernel *= points.is_transmission[:, None] == points.is_transmission[None, :]
     np.testing.assert_allclose(root @ root.T, kernel, atol=2e-3)
+
+
+def test_a_misfit_shifts_parameters_by_about_as_much_as_is_said(points, jacobian):
+    rng = np.random.default_rng(6)
+    root = _kernel_root(points, 12.0)
+    scores = []
+    for _ in range(20):
+        misfit = 20 * root @ rng.standard_normal(root.shape[1]) + rng.standard_normal(len(points))
+        shift, *_ = np.linalg.lstsq(jacobian, misfit, rcond=None)
+        smooth = smooth_part(misfit - jacobian @ shift, jacobian, points, options=FEW)
+        scores.append(shift / misfit_deviation(smooth, jacobian, points))
+    # 80 normal deviates, up to the error of the variance that is estimated.
+    assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
+
+
+def test_a_parameter_on_a_bound_is_not_shifted(points, jacobian, noise):
+    smooth = smooth_part(noise + 5 * lobe(points.theta_o_deg, 30), jacobian, points, options=FEW)
+    held = misfit_deviation(smooth, jacobian, points, at_bound=np.array([0, 1, 0, 0]))
+    others = misfit_deviation(smooth, np.delete(jacobian, 1, axis=1), points)
+    assert np.isnan(held[1])
+    np.testing.assert_allclose(np.delete(held, 1), others, rtol=1e-9)
 
 
 def test_likelihood_is_that_of_the_dense_covariance():

@@ -88,13 +88,20 @@ def step_table(diagnosis: "Diagnosis") -> Table:
 def change_table(diagnosis: "Diagnosis") -> Table:
     """Free parameters before and after."""
     table = plain_table("Parameters")
-    for head in ("parameter", "before(s.e.)", "after(s.e.)", "bias/s.e."):
+    heads = ["parameter", "before(s.e.)", "after(s.e.)", "bias/s.e."]
+    if diagnosis.structure_remains:
+        heads += ["misfit may shift by", "determined"]
+    for head in heads:
         table.add_column(head, justify="left" if head == "parameter" else "right", no_wrap=True)
     for name, (value, error) in diagnosis.parameters_after.items():
         first = diagnosis.parameters_before.get(name)
         before = "" if first is None else with_uncertainty(*first)
         bias = "" if first is None or not error else f"{(first[0] - value) / error:+.3g}"
-        table.add_row(name, before, with_uncertainty(value, error), bias)
+        cells = [name, before, with_uncertainty(value, error), bias]
+        if diagnosis.structure_remains:
+            cells.append(_short(diagnosis.misfit_errors[name]))
+            cells.append("no" if name in diagnosis.undetermined else "yes")
+        table.add_row(*cells)
     return table
 
 

@@ -10,9 +10,11 @@ from jaxink.measurement import GonioData, estimate_noise
 from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
 
 _FEWEST_PAIRS = 10
-_LEFT = 0.001
-# Stated standard deviations are taken to be right within 10 %.
-_TOLERANCE = 1.1
+# Below this chance a residual is not noise.
+LEFT = 1e-3
+# Standard deviations are stated to about a tenth: a residual that is larger than stated by less than that
+# says more of the statement than of the model.
+TOLERANCE = 1.1
 _WORDS = {
     "repeats": "repeated readings",
     "mirror": "readings at +phi and -phi",
@@ -47,7 +49,7 @@ class Consistency:
     @property
     def is_broken(self) -> bool:
         """Whether they differ by more than the noise."""
-        return self.p_value < _LEFT and self.relative > _TOLERANCE * self.stated
+        return self.p_value < LEFT and self.relative > TOLERANCE * self.stated
 
     @property
     def sentence(self) -> str:

@@ -105,6 +105,47 @@ def smooth_part(
     return SmoothPart(values, noise_power, share, variance, _LENGTHS_DEG[at_length], p_value)
 
 
+def misfit_deviation(
+    smooth: SmoothPart,
+    jacobian: Float[np.ndarray, "rows parameters"],
+    points: Points,
+    *,
+    at_bound: Int[np.ndarray, " parameters"] | None = None,
+) -> Float[np.ndarray, " parameters"]:
+    """Standard deviation by which a model's misfit may have shifted its parameters.
+
+    What the parameters cannot imitate of a misfit is seen; what they do imitate of it shifts them. Both are
+    taken for parts of one Gaussian process.
+
+    Parameters
+    ----------
+    smooth
+        The process that the residual shows.
+    jacobian, points, at_bound
+        As of `find_structure`.
+
+    Returns
+    -------
+    Float[np.ndarray, " parameters"]
+        Beside the standard error by noise; nan where a bound holds the parameter.
+
+    References
+    ----------
+    Kennedy, O'Hagan 2001 JRSS B 63, 425; Brynjarsdottir, O'Hagan 2014 Inverse Problems 30, 114007.
+    """
+    inside = np.full(jacobian.shape[1], True) if at_bound is None else at_bound == 0
+    columns = jacobian[:, inside]
+    root = _kernel_root(points, smooth.length_deg)
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    padded = np.zeros((jacobian.shape[0], root.shape[1]))
+    padded[: len(points)] = root
+    shift = np.linalg.lstsq(columns / length, padded, rcond=None)[0] / length[:, None]
+    deviation = np.full(jacobian.shape[1], np.nan)
+    deviation[inside] = np.sqrt(smooth.variance * np.sum(shift**2, axis=1))
+    return deviation
+
+
 def _likelihood_gain(power, square):
     """Twice the logarithm of the likelihood ratio against no process, shape (vectors, variances)."""
     ratio = _VARIANCES[:, None] * square

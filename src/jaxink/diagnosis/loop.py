@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 
 from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
 from jaxink.diagnosis.consistency import consistency_of
+from jaxink.diagnosis.discrepancy import SmoothPart, misfit_deviation
 from jaxink.diagnosis.further import Further, further_measurements
 from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
@@ -21,11 +22,12 @@ from jaxink.diagnosis.stage import (
     Setup,
     Stage,
     deviations,
+    finite,
     held_out_predictions,
     in_threads,
 )
 from jaxink.diagnosis.structure import StructureResult, find_structure
-from jaxink.diagnosis.verdict import judge
+from jaxink.diagnosis.verdict import is_met, judge
 from jaxink.diagnosis.where import locate
 from jaxink.effects import CATALOGUE, Effect, Scene
 from jaxink.errors import InputRefusedError
@@ -50,6 +52,8 @@ _TRIES = 3
 _ENOUGH, _FORESEEN = 1.3, 4
 # Refits that are followed to their minima: so many, of those that gain at least this share of the best.
 _POLISHED, _POLISH_SHARE = 6, 0.4
+# Standard deviations to either side of a value that 95 % lie within.
+_COVERAGE = 1.96
 # Candidates that are fitted in the place of an effect, to know its class.
 _RIVALS = 6
 
@@ -223,9 +227,9 @@ class _Loop:
             step,
             members=(step.effect, *(r.effect.name for r in close)),
             strength=last.solution.values[step.form.strength.name] - step.form.neutral,
-            standard_error=_finite(errors[step.form.strength.name]),
+            standard_error=finite(errors[step.form.strength.name]),
             terms={name: last.solution.values[name] for name in terms},
-            term_errors={name: _finite(errors[name]) for name in terms},
+            term_errors={name: finite(errors[name]) for name in terms},
         )
 
     def _structure(self, stage: Stage) -> StructureResult:
@@ -318,10 +322,10 @@ class _Loop:
                     actual_drop=best.drop,
                     held_out_gain=gain,
                     strength=best.strength,
-                    standard_error=_finite(error),
+                    standard_error=finite(error),
                     unit=best.effect.strength.unit,
                     terms={t.name: best.solution.values[t.name] for t in best.effect.terms},
-                    term_errors={t.name: _finite(errors[t.name]) for t in best.effect.terms},
+                    term_errors={t.name: finite(errors[t.name]) for t in best.effect.terms},
                     refit=best,
                 )
         return None
@@ -386,6 +390,13 @@ class _Loop:
         self.follow("further measurements", 1, pair[0].solution.chi_square)
         return further_measurements(self.setup, stage.accepted, *pair)
 
+    def _misfit_errors(self, stage: Stage, smooth: SmoothPart) -> dict[str, float | None]:
+        """How far the smooth part of the misfit may have shifted each parameter."""
+        if smooth.p_value > self.options.level:
+            return {name: 0.0 for name in stage.free}
+        shifts = misfit_deviation(smooth, stage.jacobian, self.points, at_bound=stage.at_bound)
+        return {name: finite(shift) for name, shift in zip(stage.free, shifts.tolist(), strict=True)}
+
     def _report(self, first, last, steps, screens, structures, further) -> Diagnosis:
         structure_before, structure_after = structures
         before = summary_of(
@@ -402,7 +413,12 @@ class _Loop:
         )
         rows = _candidate_rows(screens[0], steps)
         consistency = consistency_of(self.data, self.setup.noise)
-        verdict = judge(steps, before, after, structure_after, location, rows, further, consistency)
+        estimates, misfit_errors = _with_errors(last), self._misfit_errors(last, location.smooth)
+        remains = not is_met(after, structure_after)
+        undetermined = _undetermined(last, estimates, misfit_errors) if remains else ()
+        verdict = judge(
+            steps, before, after, structure_after, location, rows, further, consistency, undetermined
+        )
         return Diagnosis(
             result=self.result,
             verdict=verdict,
@@ -415,7 +431,9 @@ class _Loop:
             structure_after=structure_after,
             location=location,
             parameters_before=_with_errors(first),
-            parameters_after=_with_errors(last),
+            parameters_after=estimates,
+            misfit_errors=misfit_errors,
+            undetermined=undetermined,
             refined=_refined(last),
             effects=last.accepted,
             settings={
@@ -425,6 +443,17 @@ class _Loop:
             consistency=consistency,
             remaining=_candidate_rows(screens[-1], ()) if len(screens) > 1 else (),
         )
+
+
+def _undetermined(stage: Stage, estimates, misfit_errors) -> tuple[str, ...]:
+    """Parameters on a bound, or that the misfit may have shifted so far as to one."""
+    names = []
+    for name, (value, error) in estimates.items():
+        term, misfit = stage.bench.terms[name], misfit_errors[name]
+        room = min(value - term.minimum, term.maximum - value)
+        if misfit is None or error is None or _COVERAGE * np.hypot(misfit, error) >= room:
+            names.append(name)
+    return tuple(names)
 
 
 def _setup(data: GonioData, sample: Sample, options: DiagnosisOptions, config: SolverConfig) -> Setup:
@@ -453,11 +482,7 @@ def _sizes(result: FitResult, sample: Sample, options: DiagnosisOptions) -> Solv
 
 def _with_errors(stage: Stage) -> dict[str, tuple[float, float | None]]:
     errors = deviations(stage.bench, stage.solution)
-    return {n: (stage.solution.values[n], _finite(errors[n])) for n in stage.free}
-
-
-def _finite(error: float) -> float | None:
-    return error if np.isfinite(error) else None
+    return {n: (stage.solution.values[n], finite(errors[n])) for n in stage.free}
 
 
 def _folds(points: Points) -> Bool[np.ndarray, "folds points"]:

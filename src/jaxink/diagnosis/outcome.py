@@ -164,6 +164,11 @@ class Diagnosis:
         Where, after the last step.
     parameters_before, parameters_after
         Value and standard error of each free parameter.
+    misfit_errors
+        Standard deviation by which what remains of the misfit may have shifted each parameter; None where a
+        bound holds it.
+    undetermined
+        Parameters that what remains of the misfit may shift to a bound of their range.
     refined
         The sample with what was found of it.
     effects
@@ -190,12 +195,19 @@ class Diagnosis:
     location: Location
     parameters_before: dict[str, tuple[float, float | None]]
     parameters_after: dict[str, tuple[float, float | None]]
+    misfit_errors: dict[str, float | None]
+    undetermined: tuple[str, ...]
     refined: Sample
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]
     further: "tuple[Further, ...]" = ()
     consistency: tuple[Consistency, ...] = ()
+
+    @property
+    def structure_remains(self) -> bool:
+        """Whether the model that was ended with misses the data."""
+        return self.verdict.code in ("partly_explained", "unexplained_structure")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""
@@ -235,6 +247,8 @@ class Diagnosis:
                         "bias_in_standard_errors": None
                         if not error
                         else (self.parameters_before[name][0] - after) / error,
+                        "misfit_error": self.misfit_errors[name],
+                        "is_determined": name not in self.undetermined,
                     }
                     for name, (after, error) in self.parameters_after.items()
                     if name in self.parameters_before

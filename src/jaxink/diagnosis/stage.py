@@ -163,6 +163,11 @@ def deviations(bench: Workbench, solution: Solution) -> dict[str, float]:
     return dict(zip(solution.free, sigma.tolist(), strict=True))
 
 
+def finite(error: float) -> float | None:
+    """A standard error as reports have it: None where the data say nothing or a bound holds the value."""
+    return error if np.isfinite(error) else None
+
+
 class Stage:
     """The model with the effects that were found so far.
 
@@ -324,7 +329,7 @@ class Stage:
         Returns
         -------
         float
-            In units of the column; at least the given limit.
+            In units of the column; at least the given limit, unless its range ends before.
         """
         effect, name = direction.effect, direction.effect.strength.name
         if effect.shares_program or not (effect.scales or name not in direction.setting):

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.outcome import Diagnosis
-from jaxink.diagnosis.stage import deviations
+from jaxink.diagnosis.stage import deviations, finite
 from jaxink.diagnosis.workbench import Workbench
 from jaxink.effects import Scene
 from jaxink.fitting import prepare_data
@@ -76,10 +76,7 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
         if is_refitted:
             solution = bench.fit(values, (*bench.base_free, *terms))
             values, predicted = solution.values, solution.predicted_per_sr
-            errors = {
-                name: error if np.isfinite(error) else None
-                for name, error in deviations(bench, solution).items()
-            }
+            errors = {name: finite(error) for name, error in deviations(bench, solution).items()}
         else:
             predicted = bench.predict(values)
         left = bench.whiten(predicted, bench.measured - predicted)[: len(predicted)]

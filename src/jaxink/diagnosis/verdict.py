@@ -3,7 +3,7 @@
 import dataclasses
 from typing import TYPE_CHECKING
 
-from jaxink.diagnosis.consistency import Consistency
+from jaxink.diagnosis.consistency import LEFT, TOLERANCE, Consistency
 from jaxink.diagnosis.outcome import CandidateRow, Step, Summary, Verdict
 from jaxink.diagnosis.structure import StructureResult
 from jaxink.diagnosis.where import Location
@@ -20,11 +20,6 @@ CODES = (
     "instrument",
     "not_testable",
 )
-# Below this chance a residual is not noise.
-_LEFT = 1e-3
-# Standard deviations are stated to about a tenth: a residual that is larger than stated by less than that
-# says more of the statement than of the model.
-_NOISE_TOLERANCE = 0.1
 
 
 def is_met(summary: Summary, structure: StructureResult) -> bool:
@@ -44,12 +39,12 @@ def is_met(summary: Summary, structure: StructureResult) -> bool:
     figures = summary.fitted
     if figures.probability is None:
         return True
-    within = figures.reduced_chi_square < (1 + _NOISE_TOLERANCE) ** 2
-    return within or (figures.probability >= _LEFT and not _is_ordered(structure))
+    within = figures.reduced_chi_square < TOLERANCE**2
+    return within or (figures.probability >= LEFT and not _is_ordered(structure))
 
 
 def _is_ordered(structure: StructureResult) -> bool:
-    return min((s.p_value for s in structure.statistics if s.name != "chi_square"), default=1.0) < _LEFT
+    return min((s.p_value for s in structure.statistics if s.name != "chi_square"), default=1.0) < LEFT
 
 
 def judge(
@@ -61,6 +56,7 @@ def judge(
     candidates: tuple[CandidateRow, ...],
     further: "tuple[Further, ...]" = (),
     consistency: tuple[Consistency, ...] = (),
+    undetermined: tuple[str, ...] = (),
 ) -> Verdict:
     """Code, effects and sentence.
 
@@ -80,18 +76,23 @@ def judge(
         Measurements that would tell an ambiguous class apart, the most telling first.
     consistency
         Of the readings with each other.
+    undetermined
+        Parameters that the misfit leaves open.
 
     Returns
     -------
     Verdict
     """
     verdict = _judged(steps, before, after, structure, location, candidates, further)
-    broken = [c.sentence for c in consistency if c.is_broken]
-    if not broken or verdict.code == "not_testable":
+    if verdict.code == "not_testable":
         return verdict
-    return dataclasses.replace(
-        verdict, sentence=f"{verdict.sentence} The data differ among themselves: {'; '.join(broken)}."
-    )
+    sentence = verdict.sentence
+    if undetermined:
+        sentence += f" With this misfit the data do not determine {', '.join(undetermined)}."
+    broken = [c.sentence for c in consistency if c.is_broken]
+    if broken:
+        sentence += f" The data differ among themselves: {'; '.join(broken)}."
+    return dataclasses.replace(verdict, sentence=sentence)
 
 
 def _judged(steps, before, after, structure, location, candidates, further) -> Verdict:

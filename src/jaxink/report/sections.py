@@ -133,12 +133,17 @@ def steps(diagnosis: "Diagnosis") -> str:
 def parameters(diagnosis: "Diagnosis") -> str:
     """Free parameters before and after."""
     before, after = diagnosis.parameters_before, diagnosis.parameters_after
+    misfit_heads = ["misfit may shift by", "determined"] if diagnosis.structure_remains else []
     if not diagnosis.steps:
         rows = [
-            [name, _with_unit(with_uncertainty(*pair), _unit(diagnosis, name))]
+            [
+                name,
+                _with_unit(with_uncertainty(*pair), _unit(diagnosis, name)),
+                *_by_misfit(diagnosis, name),
+            ]
             for name, pair in before.items()
         ]
-        return section("Parameters", table(["parameter", "value(s.e.)"], rows))
+        return section("Parameters", table(["parameter", "value(s.e.)", *misfit_heads], rows))
     rows = []
     for name, (value, error) in after.items():
         unit = _unit(diagnosis, name)
@@ -148,10 +153,22 @@ def parameters(diagnosis: "Diagnosis") -> str:
             cells[0] = with_uncertainty(*before[name])
             cells[2] = f"{number(100 * (first / value - 1), 3)} %" if value else number(None)
             cells[3] = number((first - value) / error, 3) if error else number(None)
-        rows.append([name, unit, *cells])
+        rows.append([name, unit, *cells, *_by_misfit(diagnosis, name)])
     heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias of before", "in standard errors"]
+    heads += misfit_heads
     text = "The bias is before minus after, relative to the value after, and in standard errors of it."
+    if misfit_heads:
+        text += (
+            " What remains of the misfit may have shifted the value after by the last but one column (a "
+            "standard deviation); a value that it may have shifted to the end of its range is not determined."
+        )
     return section("Parameters before and after", table(heads, rows, (0, 1)), paragraph(text))
+
+
+def _by_misfit(diagnosis: "Diagnosis", name: str) -> list[str]:
+    if not diagnosis.structure_remains:
+        return []
+    return [number(diagnosis.misfit_errors[name], 3), "no" if name in diagnosis.undetermined else "yes"]
 
 
 def _unit(diagnosis: "Diagnosis", name: str) -> str:
