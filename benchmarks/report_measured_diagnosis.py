@@ -182,10 +182,13 @@ def parameters_table(report: dict) -> str:
             f"{p['before']:.6g}",
             f"{p['after']:.6g}",
             "-" if not p["after_standard_error"] else f"{p['after_standard_error']:.2g}",
+            "-" if p["misfit_error"] is None else f"{p['misfit_error']:.2g}",
+            "yes" if p["is_determined"] else "no",
         ]
         for p in report["parameters"]
     ]
-    return table(["parameter", "as declared", "after", "standard error"], rows)
+    heads = ["parameter", "as declared", "after", "standard error", "misfit may shift by", "determined"]
+    return table(heads, rows)
 
 
 def candidates_table(report: dict, key: str, most: int = 6) -> str:

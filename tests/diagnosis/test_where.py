@@ -130,7 +130,7 @@ def test_smooth_part_recovers_a_smooth_misfit(points, jacobian, noise):
         ),
         (
             lambda p: 2.0 * np.cos(np.deg2rad(12 * p.theta_o_deg)),
-            "of changing sign on both sides",
+            "changing sign on both sides",
         ),
         (lambda p: np.zeros(len(p)), "no structure stands out of the noise"),
     ],

@@ -176,7 +176,7 @@ def _words(points: Points, left, smooth: SmoothPart) -> str:
     place = "on both sides" if both else f"on side {main}"
     band, sign, text = _band(points, values, region, "specular" if not both and main == "R" else "forward")
     if sign == 0:
-        return f"of changing sign {place}"
+        return f"changing sign {place}"
     words = f"{_sign_word(sign)} {place}{text}"
     outside = region & ~band
     if np.sum(power[outside]) > _ELSEWHERE * np.sum(power[region]) and _mean_sign(values[outside]) == -sign:
