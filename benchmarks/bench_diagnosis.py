@@ -2,8 +2,8 @@
 
 python benchmarks/bench_diagnosis.py [NAME ...]
 
-Each simulated case is diagnosed by the command in a fresh process, first with no compiled program stored, then
-with those that the first run stored; and twice by the library in one process, of which the second run counts.
+Each simulated case is diagnosed by the command in a fresh process, first with nothing compiled, then with the
+programs that the first run stored; and twice by the library in one process, of which the second run counts.
 """
 
 import json
