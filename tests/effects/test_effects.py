@@ -15,6 +15,7 @@ from jaxink.effects.sample import (
     SecondLobe,
     ThicknessVariance,
     ThinPatches,
+    TopCoat,
     UndeclaredBacking,
 )
 from jaxink.fitting.objective import FitNoise
@@ -188,6 +189,19 @@ def test_depth_gradient_moves_scatterers_and_keeps_their_number(sample, scene):
     assert np.all(up[reflected] > down[reflected])
     change = np.abs(up / down - 1)
     assert change[~reflected].max() < 0.5 * change[reflected].max()
+
+
+def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):
+    (gradient,) = DepthGradient.forms(Case(sample, scene))
+    slope = {"depth_gradient__slope": 0.8}
+    both = bench(sample, scene, (gradient, ThinPatches("ink"), TopCoat(2)))
+    thin = dataclasses.replace(sample, parameters=sample.parameters.replace("ink.thickness_um", value=30.0))
+    graded = [at(bench(one, scene, (gradient,)), **slope) for one in (sample, thin)]
+    patches = at(both, **slope, thin_patches__share=0.2, thin_patches__thickness_ratio=0.5)
+    np.testing.assert_allclose(patches, 0.8 * graded[0] + 0.2 * graded[1], rtol=1e-8)
+    # A film of the ink's own index on its outer face, behind both halves, does nothing.
+    coated = at(both, **slope, top_coat__share=1.0, top_coat_film__refractive_index=1.5)
+    np.testing.assert_allclose(coated, graded[0], rtol=1e-3)
 
 
 def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene):

@@ -72,7 +72,9 @@ class Setup:
         names = {effect.name for effect in accepted}
         rest = tuple(c for c in self.catalogue if c.name not in names)
         relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
-        return effects_for(Case(extend(self.sample, accepted), self.scene, relative, self.accuracy), rest)
+        # What divides a layer acts last: for all others the layer is one.
+        whole = extend(self.sample, tuple(e for e in accepted if not e.splits))
+        return effects_for(Case(whole, self.scene, relative, self.accuracy), rest)
 
     def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:
         """The workbench of all effects that need no program of their own."""

@@ -42,11 +42,12 @@ class AugmentedModel(eqx.Module):
         self.with_field = any(e.needs_field for e in effects)
         directions = scene.all_directions(self.with_incidence, self.with_field)
 
-        extended = extend(sample, effects)
-        self.main = ForwardModel(extended, *directions, config)
-        others = ((i, e, e.other(extended)) for i, e in enumerate(effects))
+        splitting = tuple(e for e in effects if e.splits)
+        whole = extend(sample, tuple(e for e in effects if not e.splits))
+        self.main = ForwardModel(extend(whole, splitting), *directions, config)
+        others = ((i, e, e.other(whole)) for i, e in enumerate(effects))
         self.others = tuple(
-            (i, ForwardModel(other, *directions, effect.refined(config)))
+            (i, ForwardModel(extend(other, splitting), *directions, effect.refined(config)))
             for i, effect, other in others
             if other is not None
         )
@@ -113,7 +114,7 @@ def _blend(first, second, share):
 
 
 def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
-    """The sample with what all effects add to it, at a strength of zero."""
-    for effect in effects:
+    """The sample with what all effects add to it, at a strength of zero; those that divide a layer last."""
+    for effect in sorted(effects, key=lambda e: e.splits):
         sample = effect.extend(sample)
     return sample

@@ -89,6 +89,8 @@ class Effect:
     is_scalable
         Whether what a setting does grows with its strength, so that a screen may scale it; of a share of the
         area it always does.
+    splits
+        Whether it divides a layer into several: it then acts after all others, which know the layer as one.
     usual
         Strength of usual size; an effect whose detection limit lies beyond it is hardly testable.
     """
@@ -101,6 +103,7 @@ class Effect:
     own_program: ClassVar[bool] = False
     needs_field: ClassVar[bool] = False
     is_scalable: ClassVar[bool] = False
+    splits: ClassVar[bool] = False
     usual: ClassVar[float] = np.inf
 
     @classmethod

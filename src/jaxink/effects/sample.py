@@ -651,6 +651,7 @@ class DepthGradient(_Constant):
     layer: str
 
     name, own_program, is_scalable, group = "depth_gradient", True, True, "volume"
+    splits = True
     usual = 0.5
     statement = "the ink's scattering changes with depth"
 
