@@ -37,8 +37,8 @@ def measured(folder: str, file: str, **stated):
     return jaxink.read(data_folder("measured") / folder / file, **stated)
 
 
-# Two effects, and a discretisation to 0.1 %: rough faces under a free index are slow.
-COARSE = jaxink.DiagnosisOptions(max_effects=2, fit=jaxink.FitOptions(profile="none", accuracy=1e-3))
+# A discretisation to 0.1 %: rough faces under a free index are slow.
+COARSE = jaxink.DiagnosisOptions(fit=jaxink.FitOptions(profile="none", accuracy=1e-3))
 
 
 def diagnosed(name: str, data, sample_file: str, options=None) -> tuple[jaxink.Diagnosis, dict]:
