@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics.compiling import Tiered, hastily
+from jaxink.numerics.compiling import Tiered, _options, hastily
 
 
 def decay(a, x):
@@ -13,16 +13,25 @@ def decay(a, x):
 
 
 @pytest.fixture
-def problem():
+def problem(monkeypatch):
+    # The tests' own setting would stand.
+    monkeypatch.delenv("XLA_FLAGS")
+    _options.cache_clear()
     rng = np.random.default_rng(5)
     with jax.enable_x64(True):
         yield jnp.asarray(rng.random((12, 12))), jnp.asarray(rng.random(12))
+    _options.cache_clear()
 
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_a_hasty_program_computes_the_same(problem, level):
     hasty = hastily(decay, level)(*problem)
     np.testing.assert_allclose(hasty, jax.jit(decay)(*problem), rtol=1e-12)
+
+
+def test_a_level_that_the_user_asks_for_stands(problem, monkeypatch):
+    monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=2")
+    assert _options(0) is None
 
 
 def test_a_function_is_compiled_thoroughly_once_it_has_run_often(problem):

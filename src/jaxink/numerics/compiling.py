@@ -1,5 +1,6 @@
 """How much work XLA puts into a program: little where it runs a few times, much where it runs often."""
 
+import os
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -13,7 +14,8 @@ _NONE, _LITTLE = 0, 1
 
 @cache
 def _options(level: int) -> dict[str, Any] | None:
-    if jax.default_backend() != "cpu":
+    # A level that the user asks for stands.
+    if jax.default_backend() != "cpu" or "optimization_level" in os.environ.get("XLA_FLAGS", ""):
         return None
     options = {"xla_backend_optimization_level": level, "xla_cpu_use_fusion_emitters": False}
     try:
