@@ -72,8 +72,9 @@ def test_forward_equals_reverse_equals_differences(name, method):
             slope = (-3 * bsdf(x) + 4 * bsdf(x + step) - bsdf(x + 2 * step)) / (2 * step[k])
         else:
             slope = (bsdf(x + step) - bsdf(x - step)) / (2 * step[k])
-        # The zero eigenvalue of a thick conservative layer carries a rounding that grows with tau.
-        rounding = (1e-11 if name == "thick and conservative" else 1e-15) / size_of_step
+        # The zero eigenvalue of a thick conservative layer carries a rounding that grows with tau; doubling a
+        # thick layer adds up that of some thirty products.
+        rounding = {"thick and conservative": 1e-11, "thick": 1e-14}.get(name, 1e-15) / size_of_step
         assert here[:, k] == pytest.approx(np.asarray(slope), abs=1e-5 * size[k] + 20 * rounding)
 
 
