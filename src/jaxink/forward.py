@@ -130,7 +130,8 @@ class ForwardModel(eqx.Module):
             grid = stack.grid(self.config)
             return rough_table(grid, (outer, inner), face.density, span, n_orders, sizes.n_outer)
 
-        with computing():
+        # Numbers, even where a model is made within a function that is being compiled.
+        with computing(), jax.ensure_compile_time_eval():
             values = self._at_each_wavelength(table.values_with({}))
             return eqx.filter_vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values)
 

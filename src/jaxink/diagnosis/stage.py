@@ -3,9 +3,10 @@
 import dataclasses
 import logging
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
 
+import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -188,9 +189,10 @@ class Stage:
         self.listed: Listed = setup.listed(accepted)
         self.bench = setup.shared_bench(accepted, self.listed)
         self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
-        self.solution = self.bench.fit(values, self.free)
         self._own: dict[str, Workbench] = {}
         self._refits: dict[Effect, Refit] = {}
+        self._made: dict[str, Future] = {}
+        self.solution = self._fitted(values)
         self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
 
     @cached_property
@@ -260,17 +262,44 @@ class Stage:
                 found.append(Direction(effect, effect.settings[rank], column, span))
         return found
 
-    def _all_secants(self) -> list[Direction]:
+    def _programs(self) -> dict[str, list[Effect]]:
+        """Screened effects with programs of their own, by program."""
         own = [e for e in self.listed.forms if e.own_program and e.is_screened]
         programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
         # Neighbours in the catalogue share tables: not at the same time, or one waits for the other.
-        apart = [*programs.values()]
+        names = [*programs]
+        return {name: programs[name] for name in [*names[::2], *names[1::2]]}
 
-        def of(effects):
-            return [direction for effect in effects for direction in self._secants(effect)]
+    def _fitted(self, values: dict[str, float]) -> Solution:
+        """The fit; programs that the screen will need are made while its own is compiled."""
 
-        found = in_threads(of, [*apart[::2], *apart[1::2]])
-        return [direction for directions in found for direction in directions]
+        def make(effects):
+            with jax.enable_x64(True):
+                self.own_bench(effects[0]).predict(values)
+
+        # A later model may leave nothing to look for.
+        programs = {} if self.accepted else self._programs()
+        pool = ThreadPoolExecutor(1)
+        self._made = {
+            name: pool.submit(make, effects)
+            for name, effects in programs.items()
+            if not effects[0].shares_program
+        }
+        try:
+            return self.bench.fit(values, self.free)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+    def _all_secants(self) -> list[Direction]:
+        programs = self._programs()
+
+        def of(program):
+            made = self._made.get(program)
+            if made is not None and not made.cancelled():
+                made.result()
+            return [direction for effect in programs[program] for direction in self._secants(effect)]
+
+        return [direction for directions in in_threads(of, programs) for direction in directions]
 
     def _secants(self, effect: Effect) -> list[Direction]:
         """Differences between the model with the effect at its settings and without it."""

@@ -9,6 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.channels import ChannelGrid
+from jaxink.numerics.compiling import hastily
+from jaxink.numerics.kept import Kept
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
 from jaxink.surfaces.slopes import slope_density
@@ -99,12 +101,19 @@ def rough_table(
         nodes = np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
     # Computed once: quadratures may be finer than where they are computed in every step.
     sizes = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
-    return RoughTable(_at_angles(grid, indices, density, jnp.asarray(nodes), n_orders, sizes), sigma_deg)
+    at_angles = _programs(density, n_orders, sizes)
+    return RoughTable(at_angles(grid, indices, jnp.asarray(nodes)), sigma_deg)
 
 
-@eqx.filter_jit
-def _at_angles(grid, indices, density, nodes, n_orders, sizes):
-    def at(sigma_deg):
-        return rough_interface(grid, *indices, slope_density(density, sigma_deg), n_orders, sizes)
+def _at_angles(density: str, n_orders: int, sizes: RoughSizes):
+    def at_angles(grid, indices, nodes):
+        def at(sigma_deg):
+            return rough_interface(grid, *indices, slope_density(density, sigma_deg), n_orders, sizes)
 
-    return jax.lax.map(at, nodes)
+        return jax.lax.map(at, nodes)
+
+    # It runs once for each face.
+    return hastily(at_angles, level=1)
+
+
+_programs = Kept(_at_angles)
