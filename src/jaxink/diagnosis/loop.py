@@ -221,7 +221,7 @@ class _Loop:
             for name in order[:_RIVALS]
             if name != step.effect
         ]
-        close = [r for r in rivals if r.penalised(n) > own - _TOLD_APART]
+        close = [r for r in rivals if r.penalised(n) > own - _TOLD_APART or abs(r.drop - drop) < _TOLD_APART]
         close.sort(key=lambda r: -r.penalised(n))
         return dataclasses.replace(
             step,
@@ -306,7 +306,12 @@ class _Loop:
             if not others or others[0].penalised(n) <= 0:
                 return None
             best = others[0]
-            members = [r for r in others if abs(best.penalised(n) - r.penalised(n)) < _TOLD_APART]
+            # One of more terms that fits as well is not preferred, but neither is it refuted.
+            members = [
+                r
+                for r in others
+                if min(abs(best.penalised(n) - r.penalised(n)), abs(best.drop - r.drop)) < _TOLD_APART
+            ]
             tried |= {r.effect.name for r in members}
             errors = best.deviations()
             error = errors[best.effect.strength.name]

@@ -295,25 +295,25 @@ class WaveSurface(Effect):
 
     @property
     def terms(self):
-        """Height and length of a K-correlation spectrum."""
+        """Height, length and exponent of a K-correlation spectrum."""
         stem = f"{self.layer}.{self.face}"
         return (
             Parameter(f"{stem}.height_rms_um", 0.0, True, 0.005, 2.0, "um", scale="log"),
             Parameter(f"{stem}.length_b_um", 5.0, True, 0.3, 100.0, "um", scale="log"),
+            Parameter(f"{stem}.exponent", 3.0, True, 2.05, 10.0, scale="log"),
         )
 
     @property
     def settings(self):
         """Heights and lengths."""
-        height, length = (t.name for t in self.terms)
+        height, length, _ = (t.name for t in self.terms)
         return tuple({height: h, length: b} for h, b in ((0.05, 2.0), (0.15, 8.0)))
 
     def extend(self, sample: Sample) -> Sample:
         """With a spectrum of heights."""
         stem = f"{self.layer}.{self.face}"
         rough = Roughness(self.face, None, None, stem, "k_correlation", "perturbation")
-        exponent = Parameter(f"{stem}.exponent", 3.0)
-        return with_parameters(_with_face(sample, self.layer, rough), *self.terms, exponent)
+        return with_parameters(_with_face(sample, self.layer, rough), *self.terms)
 
 
 @dataclasses.dataclass(frozen=True)
