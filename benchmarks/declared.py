@@ -34,7 +34,7 @@ def sample_toml(declared: dict) -> str:
         TOML; unknown parameters are free between their declared ranges and start in the middle.
     """
     wavelengths = declared["wavelength_nm"]
-    lines = ["schema_version = 1", f"wavelength_nm = {wavelengths}", ""]
+    lines = ["schema_version = 1", 'title = "simulated measurement"', f"wavelength_nm = {wavelengths}", ""]
     for layer in declared["stack_from_illuminated_side"]:
         lines += _layer(layer, declared, len(wavelengths) > 1)
     noise = declared["noise"]

@@ -518,6 +518,8 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
             status = "hardly_testable"
             reason = f"its detection limit lies beyond its usual strength, {direction.effect.usual:g}"
         unit = next(e for e in stage.listed.forms if e.name == c.name).strength.unit
+        # A linear step beyond its range says nothing.
+        step = c.strength * unit_of_column if abs(c.strength) <= direction.largest else np.nan
         rows.append(
             CandidateRow(
                 effect=c.name,
@@ -526,7 +528,7 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
                 p_adjusted=c.p_adjusted,
                 absorbed_fraction=c.absorbed_fraction,
                 detection_limit=limit,
-                strength=refit.strength if refit else c.strength * unit_of_column,
+                strength=refit.strength if refit else step,
                 unit=unit,
                 members=members.get(c.name, (c.name,)),
                 predicted_drop=c.predicted_drop,

@@ -104,7 +104,7 @@ def _judged(steps, before, after, structure, location, candidates, further) -> V
     if not steps:
         return _nothing_added(met, before, structure, location, candidates)
     names = [step.effect for step in steps]
-    others = [name for step in steps for name in step.members if name not in names]
+    others = list(dict.fromkeys(n for step in steps for n in step.members if n not in names))
     ambiguous = any(len(step.members) > 1 for step in steps)
     instrument = all(step.form.group == "instrument" for step in steps)
     what = " and ".join(_named(step) for step in steps)
