@@ -783,11 +783,13 @@ class LateralLoss(Effect):
 
     @property
     def settings(self):
-        """Fields of a few thicknesses of the plate, with beams half as wide."""
+        """Fields of a few thicknesses of the plate, with beams half as wide, and a narrow beam.
+
+        A wide field misses of a narrow beam what went far in the plate, as if the plate absorbed it.
+        """
         detector, beam = (t.name for t in self.terms)
-        return tuple(
-            {detector: d * self.thickness_mm, beam: d * self.thickness_mm / 2} for d in (4.0, 15.0, 50.0)
-        )
+        widths = ((4.0, 2.0), (15.0, 7.5), (50.0, 25.0), (15.0, 2.0))
+        return tuple({detector: d * self.thickness_mm, beam: b * self.thickness_mm} for d, b in widths)
 
     def extend(self, sample: Sample) -> Sample:
         """With a beam and a field."""
