@@ -39,11 +39,13 @@ def measured(folder: str, file: str, **stated):
     return jaxink.read(data_folder("measured") / folder / file, **stated)
 
 
+# At most so many free parameters.
+MOST = jaxink.DiagnosisOptions(max_parameters=8)
 # A discretisation to 0.1 %: rough faces under a free index are slow.
-COARSE = jaxink.DiagnosisOptions(fit=jaxink.FitOptions(profile="none", accuracy=1e-3))
+COARSE = dataclasses.replace(MOST, fit=jaxink.FitOptions(profile="none", accuracy=1e-3))
 
 
-def diagnosed(name: str, data, sample_file: str, options=None) -> tuple[jaxink.Diagnosis, dict]:
+def diagnosed(name: str, data, sample_file: str, options=MOST) -> tuple[jaxink.Diagnosis, dict]:
     """Diagnosis of a measurement; its residual maps go to docs."""
 
     def progress(what, step, misfit):

@@ -127,6 +127,10 @@ def diagnose(
         Path, typer.Option(metavar="DIR", help="Folder for report.html, report.json and figures.")
     ],
     max_effects: Annotated[int, typer.Option(metavar="N", help="Most effects that are added.")] = 3,
+    max_parameters: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Most parameters that are free at a time; no limit unless said."),
+    ] = None,
     level: Annotated[
         float, typer.Option(metavar="X", help="Chance that the screen calls an effect where there is none.")
     ] = 0.05,
@@ -147,7 +151,8 @@ def diagnose(
     with one_sentence(debug):
         from jaxink.cli.diagnose import run_diagnose
 
-        choices = {"max_effects": max_effects, "level": level, "n_bootstrap": bootstrap, "seed": seed}
+        limits = {"max_effects": max_effects, "max_parameters": max_parameters}
+        choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
         output = "json" if json else "quiet" if quiet else "tables"
         files = (data, sample, out)

@@ -80,8 +80,9 @@ def _options(choices: dict[str, Any], accuracy: float) -> "jaxink.DiagnosisOptio
     """Choices, refused before anything is computed."""
     from jaxink.diagnosis import ScreenOptions
 
-    if choices["max_effects"] < 0:
-        raise InputRefusedError(f"max_effects is {choices['max_effects']}; it must not be negative.")
+    for name in ("max_effects", "max_parameters"):
+        if choices[name] is not None and choices[name] < 0:
+            raise InputRefusedError(f"{name} is {choices[name]}; it must not be negative.")
     ScreenOptions(**{name: choices[name] for name in ("n_bootstrap", "level", "seed")})
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     return jaxink.DiagnosisOptions(**choices, fit=fit)

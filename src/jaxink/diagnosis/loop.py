@@ -66,6 +66,8 @@ class DiagnosisOptions:
     ----------
     max_effects
         Most effects that are added.
+    max_parameters
+        Most parameters that are free at a time, those of the declared sample included; None for no limit.
     level
         Chance that the screen calls any effect where there is none.
     n_bootstrap, seed
@@ -82,6 +84,7 @@ class DiagnosisOptions:
     """
 
     max_effects: int = 3
+    max_parameters: int | None = None
     level: float = 0.05
     n_bootstrap: int = 2000
     seed: int = 20260
@@ -250,6 +253,7 @@ class _Loop:
             for c in screened.candidates
             if c.p_adjusted <= self.options.level or (stage.is_far and c.status != "not_testable")
         ]
+        called = [name for name in called if self._has_room(stage, directions[name])]
         promise = {name: stage.promise(directions[name]) for name in called}
         refits: dict[str, Refit] = {}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
@@ -267,6 +271,11 @@ class _Loop:
         )
         self._polish(stage, refits)
         return refits, [name for name in own if name not in refits]
+
+    def _has_room(self, stage: Stage, directions: list[Direction]) -> bool:
+        """Whether the terms of an effect may be free besides the rest."""
+        most = self.options.max_parameters
+        return most is None or len(stage.free) + len(directions[0].effect.terms) <= most
 
     def _refit(self, stage: Stage, name: str, directions, refits: dict[str, Refit]) -> None:
         refits[name] = stage.best_refit(directions[name])
@@ -349,6 +358,7 @@ class _Loop:
             ahead = stage.after(refit)
             directions = ahead.directions(with_own=False)
             order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
+            order = [name for name in order if self._has_room(ahead, directions[name])]
             found = [ahead.polished(ahead.best_refit(directions[name])) for name in order[:_FORESEEN]]
             costs = len(refit.effect.terms) * np.log(n)
             ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
@@ -442,7 +452,8 @@ class _Loop:
             refined=_refined(last),
             effects=last.accepted,
             settings={
-                key: getattr(self.options, key) for key in ("level", "n_bootstrap", "seed", "max_effects")
+                key: getattr(self.options, key)
+                for key in ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
             },
             further=further,
             consistency=consistency,

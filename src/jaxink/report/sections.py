@@ -20,6 +20,7 @@ GOOD = ("no_misfit", "explained", "explained_by_one_of", "instrument")
 
 _SETTINGS = {
     "max_effects": "most effects",
+    "max_parameters": "most free parameters",
     "level": "level",
     "n_bootstrap": "null data sets",
     "seed": "seed",
@@ -302,7 +303,8 @@ def origin(diagnosis: "Diagnosis") -> str:
     """What is needed to repeat it."""
     result = diagnosis.result
     lines = [f"Catalogue of effects: version {diagnosis.to_dict()['catalogue_version']}."]
-    said = ", ".join(f"{name} {diagnosis.settings[key]:g}" for key, name in _SETTINGS.items())
+    chosen = {name: diagnosis.settings[key] for key, name in _SETTINGS.items()}
+    said = ", ".join(f"{name} {value:g}" for name, value in chosen.items() if value is not None)
     lines.append(f"Diagnosis: {said}.")
     lines.append(f"Fit of the declared model: {result.method}, {result.outcome.value}; seed {result.seed}.")
     lines.append(f"Discretisation: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.")
