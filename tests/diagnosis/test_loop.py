@@ -110,6 +110,14 @@ def test_two_effects_of_the_instrument_are_found_and_measured(pair):
     assert pair.after.held_out.chi_square < pair.before.held_out.chi_square
 
 
+def test_no_more_parameters_are_freed_than_allowed(pair):
+    limited = dataclasses.replace(OPTIONS, max_parameters=len(TRUE) + 1)
+    found = diagnose(pair.result.data, parse_sample(SAMPLE), limited)
+    assert len(found.steps) == 1
+    assert found.verdict.code == "partly_explained"
+    assert len(found.parameters_after) == len(TRUE) + 1
+
+
 def test_parameters_come_back_to_the_truth(pair):
     for name, true in TRUE.items():
         before, _ = pair.parameters_before[name]

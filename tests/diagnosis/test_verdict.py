@@ -47,6 +47,12 @@ def verdict(steps, after, before=LEFT[0]):
         ([step(UndeclaredBacking(), "gain")], NOISE, "explained_by_one_of", ("backing", "gain")),
         ([step(StrayLight())], NOISE, "instrument", ("stray_light",)),
         ([step(StrayLight()), step(UndeclaredBacking())], NOISE, "explained", ("stray_light", "backing")),
+        (
+            [step(StrayLight(), "gain"), step(UndeclaredBacking(), "gain")],
+            NOISE,
+            "explained_by_one_of",
+            ("stray_light", "backing", "gain"),
+        ),
         ([step(UndeclaredBacking())], LEFT, "partly_explained", ("backing",)),
         ([], LEFT, "unexplained_structure", ()),
         ([], NOISE, "no_misfit", ()),
