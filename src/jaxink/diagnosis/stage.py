@@ -372,8 +372,8 @@ class Stage:
         def left_at(step):
             there = terms | self.solution.values | direction.setting | {name: effect.neutral + step * unit}
             truth = bench.predict(there)
-            refit = self.bench.fit(self.solution.values, self.free, max_jacobians=_QUICK, measured=truth)
-            return refit.chi_square
+            # To the end: what a search has not yet followed is not left.
+            return self.bench.fit(self.solution.values, self.free, measured=truth).chi_square
 
         steps = sorted({min(factor * limit, direction.largest) for factor in _MULTIPLES}, reverse=True)
         middle = steps[len(steps) // 2]
