@@ -3,11 +3,12 @@
 python benchmarks/diagnosis_power.py [--loops N] [--effect-loops] [--case NAME] [--only EFFECT,...]
 
 At twice the detection limit every data set is drawn from the model: its prediction with an effect at that
-strength, nonlinear, plus the declared noise with its scan factors; the declared model is fitted to it anew, and the residual
-screened. At the other multiples the linear model of the screen serves, noise added to the direction of the effect.
-Results are kept effect by effect in benchmarks/diagnosis_power.json, so that a run that was stopped goes on; --loops
-runs the whole procedure on null data sets, --effect-loops on one with each effect. The first case tells of all effects it can; --case NAME adds those that
-another sample has.
+strength, nonlinear, plus the declared noise with its scan factors; the declared model is fitted to it anew, and the
+residual screened. At the other multiples the linear model of the screen serves, noise added to the direction of the
+effect, unless refits find that its limit is not linear: then all are drawn from the model. Results are kept effect by
+effect in benchmarks/diagnosis_power.json, so that a run that was stopped goes on; --loops runs the whole procedure on
+null data sets, --effect-loops on one with each effect. The first case tells of all effects it can; --case NAME adds
+those that another sample has.
 """
 
 import argparse
@@ -18,7 +19,7 @@ import numpy as np
 import jaxink
 from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.diagnosis import Candidate, DiagnosisOptions, ScreenOptions, diagnose, prepare_screen
-from jaxink.diagnosis.stage import Setup, Stage
+from jaxink.diagnosis.stage import TOLD_APART, Setup, Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
 from jaxink.fitting.objective import noise_of
@@ -34,8 +35,6 @@ N_SETS, N_NULL, FACTORS, SEED = 50, 200, (0.5, 1.0, 2.0, 4.0), 4711
 REFITTED = 2.0
 # The multiple at which the whole procedure runs on one data set.
 LOOPED = 4.0
-# Candidates whose predicted fall of chi-square is within this of the best one are one class.
-_TOLD_APART = 4.0
 
 
 class Case:
@@ -132,7 +131,7 @@ class Case:
 
     def length(self, column) -> float:
         """Length of what the free parameters cannot imitate of a change."""
-        return float(np.linalg.norm(column - self.stage.base @ (self.stage.base.T @ column)))
+        return float(np.linalg.norm(self.stage.remainder(column)))
 
     def named(self, residuals, name):
         """In how many residuals the class of an effect is called first."""
@@ -145,7 +144,7 @@ class Case:
                 continue
             drops = np.array([c.predicted_drop for c in self.prepared.screen(residual).candidates])
             drops = np.where(called, drops, -np.inf)
-            count += bool(called[names.index(name)] and drops[names.index(name)] > drops.max() - _TOLD_APART)
+            count += bool(called[names.index(name)] and drops[names.index(name)] > drops.max() - TOLD_APART)
         return count
 
 

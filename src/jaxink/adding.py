@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -24,8 +25,13 @@ NOTHING = (0.0, 0.0, 1.0)
 
 def join(upper, lower):
     """Join two elements that are diagonal in the channels: (from above, from below, through)."""
-    if lower is NOTHING:
-        return upper
+    return upper if lower is NOTHING else _joined(upper, lower)
+
+
+# Jitted on its own: traced once for all interfaces of all programs.
+@jax.jit
+def _joined(upper, lower):
+    """See `join`."""
     (a, a_below, t), (b, b_below, u) = upper, lower
     gain = 1 / at_least_tiny(1 - a_below * b)
     return a + t**2 * gain * b, b_below + u**2 * gain * a_below, t * gain * u

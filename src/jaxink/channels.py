@@ -10,7 +10,10 @@ Fluxes are carried as sqrt(c) L, with the basic radiance L = I / n^2 and the ete
 same in every medium: reciprocity is symmetry.
 """
 
+from functools import partial
+
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -46,39 +49,27 @@ class ChannelGrid(eqx.Module):
     block_index: Float[Array, " blocks"]
     scatters: Bool[Array, " blocks"]
     nodes_per_block: tuple[int, ...] = eqx.field(static=True)
-    exposed: bool = eqx.field(static=True, default=False)
+    exposed: bool = eqx.field(static=True)
+    # For each block: index of the medium that has the nodes, its cosines at the end and the start.
+    block_cosines: tuple[Float[Array, " blocks"], ...]
+    # That medium's index, the cosine in it and the quadrature weight of each channel.
+    _nodes: tuple[Float[Array, " channels"], ...]
 
-    @property
-    def block_cosines(self) -> tuple:
-        """For each block: index of the medium that has the nodes, its cosines at the end and the start."""
-        index = self.block_index
-        denser = jnp.append(index[1:], index[-1])
-        close = (denser < index * (1 + _CLOSE)) & jnp.append(self.scatters[1:], False)
-        if self.exposed:
-            close = close.at[0].set(False)
-        reference = jnp.where(close, denser, index)
-        starts = jnp.concatenate([jnp.zeros(1), index[:-1]])
-        end, start = (propagating_cosine(1 - (kappa / reference) ** 2) for kappa in (index, starts))
-        return reference, end, start
-
-    def _nodes(self):
-        """Index of the block's reference medium, cosine there and quadrature weight, all channels."""
-        units = [gauss_legendre_unit(n_nodes) for n_nodes in self.nodes_per_block]
-        block = np.repeat(np.arange(len(units)), self.nodes_per_block)
-        unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
-        reference, end, start = (part[block] for part in self.block_cosines)
-        return reference, end + (start - end) * unit_node, (start - end) * unit_weight
+    def __init__(self, block_index, scatters, nodes_per_block, exposed=False):
+        self.block_index, self.scatters = block_index, scatters
+        self.nodes_per_block, self.exposed = nodes_per_block, exposed
+        self.block_cosines, self._nodes = _nodes_of(block_index, scatters, nodes_per_block, exposed)
 
     @property
     def etendue_weight(self) -> Float[Array, " channels"]:
         """Weight n^2 w mu of each channel, shape ``(channels,)``."""
-        index, cosine, weight = self._nodes()
+        index, cosine, weight = self._nodes
         return index**2 * weight * cosine
 
     @property
     def kappa(self) -> Float[Array, " channels"]:
         """N sin(theta) of each channel, shape ``(channels,)``."""
-        index, cosine, _ = self._nodes()
+        index, cosine, _ = self._nodes
         return index * jnp.sqrt(1 - cosine**2)
 
     def squared_cosine(self, refractive_index) -> Float[Array, "*media channels"]:
@@ -94,7 +85,7 @@ class ChannelGrid(eqx.Module):
         Float[Array, "*media channels"]
         """
         # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines where n = n_b.
-        index, cosine, _ = self._nodes()
+        index, cosine, _ = self._nodes
         n2 = jnp.asarray(refractive_index) ** 2
         return (n2 - index**2 + (index * cosine) ** 2) / n2
 
@@ -111,7 +102,7 @@ class ChannelGrid(eqx.Module):
         Float[Array, "targets channels"]
             Each row has non-zero entries in the block of its kappa only.
         """
-        _, nodes, _ = self._nodes()
+        _, nodes, _ = self._nodes
         reference, end, _ = self.block_cosines
         columns, first, start = [], 0, None
         for block, n_nodes in enumerate(self.nodes_per_block):
@@ -130,3 +121,22 @@ class ChannelGrid(eqx.Module):
             columns.append(jnp.where(inside[:, None], rows, 0.0))
             first, start = first + n_nodes, index
         return jnp.concatenate(columns, axis=1)
+
+
+# Jitted on its own, as all that many programs have in common: it is traced once for all of them.
+@partial(jax.jit, static_argnums=(2, 3))
+def _nodes_of(index, scatters, nodes_per_block, exposed):
+    """Media and cosines of the blocks, and medium, cosine and weight of the channels."""
+    denser = jnp.append(index[1:], index[-1])
+    close = (denser < index * (1 + _CLOSE)) & jnp.append(scatters[1:], False)
+    if exposed:
+        close = close.at[0].set(False)
+    reference = jnp.where(close, denser, index)
+    starts = jnp.concatenate([jnp.zeros(1), index[:-1]])
+    end, start = (propagating_cosine(1 - (kappa / reference) ** 2) for kappa in (index, starts))
+    units = [gauss_legendre_unit(n_nodes) for n_nodes in nodes_per_block]
+    block = np.repeat(np.arange(len(units)), nodes_per_block)
+    unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
+    medium, first, last = (part[block] for part in (reference, end, start))
+    nodes = medium, first + (last - first) * unit_node, (last - first) * unit_weight
+    return (reference, end, start), nodes

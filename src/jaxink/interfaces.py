@@ -1,9 +1,11 @@
 """Smooth interface between two transparent media."""
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 
+@jax.jit
 def propagating_cosine(squared_cosine: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
     """Cosine of a channel; 0 where it is evanescent or exactly grazing, with a finite derivative there."""
     positive = squared_cosine > 0
@@ -19,6 +21,7 @@ def refracted_cosine(
     return propagating_cosine(1 - (index_1 / index_2) ** 2 * (1 - cosine_1**2))
 
 
+@jax.jit
 def fresnel_reflectance(
     index_1: Float[Array, "*#shape"],
     index_2: Float[Array, "*#shape"],

@@ -61,6 +61,7 @@ def _facets_pass(stack: Stack, interface, squared_cosine, here, there):
     return mean_transmittance(cosine, sine, *indices, face)
 
 
+@jax.jit
 def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
     """Depth integrals of light scattered once in a layer.
 

@@ -1,5 +1,6 @@
 """Arguments and options of the commands."""
 
+import gc
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +23,8 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command ``jaxink``."""
+    # Programs are traced into millions of objects, few of them garbage: to search them all takes seconds.
+    gc.set_threshold(100_000, 20, 100)
     app()
 
 

@@ -40,8 +40,6 @@ from jaxink.sample import Sample, load_sample
 from jaxink.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
-# Refits that differ by less in chi-square are not told apart.
-_TOLD_APART = 4.0
 # Effects with a program of their own are refitted where they promise this share of what others give, less
 # where a promise says less, and at most so many of them.
 _OWN_SHARE, _OWN_SHARE_FAR, _MOST_OWN = 0.75, 0.25, 4
@@ -152,9 +150,18 @@ class _Loop:
         self.data = result.data
         used = self.data.used
         self.points = Points.of(self.data)
-        self.setup = _setup(self.data, sample, options, _sizes(result, sample, options))
-        self.screen_options = self.setup.options
-        noise = self.setup.noise
+        noise = noise_of(self.data, sample)
+        self.screen_options = ScreenOptions(options.n_bootstrap, options.level, options.seed)
+        self.setup = Setup(
+            sample,
+            self.data,
+            noise,
+            _sizes(result, sample, options),
+            Scene.of(*(column[used] for column in self.data.directions), self.data.row[used]),
+            options.catalogue,
+            self.screen_options,
+            options.fit.accuracy,
+        )
         self.observations = Observations(
             self.data.bsdf_per_sr[used],
             np.asarray(noise.sigma_per_sr, float),
@@ -216,15 +223,15 @@ class _Loop:
         without = Stage(self.setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
         directions = without.directions(with_own=False)
         order = sorted(directions, key=lambda name: -without.promise(directions[name]))
-        drop = without.solution.chi_square - last.solution.chi_square
         n = len(self.points)
-        own = drop - len(step.form.terms) * np.log(n)
+        drop = without.solution.chi_square - last.solution.chi_square
+        own = Refit(step.form, last.solution, last.bench, drop)
         rivals = [
             without.polished(without.best_refit(directions[name]))
             for name in order[:_RIVALS]
             if name != step.effect
         ]
-        close = [r for r in rivals if r.penalised(n) > own - _TOLD_APART or abs(r.drop - drop) < _TOLD_APART]
+        close = [r for r in rivals if r.is_like(own, n) or r.penalised(n) > own.penalised(n)]
         close.sort(key=lambda r: -r.penalised(n))
         return dataclasses.replace(
             step,
@@ -315,12 +322,7 @@ class _Loop:
             if not others or others[0].penalised(n) <= 0:
                 return None
             best = others[0]
-            # One of more terms that fits as well is not preferred, but neither is it refuted.
-            members = [
-                r
-                for r in others
-                if min(abs(best.penalised(n) - r.penalised(n)), abs(best.drop - r.drop)) < _TOLD_APART
-            ]
+            members = [r for r in others if r.is_like(best, n)]
             tried |= {r.effect.name for r in members}
             errors = best.deviations()
             error = errors[best.effect.strength.name]
@@ -470,20 +472,6 @@ def _undetermined(stage: Stage, estimates, misfit_errors) -> tuple[str, ...]:
         if misfit is None or error is None or _COVERAGE * np.hypot(misfit, error) >= room:
             names.append(name)
     return tuple(names)
-
-
-def _setup(data: GonioData, sample: Sample, options: DiagnosisOptions, config: SolverConfig) -> Setup:
-    used = data.used
-    return Setup(
-        sample,
-        data,
-        noise_of(data, sample),
-        config,
-        Scene.of(*(column[used] for column in data.directions), data.row[used]),
-        options.catalogue,
-        ScreenOptions(options.n_bootstrap, options.level, options.seed),
-        options.fit.accuracy,
-    )
 
 
 def _sizes(result: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:

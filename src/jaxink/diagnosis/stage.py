@@ -33,6 +33,8 @@ _NEAR_BOUND = 1e-6
 FAR = 3.0
 # Multiples of a linear detection limit at which refits see whether it holds, the largest first.
 _MULTIPLES = (16.0, 8.0, 4.0, 2.0)
+# Refits, and predicted falls, that differ by less in chi-square are not told apart.
+TOLD_APART = 4.0
 # Settings from which a refit starts, the most promising ones, and Jacobians of each start.
 _STARTS, _QUICK = 2, 12
 
@@ -151,6 +153,14 @@ class Refit:
         """Fall of chi-square less what its number of terms costs (Schwarz 1978)."""
         return self.drop - len(self.effect.terms) * np.log(n_points)
 
+    def is_like(self, other: "Refit", n_points: int) -> bool:
+        """Whether the data do not tell two candidates apart, their terms being paid for or not.
+
+        One of more terms that fits as well is not preferred, but neither is it refuted.
+        """
+        paid = self.penalised(n_points) - other.penalised(n_points)
+        return min(abs(paid), abs(self.drop - other.drop)) < TOLD_APART
+
     def deviations(self) -> dict[str, float]:
         """Standard error of each free parameter; infinite where the data say nothing, nan on a bound."""
         return deviations(self.bench, self.solution)
@@ -191,8 +201,7 @@ class Stage:
         self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
         self._own: dict[str, Workbench] = {}
         self._refits: dict[Effect, Refit] = {}
-        self._made: dict[str, Future] = {}
-        self.solution = self._fitted(values)
+        self.solution, self._made = self._fitted(values)
         self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
 
     @cached_property
@@ -270,8 +279,8 @@ class Stage:
         names = [*programs]
         return {name: programs[name] for name in [*names[::2], *names[1::2]]}
 
-    def _fitted(self, values: dict[str, float]) -> Solution:
-        """The fit; programs that the screen will need are made while its own is compiled."""
+    def _fitted(self, values: dict[str, float]) -> tuple[Solution, dict[str, Future]]:
+        """The fit, and programs that the screen will need: they are made while its own is compiled."""
 
         def make(effects):
             with jax.enable_x64(True):
@@ -280,13 +289,13 @@ class Stage:
         # A later model may leave nothing to look for.
         programs = {} if self.accepted else self._programs()
         pool = ThreadPoolExecutor(1)
-        self._made = {
+        made = {
             name: pool.submit(make, effects)
             for name, effects in programs.items()
             if not effects[0].shares_program
         }
         try:
-            return self.bench.fit(values, self.free)
+            return self.bench.fit(values, self.free), made
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
@@ -337,9 +346,13 @@ class Stage:
                 falls.append(direction.reachable_drop(z, norm))
         return max(falls)
 
+    def remainder(self, column: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
+        """What the free parameters cannot imitate of a whitened change of the prediction."""
+        return column - self.base @ (self.base.T @ column)
+
     def _score(self, direction: Direction) -> tuple[float, float]:
         """Score and length of what the free parameters leave of a column."""
-        column = direction.column - self.base @ (self.base.T @ direction.column)
+        column = self.remainder(direction.column)
         norm = float(np.linalg.norm(column))
         return (float(column @ self.residual) / norm if norm > 0 else 0.0), norm
 
@@ -441,8 +454,11 @@ class Stage:
             found = bench.fit(values, free, max_jacobians=_QUICK)
             if np.isfinite(found.chi_square) and (best is None or found.chi_square < best.chi_square):
                 best = found
-        if best is None:
-            best = bench.fit(self.solution.values, free, max_jacobians=_QUICK)
+        if best is None or best.chi_square > self.solution.chi_square:
+            # No way into another minimum: from where the effect is absent nothing gets worse.
+            absent = {t.name: t.value for t in effect.terms} | self.solution.values
+            here = bench.fit(absent, free, max_jacobians=_QUICK)
+            best = here if best is None or here.chi_square < best.chi_square else best
         refit = Refit(effect, best, bench, self.solution.chi_square - best.chi_square)
         _LOG.debug("%s: chi-square falls by %.6g", effect.name, refit.drop)
         self._refits[effect] = refit

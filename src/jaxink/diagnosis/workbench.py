@@ -217,10 +217,10 @@ class Workbench:
             objective = dataclasses.replace(objective, measured=measured)
         held = {i: 0.5 for i in range(len(free), self.n_slots)}
         search = self._search(objective).run(unit, held, max_jacobians=max_jacobians)
-        found = objective.values(jnp.asarray(search.unit))
-        return Solution(
-            {name: float(v) for name, v in found.items()}, free, search.loss, search.predicted, search
-        )
+        physical = objective.scale.to_physical(np.asarray(search.unit))
+        found = dict(zip(objective.names, objective.constants.tolist(), strict=True))
+        found |= dict(zip(free, physical.tolist(), strict=False))
+        return Solution(found, free, search.loss, search.predicted, search)
 
     def jacobian(
         self, values: dict[str, float], free: tuple[str, ...]

@@ -734,7 +734,7 @@ class ShadowHiding(Effect):
     def forms(cls, case: Case):
         """Where reflection was measured."""
         reflects = ~case.scene.is_transmission
-        near = case.scene.from_retro_deg[reflects]
+        near = np.asarray(case.scene.from_retro_deg)[reflects]
         if not np.any(near < 20):
             return "no point in reflection lies within 20 degrees of the source"
         return (cls(),)

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -109,9 +110,7 @@ class Scene(eqx.Module):
         return self._angle_to(0.0)
 
     def _angle_to(self, phi_deg):
-        i, o, phi = (jnp.deg2rad(a) for a in (self.theta_i_deg, self.theta_o_deg, self.phi_deg - phi_deg))
-        cosine = jnp.cos(i) * jnp.cos(o) + jnp.sin(i) * jnp.sin(o) * jnp.cos(phi)
-        return jnp.rad2deg(jnp.arccos(jnp.clip(cosine, -1, 1)))
+        return _angle_between(self.theta_i_deg, self.theta_o_deg, self.phi_deg - phi_deg)
 
     def all_directions(self, with_incidence: bool, with_field: bool) -> tuple[np.ndarray, ...]:
         """Columns of the points, of the grids, and of the points at incidences a step lower and higher."""
@@ -163,3 +162,11 @@ class Field(NamedTuple):
     def along(self, matrix: Float[np.ndarray, "points grid"]) -> Float[Array, " points"]:
         """A matrix of the scene applied to the grid of each point's plane."""
         return jnp.sum(matrix * self.grid[self.scene.plane], axis=1)
+
+
+@jax.jit
+def _angle_between(theta_i_deg, theta_o_deg, phi_deg):
+    """Angle between two directions whose azimuths differ by phi."""
+    i, o, phi = (jnp.deg2rad(a) for a in (theta_i_deg, theta_o_deg, phi_deg))
+    cosine = jnp.cos(i) * jnp.cos(o) + jnp.sin(i) * jnp.sin(o) * jnp.cos(phi)
+    return jnp.rad2deg(jnp.arccos(jnp.clip(cosine, -1, 1)))

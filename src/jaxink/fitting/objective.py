@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
@@ -21,6 +22,7 @@ from jaxink.sample import Sample
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
 
 
+@partial(jax.jit, static_argnames="n_scans")
 def whiten_scans(
     residual: Float[ArrayLike, " points"],
     common: Float[ArrayLike, " points"],

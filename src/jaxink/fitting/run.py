@@ -365,7 +365,7 @@ def _whitened(objective: Objective, noise: FitNoise, predicted) -> np.ndarray | 
 def _physical(objective: Objective, position: int, unit: float, best: Search) -> float:
     variables = np.array(best.unit)
     variables[position] = unit
-    return float(objective.scale.to_physical(jnp.asarray(variables))[position])
+    return float(objective.scale.to_physical(variables)[position])
 
 
 def _parameters(sample, objective, best, spread, profiles):

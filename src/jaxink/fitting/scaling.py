@@ -68,11 +68,15 @@ class UnitScale(eqx.Module):
             *(np.array(column) for column in (even, origin, first, ratio)),
         )
 
-    def to_physical(self, unit: Float[Array, " parameters"]) -> Float[Array, " parameters"]:
+    def to_physical(
+        self, unit: Float[Array | np.ndarray, " parameters"]
+    ) -> Float[Array | np.ndarray, " parameters"]:
         """Parameters for variables in 0 ... 1; the ends map to minimum and maximum."""
         curved = self.origin + self.first * self.ratio**unit
         straight = self.minimum + unit * (self.maximum - self.minimum)
-        return jnp.where(self.even, straight, curved)
+        # Plain numbers compile nothing.
+        where = np.where if isinstance(unit, np.ndarray) else jnp.where
+        return where(self.even, straight, curved)
 
     def to_unit(self, physical: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " parameters"]:
         """Variables in 0 ... 1 for parameters."""
