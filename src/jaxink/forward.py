@@ -23,7 +23,7 @@ from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, SlopeMixture, slope_
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
 from jaxink.surfaces.table import RoughTable, rough_table
 from jaxink.surfaces.wave_face import WaveFace
-from jaxink.volume import MieSizes, mie_sizes, volume_scattering
+from jaxink.volume import MieSizes, check_phase_table, mie_sizes, volume_scattering
 
 
 class LayerCoefficients(eqx.Module):
@@ -105,6 +105,10 @@ class ForwardModel(eqx.Module):
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
         self._check_wavelengths()
         self._check_backing(np.any(pairs[:, 3] > 0.5))
+        # Numbers here, which they are not where a prediction is compiled.
+        with computing(), jax.ensure_compile_time_eval():
+            for layer in sample.layers:
+                check_phase_table(layer)
         self.block_media, self.exposed, self.rarest, self.rough_faces = self._channel_layout()
         self.mie_sizes = mie_sizes(sample, self.wavelengths_nm)
         self.rough_tables = ()

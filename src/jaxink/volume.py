@@ -155,6 +155,21 @@ def volume_scattering(
     return VolumeScattering(_phase_function(layer, get), scattering, absorption)
 
 
+def check_phase_table(layer: Layer) -> None:
+    """Refuse a tabulated phase function that is none, while its numbers are known.
+
+    Raises
+    ------
+    InputRefusedError
+        With the layer and what is wrong.
+    """
+    if layer.phase_function == "tabulated":
+        try:
+            _phase_function(layer, None)
+        except InputRefusedError as problem:
+            raise InputRefusedError(f"layer '{layer.name}': {problem}") from None
+
+
 def _phase_function(layer: Layer, get) -> PhaseFunction:
     if layer.phase_function == "henyey_greenstein":
         return HenyeyGreenstein(get("asymmetry_parameter"))

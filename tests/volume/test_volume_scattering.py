@@ -188,3 +188,26 @@ def test_fit_finds_variance_filler_and_dispersion_of_a_simulated_ink(tmp_path):
         assert abs(result[name].value - value) < 0.1 * error, name
         assert error < 0.5 * value, name
     assert jaxink.load_result(result.save(tmp_path)).sample == result.sample
+
+
+@pytest.mark.parametrize(
+    ("phase", "sentence"),
+    [
+        ("moments = [1, -0.1, -0.4]", "layer 'ink': the tabulated phase function falls to -1.3 at"),
+        ("moments = [2, 0.5]", "layer 'ink': phase moment 0 is 2, but it must be 1"),
+        (
+            "angle_deg = [0, 60, 120, 180]\nphase_value = [4, 3, 3, 3]",
+            "layer 'ink': the mean of the tabulated phase function over the sphere is",
+        ),
+        (
+            "angle_deg = [0, 60, 120, 180]\nphase_value = [1, 1, -1, 1]",
+            "layer 'ink': a phase function value is -1",
+        ),
+    ],
+    ids=["negative", "first moment", "mean", "negative value"],
+)
+def test_a_tabulated_phase_function_that_is_none_is_refused_before_anything_is_compiled(phase, sentence):
+    text = INK.replace('"mie"', f'"tabulated"\n{phase}').split("radius_nm")[0]
+    sample = parse_sample(f"schema_version = 1\n{text}scattering_per_mm = 50\nabsorption_per_mm = 0.1\n")
+    with pytest.raises(InputRefusedError, match=sentence):
+        ForwardModel(sample, [0.0], [10.0], [180.0], [WAVELENGTH], [False], COARSE)

@@ -298,7 +298,7 @@ class _Reader:
             )
         columns = [table.get(k) for k in (("angle_deg", "phase_value") if by_angle else ("moments",))]
         for column in columns:
-            if not isinstance(column, list) or not all(is_number(v) for v in column):
+            if not isinstance(column, list) or not column or not all(is_number(v) for v in column):
                 raise InputRefusedError(f"{where}: the table of the phase function must be numbers.")
         if by_moments:
             return "moments", (), tuple(map(float, columns[0]))
