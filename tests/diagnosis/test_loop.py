@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 import jaxink
+from effects.printed import TEXT
 from jaxink.diagnosis import DiagnosisOptions, diagnose, transfer
 from jaxink.effects import AugmentedModel, Scene
 from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
@@ -19,27 +20,7 @@ from jaxink.stack import SolverConfig
 
 # Coarse: the procedure is tested here, and both the data and the fits are made with these sizes.
 SIZES = SolverConfig(8, 6, 10, 5)
-SAMPLE = """
-schema_version = 1
-wavelength_nm = 550
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 60
-scattering_per_mm = { free = true, min = 1, max = 500, value = 60 }
-absorption_per_mm = { free = true, min = 0, max = 50, value = 1 }
-asymmetry_parameter = { free = true, min = -0.9, max = 0.95, value = 0.5 }
-[noise]
-relative = 0.005
-floor_per_sr = 1e-4
-scan_relative = 0.002
+SAMPLE = f"""{TEXT}
 [masks]
 specular_half_angle_deg = 0
 undeviated_half_angle_deg = 0

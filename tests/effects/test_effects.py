@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from effects.printed import TEXT
 from jaxink.diagnosis.workbench import Workbench
 from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, Scene, effects_for
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
@@ -26,28 +27,6 @@ from jaxink.sample import Parameter, parse_sample
 from jaxink.stack import SolverConfig
 
 SIZES = SolverConfig(10, 8, 16, 8)
-TEXT = """
-schema_version = 1
-wavelength_nm = 550
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 60
-scattering_per_mm = { free = true, min = 1, max = 500, value = 60 }
-absorption_per_mm = { free = true, min = 0, max = 50, value = 1 }
-asymmetry_parameter = { free = true, min = -0.9, max = 0.95, value = 0.5 }
-[noise]
-relative = 0.005
-floor_per_sr = 1e-4
-scan_relative = 0.002
-"""
 
 
 def directions():
