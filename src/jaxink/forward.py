@@ -26,6 +26,14 @@ from jaxink.surfaces.wave_face import WaveFace
 from jaxink.volume import MieSizes, check_phase_table, mie_sizes, volume_scattering
 
 
+def _at_each(of, *by_wavelength):
+    """What a function gives at each wavelength; one alone needs no batch, which takes longer to trace."""
+    if jax.tree.leaves(by_wavelength)[0].shape[0] > 1:
+        return eqx.filter_vmap(of)(*by_wavelength)
+    found = of(*jax.tree.map(lambda column: column[0], by_wavelength))
+    return jax.tree.map(lambda value: jnp.asarray(value)[None], found)
+
+
 class LayerCoefficients(eqx.Module):
     """Volume scattering of one layer at one wavelength.
 
@@ -137,7 +145,7 @@ class ForwardModel(eqx.Module):
         # Numbers, even where a model is made within a function that is being compiled.
         with computing(), jax.ensure_compile_time_eval():
             values = self._at_each_wavelength(table.values_with({}))
-            return eqx.filter_vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values)
+            return _at_each(at_wavelength, jnp.asarray(self.wavelengths_nm), values)
 
     def _index_names(self) -> tuple[str, ...]:
         """Names of the refractive indices of front, layers and back."""
@@ -276,7 +284,7 @@ class ForwardModel(eqx.Module):
 
     @eqx.filter_jit
     def _demand(self, values):
-        return jax.vmap(lambda w, v: demand(self.stack(v, w)))(jnp.asarray(self.wavelengths_nm), values)
+        return _at_each(lambda w, v: demand(self.stack(v, w)), jnp.asarray(self.wavelengths_nm), values)
 
     def bsdf(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
         """Predicted BSDF at the points.
@@ -310,7 +318,7 @@ class ForwardModel(eqx.Module):
             regular = jnp.where(side, transmitted[directions.incidence], reflected[directions.incidence])
             return diffuse + self.rays.average(regular) * self.rays.regular_share
 
-        spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
+        spectrum = _at_each(at_wavelength, jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
         return spectrum[self.wavelength_of_point, self.pair_of_point]
 
     def regular(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
@@ -337,7 +345,7 @@ class ForwardModel(eqx.Module):
             chosen = jnp.where(directions.is_transmission, transmitted[there], reflected[there])
             return self.rays.average(chosen)
 
-        spectrum = jax.vmap(at_wavelength)(jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
+        spectrum = _at_each(at_wavelength, jnp.asarray(self.wavelengths_nm), values, self.rough_tables)
         return spectrum[self.wavelength_of_point, self.pair_of_point]
 
     def coefficients(self, free_values: Mapping | None = None) -> dict[str, LayerCoefficients]:
@@ -356,8 +364,10 @@ class ForwardModel(eqx.Module):
         require_float64()
         values = self._at_each_wavelength(self.sample.parameters.values_with(free_values or {}))
         return {
-            layer.name: jax.vmap(lambda w, v, layer=layer: _layer(layer, v, w, self.mie_sizes)[1])(
-                jnp.asarray(self.wavelengths_nm), values
+            layer.name: _at_each(
+                lambda w, v, layer=layer: _layer(layer, v, w, self.mie_sizes)[1],
+                jnp.asarray(self.wavelengths_nm),
+                values,
             )
             for layer in self.sample.layers
             if layer.scatters
