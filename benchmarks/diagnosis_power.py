@@ -35,6 +35,8 @@ N_SETS, N_NULL, FACTORS, SEED = 50, 200, (0.5, 1.0, 2.0, 4.0), 4711
 REFITTED = 2.0
 # The multiple at which the whole procedure runs on one data set.
 LOOPED = 4.0
+# Why an effect has no power to be told.
+TOO_WEAK = "twice the detection limit lies beyond what is possible"
 
 
 class Case:
@@ -212,11 +214,13 @@ def page(store: dict) -> str:
         loop = found.get("loop")
         named = "-" if loop is None else ", ".join(loop[1:]) or loop[0]
         rows.append([name, case_name, size, found["setting"] or "-", *shares, limit, named])
+    # What a case says that could tell, rather than one that has nothing of the kind.
     reasons: dict[str, str] = {}
-    for case in store["cases"].values():
+    for case_name, case in store["cases"].items():
         for name, found in case["effects"].items():
-            if "reason" in found and name not in seen:
-                reasons[name] = found["reason"]
+            reason = found.get("reason", "")
+            if reason and name not in seen and (name not in reasons or reason == TOO_WEAK):
+                reasons[name] = f"{reason} (`{case_name}`)" if reason == TOO_WEAK else reason
     names = [effect.name for effect in CATALOGUE]
     unseen = [[name, reasons[name]] for name in names if name in reasons]
     missing = [name for name in names if name not in reasons and name not in seen]
@@ -304,7 +308,7 @@ def main() -> None:
                 continue
             direction, limit = case.limit(name)
             if limit >= direction.largest or case.at_strength(name, REFITTED)[0] is None:
-                effects[name] = {"reason": "twice the detection limit lies beyond what is possible"}
+                effects[name] = {"reason": TOO_WEAK}
                 continue
             # Where the free parameters follow an effect further than a linear screen knows, it says nothing.
             is_linear = limit == float(np.nanmin(row.detection_limits))

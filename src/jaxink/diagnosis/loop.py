@@ -218,7 +218,7 @@ class _Loop:
     def _with_rivals(self, last: Stage, step: Step) -> Step:
         """A step with the class that it has beside all other effects, instead of without the later ones."""
         others = tuple(e for e in last.accepted if e != step.form)
-        terms = {term.name for term in step.form.terms}
+        terms = tuple(term.name for term in step.form.terms)
         errors = deviations(last.bench, last.solution)
         without = Stage(self.setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
         directions = without.directions(with_own=False)
