@@ -2,8 +2,8 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import cache
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,12 +19,15 @@ from jaxink.export.table import InkTable
 from jaxink.fitting import FitResult
 from jaxink.forward import ForwardModel
 from jaxink.geometry import Directions
+from jaxink.numerics.compiling import Tiered
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.stack import SolverConfig, Stack
 
 # Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
 _MOST_TERMS = 20_000_000
+# Solves from which a thorough compilation pays.
+_MANY = 40
 
 
 @dataclasses.dataclass(frozen=True)
@@ -268,21 +271,24 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
             np.deg2rad(180.0 - phi),
             side,
         )
-        diffuse, straight = _light(stack, tangents, directions, config)
+        diffuse, straight = _light().now(1)(stack, tangents, directions, config)
         bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
         regular.append(np.asarray(straight))
     wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
     return tuple(zip(*(np.moveaxis(whole, 1, 0) for whole in wholes), strict=True))
 
 
-@eqx.filter_jit
-def _light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+@cache
+def _light() -> Tiered:
     """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
 
-    def of(s):
-        return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
+    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+        def of(s):
+            return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
 
-    if len(tangents.index_front) == 0:
-        return jax.tree.map(lambda v: v[None], of(stack))
-    value, slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,)), out_axes=(None, 0))(tangents)
-    return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)
+        if len(tangents.index_front) == 0:
+            return jax.tree.map(lambda v: v[None], of(stack))
+        value, slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,)), out_axes=(None, 0))(tangents)
+        return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)
+
+    return Tiered(light, _MANY)
