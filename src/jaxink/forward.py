@@ -113,10 +113,8 @@ class ForwardModel(eqx.Module):
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
         self._check_wavelengths()
         self._check_backing(np.any(pairs[:, 3] > 0.5))
-        # Numbers here, which they are not where a prediction is compiled.
-        with computing(), jax.ensure_compile_time_eval():
-            for layer in sample.layers:
-                check_phase_table(layer)
+        for layer in sample.layers:
+            check_phase_table(layer)
         self.block_media, self.exposed, self.rarest, self.rough_faces = self._channel_layout()
         self.mie_sizes = mie_sizes(sample, self.wavelengths_nm)
         self.rough_tables = ()

@@ -5,11 +5,13 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.numerics.precision import computing
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, mie_coefficients
 from jaxink.particles.mixture import Population, mixture_coefficients
 from jaxink.particles.phase_function import (
@@ -156,14 +158,17 @@ def volume_scattering(
 
 
 def check_phase_table(layer: Layer) -> None:
-    """Refuse a tabulated phase function that is none, while its numbers are known.
+    """Refuse a tabulated phase function that is none; compiled predictions do not look at its numbers.
 
     Raises
     ------
     InputRefusedError
         With the layer and what is wrong.
     """
-    if layer.phase_function == "tabulated":
+    if layer.phase_function != "tabulated":
+        return
+    # Numbers, even where a model is made within a function that is being compiled.
+    with computing(), jax.ensure_compile_time_eval():
         try:
             _phase_function(layer, None)
         except InputRefusedError as problem:

@@ -460,8 +460,7 @@ class Stage:
             # From where the effect is absent nothing gets worse.
             absent = {t.name: t.value for t in effect.terms} | self.solution.values
             # A face that is hardly rough has peaks too narrow to be resolved: it is not the smooth one.
-            is_same = np.allclose(bench.predict(absent), self.solution.predicted_per_sr, rtol=_SAME)
-            if best is None or is_same:
+            if best is None or np.allclose(bench.predict(absent), self.solution.predicted_per_sr, rtol=_SAME):
                 here = bench.fit(absent, free, max_jacobians=_QUICK)
                 best = here if best is None or here.chi_square < best.chi_square else best
         refit = Refit(effect, best, bench, self.solution.chi_square - best.chi_square)
