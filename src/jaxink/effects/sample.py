@@ -298,16 +298,16 @@ class WaveSurface(Effect):
         """Height, length and exponent of a K-correlation spectrum."""
         stem = f"{self.layer}.{self.face}"
         return (
-            Parameter(f"{stem}.height_rms_um", 0.0, True, 0.005, 2.0, "um", scale="log"),
+            Parameter(f"{stem}.height_rms_um", 0.0, True, 0.001, 2.0, "um", scale="log"),
             Parameter(f"{stem}.length_b_um", 5.0, True, 0.3, 100.0, "um", scale="log"),
             Parameter(f"{stem}.exponent", 3.0, True, 2.05, 10.0, scale="log"),
         )
 
     @property
     def settings(self):
-        """Heights and lengths."""
+        """Heights and lengths: two too small to saturate, one that scatters most of the light."""
         height, length, _ = (t.name for t in self.terms)
-        return tuple({height: h, length: b} for h, b in ((0.05, 2.0), (0.15, 8.0)))
+        return tuple({height: h, length: b} for h, b in ((0.02, 2.0), (0.02, 8.0), (0.15, 8.0)))
 
     def extend(self, sample: Sample) -> Sample:
         """With a spectrum of heights."""
