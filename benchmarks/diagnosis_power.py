@@ -92,6 +92,12 @@ class Case:
         independent = np.hypot(self.relative * predicted, self.floor) * rng.standard_normal(predicted.size)
         return predicted * (1 + common) + independent
 
+    def measured_as(self, values) -> jaxink.GonioData:
+        """The measurement with other values at its used points."""
+        bsdf = self.data.bsdf_per_sr.copy()
+        bsdf[self.data.used] = values
+        return self.data.replace(bsdf_per_sr=bsdf)
+
     def follows(self, name, predicted, factor) -> bool:
         """Whether fits go so far after an effect that the screen, made where they begin, misjudges what is left."""
         direction, limit = self.limit(name)
@@ -102,9 +108,7 @@ class Case:
     def own_screens(self, predicted, count, rng):
         """Screens of data sets drawn around a true BSDF, each made where the fit to it ended."""
         for _ in range(count):
-            bsdf = self.data.bsdf_per_sr.copy()
-            bsdf[self.data.used] = self.drawn(predicted, rng)
-            setup = dataclasses.replace(self.setup, data=self.data.replace(bsdf_per_sr=bsdf))
+            setup = dataclasses.replace(self.setup, data=self.measured_as(self.drawn(predicted, rng)))
             stage = Stage(setup, (), self.stage.solution.values)
             yield stage.screened(stage.directions())
 
@@ -197,9 +201,7 @@ def upper_limit(count: int, total: int) -> float:
 
 def verdict_on(case: Case, measured) -> list[str]:
     """Code and names by the whole procedure."""
-    bsdf = case.data.bsdf_per_sr.copy()
-    bsdf[case.data.used] = measured
-    found = diagnose(case.data.replace(bsdf_per_sr=bsdf), case.sample, DiagnosisOptions())
+    found = diagnose(case.measured_as(measured), case.sample, DiagnosisOptions())
     return [found.verdict.code, *found.verdict.effects]
 
 
@@ -246,7 +248,7 @@ def page(store: dict) -> str:
     rows = []
     for name, (case_name, found) in seen.items():
         anew = found.get("own_screens", [])
-        shares = [f"{found['named'].get(str(f), '-')}{' *' * (f'{f:g}' in anew)}" for f in FACTORS]
+        shares = [f"{found['named'].get(str(f), '-')}{' *' * (str(f) in anew)}" for f in FACTORS]
         two = found["named"].get("2.0")
         limit = "-" if two is None else f"{100 * upper_limit(two, N_SETS):.0f} %"
         size = f"{found['limit']:.3g} {found['unit']}"
@@ -366,7 +368,7 @@ def main() -> None:
                         break
                     if case.follows(name, predicted, factor):
                         screens = case.own_screens(predicted, N_SETS, rng)
-                        anew.append(f"{factor:g}")
+                        anew.append(str(factor))
                     else:
                         screens = case.screens(case.residuals(predicted, N_SETS, rng))
                 counts[str(factor)] = sum(is_first(screened, name) for screened in screens)

@@ -18,6 +18,7 @@ from jaxink.effects.sample import (
     ThinPatches,
     TopCoat,
     UndeclaredBacking,
+    WaveSurface,
 )
 from jaxink.fitting.objective import FitNoise
 from jaxink.forward import ForwardModel, evaluate
@@ -55,9 +56,9 @@ def predicted(sample, columns=None, values=None):
     return evaluate(ForwardModel(sample, *(columns or directions()), SIZES))
 
 
-def bench(sample, scene, effects):
-    theta_i, theta_o, phi, wave, side = directions()
-    data = GonioData(theta_i, theta_o, phi, wave, side, predicted(sample))
+def bench(sample, scene, effects, columns=None):
+    columns = columns or directions()
+    data = GonioData(*columns, predicted(sample, columns))
     noise = FitNoise(0.005 * data.bsdf_per_sr, 0.002, "declared")
     with computing():
         return Workbench(sample, tuple(effects), data, noise, SIZES, scene, 5)
@@ -186,6 +187,25 @@ def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):
 def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene):
     text = TEXT.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
     assert "for each wavelength" in DepthGradient.forms(Case(parse_sample(text), scene))
+
+
+def test_the_screen_looks_at_waves_too_low_to_saturate():
+    at_two = [np.concatenate([column, column]) for column in directions()]
+    at_two[3] = np.repeat([450.0, 650.0], at_two[0].size // 2)
+    two = parse_sample(TEXT.replace("wavelength_nm = 550", "wavelength_nm = [450, 650]"))
+    colours = Scene.of(*at_two, np.arange(at_two[0].size))
+    (effect,) = WaveSurface.forms(Case(two, colours))
+    waves = bench(two, colours, (effect,), at_two)
+    height, length, _ = (term.name for term in effect.terms)
+    for setting in effect.settings[:2]:
+        screened = setting[height]
+        heights = (0.05 * screened, 0.2 * screened, screened)
+        with computing():
+            lowest, low, high = (waves.predict({height: h, length: setting[length]}) for h in heights)
+        # The smooth face is where the squared height is zero, which it grows with.
+        here = (high - low) / (1 - 0.2**2)
+        there = (low - lowest) / (0.2**2 - 0.05**2)
+        assert np.linalg.norm((here - there) / high) < 0.05 * np.linalg.norm(there / high)
 
 
 def test_every_effect_of_the_catalogue_applies_or_says_why_not(sample, scene):
