@@ -372,12 +372,10 @@ def main() -> None:
                     else:
                         screens = case.screens(case.residuals(predicted, N_SETS, rng))
                 counts[str(factor)] = sum(is_first(screened, name) for screened in screens)
-            strength = direction.effect.strength
-            own = strength.name in direction.setting
             rest = {k.split(".")[-1]: v for k, v in direction.setting.items()}
             effects[name] = {
                 "limit": limit * direction.unit,
-                "unit": "share" if own and not direction.effect.scales else strength.unit,
+                "unit": direction.unit_name,
                 "setting": ", ".join(f"{k} {v:g}" for k, v in rest.items()),
                 "named": counts,
                 "own_screens": anew,

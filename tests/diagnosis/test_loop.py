@@ -9,13 +9,14 @@ from scipy.stats import chi2
 import jaxink
 from effects.printed import TEXT
 from jaxink.diagnosis import DiagnosisOptions, diagnose, transfer
-from jaxink.effects import AugmentedModel, Scene
+from jaxink.diagnosis.stage import Direction
+from jaxink.effects import AugmentedModel, Case, Effect, Scene
 from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
-from jaxink.effects.sample import PlateAbsorption, ThinPatches
+from jaxink.effects.sample import PlateAbsorption, RoughInk, ThinPatches
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
-from jaxink.sample import parse_sample
+from jaxink.sample import Parameter, parse_sample
 from jaxink.stack import SolverConfig
 
 # Coarse: the procedure is tested here, and both the data and the fits are made with these sizes.
@@ -28,6 +29,19 @@ retro_half_angle_deg = 0
 """
 TRUE = {"ink.scattering_per_mm": 80.0, "ink.absorption_per_mm": 1.2, "ink.asymmetry_parameter": 0.6}
 CATALOGUE = (AngleOffset, StrayLight, Drift, PlateAbsorption)
+
+
+class Rounding(Effect):
+    """Changes no more than the last digits."""
+
+    name, statement = "rounding", "digits are lost"
+    terms = (Parameter("rounding.strength", 0.0, True, 0.0, 1.0),)
+
+    def change(self, predicted, values, field):
+        """A ripple far below the noise."""
+        return predicted * (1 + 1e-13 * values["rounding.strength"] * field.scene.theta_o_deg)
+
+
 OPTIONS = DiagnosisOptions(fit=jaxink.FitOptions(profile="none", config=SIZES), catalogue=CATALOGUE)
 
 
@@ -55,7 +69,8 @@ def drawn(effects, strengths, seed):
 
 @pytest.fixture(scope="module")
 def nothing():
-    return diagnose(drawn((), {}, 11), parse_sample(SAMPLE), OPTIONS)
+    options = dataclasses.replace(OPTIONS, catalogue=(*CATALOGUE, Rounding))
+    return diagnose(drawn((), {}, 11), parse_sample(SAMPLE), options)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +90,21 @@ def test_nothing_is_found_where_nothing_is(nothing):
     assert nothing.steps == ()
     assert nothing.before.fitted.probability > 0.01
     assert nothing.after is nothing.before
-    assert {row.effect for row in nothing.candidates} == {effect.name for effect in CATALOGUE}
+    assert {row.effect for row in nothing.candidates} == {*(e.name for e in CATALOGUE), "rounding"}
+
+
+def test_rounding_is_no_direction(nothing):
+    status = {row.effect: (row.status, row.reason) for row in nothing.candidates}
+    assert status.pop("rounding") == ("not_testable", "it changes no point")
+    assert all(reason != "it changes no point" for _, reason in status.values())
+
+
+def test_a_limit_says_whether_it_is_a_share_of_the_area():
+    scene = Scene.of(*columns(), np.arange(columns()[0].size))
+    (rough, *_) = RoughInk.forms(Case(parse_sample(SAMPLE), scene))
+    (offset,) = AngleOffset.forms(Case(parse_sample(SAMPLE), scene))
+    units = [Direction(e, e.settings[0], np.ones(3), 1.0).unit_name for e in (rough, offset)]
+    assert units == ["share", "deg"]
 
 
 def test_two_effects_of_the_instrument_are_found_and_measured(pair):

@@ -33,7 +33,9 @@ def step(form, *others):
 NOISE, LEFT = (summary(1.0, 0.5), structure(0.4)), (summary(4.0, 0.0), structure(5e-4))
 SMOOTH = SmoothPart(np.zeros(1), np.zeros(1), 0.5, 1.0, 10.0, 0.01)
 LOCATION = Location("positive in reflection", (), SMOOTH)
-HARD = CandidateRow("gain", 0.1, 0.5, 0.9, 0.99, 0.1, 0.0, "", ("gain",), 0.0, None, "hardly_testable", "")
+HARD = CandidateRow(
+    "gain", 0.1, 0.5, 0.9, 0.99, 0.1, "", 0.0, "", ("gain",), 0.0, None, "hardly_testable", ""
+)
 
 
 def verdict(steps, after, before=LEFT[0]):

@@ -504,7 +504,7 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
     rows = []
     for c in screened.candidates:
         refit = refits.get(c.name)
-        # A direction is per unit of what its setting does; strengths are told in the effect's own unit.
+        # A direction is per unit of what its setting does; strengths are told in a unit of their own.
         direction = directions[c.name][max(c.inner, 0)]
         unit_of_column = direction.unit
         limit, status, reason = c.detection_limit, c.status, c.reason
@@ -516,7 +516,6 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
         if status == "testable" and limit > direction.effect.usual:
             status = "hardly_testable"
             reason = f"its detection limit lies beyond its usual strength, {direction.effect.usual:g}"
-        unit = next(e for e in stage.listed.forms if e.name == c.name).strength.unit
         # A linear step beyond its range says nothing.
         step = c.strength * unit_of_column if abs(c.strength) <= direction.largest else np.nan
         rows.append(
@@ -527,8 +526,9 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
                 p_adjusted=c.p_adjusted,
                 absorbed_fraction=c.absorbed_fraction,
                 detection_limit=limit,
+                detection_limit_unit=direction.unit_name,
                 strength=refit.strength if refit else step,
-                unit=unit,
+                unit=refit.effect.strength.unit if refit else direction.unit_name,
                 members=members.get(c.name, (c.name,)),
                 predicted_drop=c.predicted_drop,
                 refit_drop=refit.drop if refit else None,

@@ -118,6 +118,7 @@ class CandidateRow:
     p_adjusted: float
     absorbed_fraction: float
     detection_limit: float
+    detection_limit_unit: str
     strength: float
     unit: str
     members: tuple[str, ...]

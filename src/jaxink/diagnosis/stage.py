@@ -37,6 +37,8 @@ _MULTIPLES = (16.0, 8.0, 4.0, 2.0)
 TOLD_APART = 4.0
 # Relative difference up to which two programs compute the same model.
 _SAME = 1e-2
+# Changes of all points together, in units of the noise, that rounding makes.
+_ROUNDING = 1e-6
 # Settings from which a refit starts, the most promising ones, and Jacobians of each start.
 _STARTS, _QUICK = 2, 12
 
@@ -116,6 +118,18 @@ class Direction:
         """Strength in the effect's own unit that the column stands for; 1 for a share of the area."""
         here = self.setting.get(self.effect.strength.name)
         return abs(here - self.effect.neutral) if here is not None and self.effect.scales else 1.0
+
+    @property
+    def unit_name(self) -> str:
+        """What strengths of a screen are told in: the effect's own unit, or a share of the area."""
+        is_share = self.effect.strength.name in self.setting and not self.effect.scales
+        return "share" if is_share else self.effect.strength.unit
+
+    def without_rounding(self) -> "Direction":
+        """The direction, of no length where all that the effect can change is rounding."""
+        if np.linalg.norm(self.column) * self.largest <= _ROUNDING:
+            return dataclasses.replace(self, column=np.zeros_like(self.column))
+        return self
 
     def reachable_drop(self, z: float, norm: float) -> float:
         """Fall of chi-square by a strength within its range, in the linear approximation."""
@@ -252,7 +266,7 @@ class Stage:
         """
         by_name: dict[str, list[Direction]] = {}
         for direction in [*self._tangents(), *(self._all_secants() if with_own else ())]:
-            by_name.setdefault(direction.effect.name, []).append(direction)
+            by_name.setdefault(direction.effect.name, []).append(direction.without_rounding())
         return by_name
 
     def _tangents(self) -> list[Direction]:

@@ -204,7 +204,7 @@ def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
         paragraph(
             "p of all together: chance that any effect stands out as much where there is noise alone. "
             "Absorbed: share of the effect that the free parameters imitate. Strength: by the refit where "
-            "there was one, else by the screen."
+            "there was one, else by the screen. A share: of the area, like a typical case of the effect."
         )
     )
     if diagnosis.not_testable:
@@ -220,7 +220,7 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
         chance(row.p_raw),
         chance(row.p_adjusted),
         _percent(row.absorbed_fraction),
-        number(row.detection_limit, 3),
+        _with_unit(number(row.detection_limit, 3), row.detection_limit_unit),
         number(row.strength),
         row.unit,
         ", ".join(row.members) if len(row.members) > 1 else "",
