@@ -190,6 +190,7 @@ def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
         "p of all together",
         "absorbed by parameters",
         "detection limit",
+        "unit of the limit",
         "strength",
         "unit",
         "class",
@@ -199,7 +200,7 @@ def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
         "reason",
     ]
     rows = [_candidate_cells(row) for row in diagnosis.candidates]
-    parts = [table(heads, rows, (0, 7, 8, 11, 12))]
+    parts = [table(heads, rows, (0, 6, 8, 9, 12, 13))]
     parts.append(
         paragraph(
             "p of all together: chance that any effect stands out as much where there is noise alone. "
@@ -220,7 +221,8 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
         chance(row.p_raw),
         chance(row.p_adjusted),
         _percent(row.absorbed_fraction),
-        _with_unit(number(row.detection_limit, 3), row.detection_limit_unit),
+        number(row.detection_limit, 3),
+        row.detection_limit_unit,
         number(row.strength),
         row.unit,
         ", ".join(row.members) if len(row.members) > 1 else "",
