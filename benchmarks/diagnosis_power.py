@@ -374,8 +374,8 @@ def main() -> None:
                 counts[str(factor)] = sum(is_first(screened, name) for screened in screens)
             rest = {k.split(".")[-1]: v for k, v in direction.setting.items()}
             effects[name] = {
-                "limit": limit * direction.unit,
-                "unit": direction.unit_name,
+                "limit": limit * direction.column_strength,
+                "unit": direction.unit,
                 "setting": ", ".join(f"{k} {v:g}" for k, v in rest.items()),
                 "named": counts,
                 "own_screens": anew,

@@ -103,7 +103,7 @@ def test_a_limit_says_whether_it_is_a_share_of_the_area():
     scene = Scene.of(*columns(), np.arange(columns()[0].size))
     (rough, *_) = RoughInk.forms(Case(parse_sample(SAMPLE), scene))
     (offset,) = AngleOffset.forms(Case(parse_sample(SAMPLE), scene))
-    units = [Direction(e, e.settings[0], np.ones(3), 1.0).unit_name for e in (rough, offset)]
+    units = [Direction(e, e.settings[0], np.ones(3), 1.0).unit for e in (rough, offset)]
     assert units == ["share", "deg"]
 
 

@@ -506,18 +506,17 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
         refit = refits.get(c.name)
         # A direction is per unit of what its setting does; strengths are told in a unit of their own.
         direction = directions[c.name][max(c.inner, 0)]
-        unit_of_column = direction.unit
         limit, status, reason = c.detection_limit, c.status, c.reason
         if status == "testable" and not steps and not stage.accepted:
             limit = stage.limit_by_refits(direction, limit, c.critical_z)
         if limit >= direction.largest and status == "testable":
             status, reason = "hardly_testable", "hardly any strength within its range would be seen"
-        limit *= unit_of_column
+        limit *= direction.column_strength
         if status == "testable" and limit > direction.effect.usual:
             status = "hardly_testable"
             reason = f"its detection limit lies beyond its usual strength, {direction.effect.usual:g}"
         # A linear step beyond its range says nothing.
-        step = c.strength * unit_of_column if abs(c.strength) <= direction.largest else np.nan
+        step = c.strength * direction.column_strength if abs(c.strength) <= direction.largest else np.nan
         rows.append(
             CandidateRow(
                 effect=c.name,
@@ -526,9 +525,9 @@ def _candidate_rows(seen, steps) -> tuple[CandidateRow, ...]:
                 p_adjusted=c.p_adjusted,
                 absorbed_fraction=c.absorbed_fraction,
                 detection_limit=limit,
-                detection_limit_unit=direction.unit_name,
+                detection_limit_unit=direction.unit,
                 strength=refit.strength if refit else step,
-                unit=refit.effect.strength.unit if refit else direction.unit_name,
+                unit=refit.effect.strength.unit if refit else direction.unit,
                 members=members.get(c.name, (c.name,)),
                 predicted_drop=c.predicted_drop,
                 refit_drop=refit.drop if refit else None,

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from jaxink.measurement import GonioData
+from jaxink.measurement.masks import angular_distance_deg
 
 # Azimuths closer than this lie in one plane.
 _PLANE_DEG = 0.1
@@ -93,17 +94,18 @@ class Points:
     @cached_property
     def direction(self) -> Float[np.ndarray, "points 3"]:
         """Unit vector of view, the normal of its side along z."""
-        return _unit_vector(self.theta_o_deg, self.phi_deg)
+        theta, phi = np.deg2rad(self.theta_o_deg), np.deg2rad(self.phi_deg)
+        return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
     @cached_property
     def from_forward_deg(self) -> Float[np.ndarray, " points"]:
         """Angle to the specular direction in reflection, to the undeviated beam in transmission."""
-        return _angle_deg(self.direction, _unit_vector(self.theta_i_deg, np.full(len(self), 180.0)))
+        return angular_distance_deg(self.theta_o_deg, self.phi_deg, self.theta_i_deg, 180.0)
 
     @cached_property
     def from_retro_deg(self) -> Float[np.ndarray, " points"]:
         """Angle to the direction of the source; nan in transmission, which has none."""
-        angle = _angle_deg(self.direction, _unit_vector(self.theta_i_deg, np.zeros(len(self))))
+        angle = angular_distance_deg(self.theta_o_deg, self.phi_deg, self.theta_i_deg, 0.0)
         return np.where(self.is_transmission, np.nan, angle)
 
     @cached_property
@@ -183,13 +185,3 @@ class Points:
             return csr_array(size)
         a, b = np.unique(np.concatenate(pairs, axis=1), axis=1)
         return csr_array((np.ones(a.size), (a, b)), shape=size)
-
-
-def _unit_vector(theta_deg, phi_deg):
-    theta, phi = np.deg2rad(theta_deg), np.deg2rad(phi_deg)
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-
-
-def _angle_deg(a, b):
-    # The chord keeps its digits at small angles, where the cosine has none.
-    return np.rad2deg(2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=-1) / 2, 0, 1)))

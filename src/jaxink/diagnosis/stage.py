@@ -114,13 +114,13 @@ class Direction:
     largest: float
 
     @property
-    def unit(self) -> float:
-        """Strength in the effect's own unit that the column stands for; 1 for a share of the area."""
+    def column_strength(self) -> float:
+        """Strength that the column stands for, in `unit`; 1 for a share of the area."""
         here = self.setting.get(self.effect.strength.name)
         return abs(here - self.effect.neutral) if here is not None and self.effect.scales else 1.0
 
     @property
-    def unit_name(self) -> str:
+    def unit(self) -> str:
         """What strengths of a screen are told in: the effect's own unit, or a share of the area."""
         is_share = self.effect.strength.name in self.setting and not self.effect.scales
         return "share" if is_share else self.effect.strength.unit
