@@ -105,6 +105,20 @@ def test_smooth_part_recovers_a_smooth_misfit(points, jacobian, noise):
     assert nothing.share == pytest.approx(alone.share, abs=1e-8)
 
 
+@pytest.mark.parametrize(("name", "phi_deg"), [("forward", 180.0), ("retro", 0.0)])
+def test_a_reading_on_the_edge_of_a_band_is_within_it(name, phi_deg):
+    edges = np.array([5.0, 15.0, 30.0, 60.0])
+    incidence, distance = (part.ravel() for part in np.meshgrid(np.arange(0.0, 30.0, 5.0), edges))
+    n = incidence.size
+    same = np.zeros(n, int), incidence, incidence + distance
+    points = Points(
+        *same, np.full(n, phi_deg), np.full(n, 550.0), np.zeros(n, bool), np.arange(n, dtype=float)
+    )
+    band, words = _divisions(points)[name]
+    np.testing.assert_array_equal(band, np.searchsorted(edges, distance))
+    assert words[0].startswith("within 5 degrees")
+
+
 @pytest.mark.parametrize(
     ("misfit", "words"),
     [

@@ -16,6 +16,8 @@ _DISTANCE_EDGES = {
     "retro": (0.0, 5.0, 15.0, 30.0, 60.0, 180.0),
     "horizon": (0.0, 10.0, 20.0, 40.0, 90.0),
 }
+# A reading as near to an edge stands on it, hence within: goniometers like the very angles of the edges.
+_ROUNDING_DEG = 1e-6
 _TIMES = ("in the first quarter", "in the second quarter", "in the third quarter", "in the last quarter")
 # Of the sum of squares: enough to name one side alone, a distance, or what lies elsewhere.
 _ONE_SIDE, _TELLING, _ELSEWHERE = 0.8, 0.25, 0.25
@@ -129,8 +131,8 @@ def _bands(points: Points, name):
         "retro": points.from_retro_deg,
         "horizon": 90 - points.theta_o_deg,
     }[name]
-    inner_edges = np.array(_DISTANCE_EDGES[name][1:-1])
-    return np.where(np.isfinite(distance), np.searchsorted(inner_edges, distance, side="right"), -1)
+    inner_edges = np.array(_DISTANCE_EDGES[name][1:-1]) + _ROUNDING_DEG
+    return np.where(np.isfinite(distance), np.searchsorted(inner_edges, distance), -1)
 
 
 def _band_words(low, high, end):
