@@ -47,6 +47,13 @@ MOST = jaxink.DiagnosisOptions(max_parameters=8)
 COARSE = dataclasses.replace(MOST, fit=jaxink.FitOptions(profile="none", accuracy=1e-3))
 
 
+def declared(name: str) -> tuple:
+    """Measurement, sample file and options of a case."""
+    if name == "ptfe":
+        return measured("ptfe_nist_germer", "brdf_regular.csv"), "ptfe_nist_germer_n1.35.toml", MOST
+    return measured("paint_z307_black", "brdf_inplane.csv"), "paint_z307_black.toml", COARSE
+
+
 def diagnosed(name: str, data, sample_file: str, options=MOST) -> tuple[jaxink.Diagnosis, dict]:
     """Diagnosis of a measurement; its residual maps go to docs."""
 
@@ -94,8 +101,8 @@ def save(name: str, report: dict) -> None:
 
 def ptfe() -> None:
     """Sintered PTFE, declared as a textbook would; then other wavelengths, and Spectralon."""
-    data = measured("ptfe_nist_germer", "brdf_regular.csv")
-    found, report = diagnosed("ptfe", data, "ptfe_nist_germer_n1.35.toml")
+    data, *_ = case = declared("ptfe")
+    found, report = diagnosed("ptfe", *case)
     pairs = {s.scan.theta_i_deg: s.relative for s in symmetry_repeatability(found.result.data)}
     report["pair_noise"] = [[angle, noise] for angle, noise in pairs.items()]
     report["other_wavelengths"] = []
@@ -137,8 +144,7 @@ def spectralon(found) -> dict:
 
 def paint() -> None:
     """Black paint under a smooth surface."""
-    data = measured("paint_z307_black", "brdf_inplane.csv")
-    _, report = diagnosed("paint", data, "paint_z307_black.toml", COARSE)
+    _, report = diagnosed("paint", *declared("paint"))
     save("paint", report)
 
 
