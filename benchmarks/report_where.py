@@ -3,8 +3,8 @@
 python benchmarks/report_where.py [ptfe] [paint]
 
 For a change of how places are told: the accepted effects are fitted again, with the sizes of a diagnosis, but
-not looked for again, which takes an hour and more. Renews the place in benchmarks/diagnosis/measured_NAME.json
-and the section of docs/measured.md; ends with an error where the fit is not the one of the report.
+not looked for again, which takes an hour and more. Renews the place in the kept report and in
+docs/measured.md. Fails where the fit is not the one of the report.
 """
 
 import dataclasses
