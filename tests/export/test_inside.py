@@ -244,6 +244,8 @@ def test_roughness_stays_with_its_interface():
     [
         ({"layers": "primer"}, "has no layer 'primer'; its layers are coat, ink, plate"),
         ({"layers": ["coat", "plate"]}, "are not neighbours"),
+        ({"layers": []}, r"names of layers, of coat, ink, plate; it was given \[\]"),
+        ({"layers": TableOptions()}, r"names of layers, of coat, ink, plate; it was given TableOptions\("),
         ({"layers": "coat"}, "there is no ink in them"),
         ({"layers": ["ink"]}, "the ink has layers on both sides; say where the plate is"),
         ({"options": TableOptions(inside="below")}, 'must be "front" or "back"'),

@@ -1,7 +1,8 @@
 """An ink taken out of its sample: the layers that belong to it, between the plate and the other side."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import reprlib
+from collections.abc import Iterable, Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -73,7 +74,8 @@ def find_ink(
     Raises
     ------
     InputRefusedError
-        If the layers do not exist or are not neighbours, or if the side of the plate is not clear.
+        If the layers are not names, do not exist or are not neighbours, or if the side of the plate is not
+        clear.
     """
     known = [layer.name for layer in sample.layers]
     if layers is None:
@@ -84,7 +86,11 @@ def find_ink(
                 "the ink."
             )
     else:
-        wanted = [layers] if isinstance(layers, str) else list(layers)
+        wanted = [layers] if isinstance(layers, str) else list(layers) if isinstance(layers, Iterable) else []
+        if not wanted or not all(isinstance(name, str) for name in wanted):
+            raise InputRefusedError(
+                f"layers takes names of layers, of {', '.join(known)}; it was given {reprlib.repr(layers)}."
+            )
     for name in wanted:
         if name not in known:
             raise InputRefusedError(f"the sample has no layer '{name}'; its layers are {', '.join(known)}.")
