@@ -1,6 +1,6 @@
 """The accuracy that a user asks of the discretisation: the default, and what may be asked."""
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_number
 
 # Largest relative error of the BSDF.
 DEFAULT_ACCURACY = 1e-4
@@ -20,6 +20,7 @@ def require_accuracy(accuracy: float) -> None:
     InputRefusedError
         If it is not between 1e-8 and 0.1.
     """
+    require_number("accuracy", accuracy)
     if not BEST_ACCURACY <= accuracy <= WORST_ACCURACY:
         raise InputRefusedError(
             f"accuracy is {accuracy:g}; "

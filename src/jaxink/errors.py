@@ -1,5 +1,7 @@
 """Exceptions of jaxink; each carries one sentence that a user can act on."""
 
+from numbers import Integral, Real
+
 
 class JaxinkError(Exception):
     """Base class of every error that jaxink raises on purpose."""
@@ -15,3 +17,66 @@ class PrecisionError(JaxinkError, RuntimeError):
 
 class UnsafeVersionError(JaxinkError, RuntimeError):
     """The installed jaxlib is one that can deadlock."""
+
+
+def require_kind(name: str, value: object, *kinds: type) -> None:
+    """Refuse an argument of another kind than is wanted.
+
+    Parameters
+    ----------
+    name
+        Of the argument.
+    value
+        What was given.
+    *kinds
+        Its type must be one of these.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is not.
+    """
+    if not isinstance(value, kinds):
+        wanted = ", ".join(kind.__name__ for kind in kinds[:-1])
+        wanted = f"{wanted} or {kinds[-1].__name__}" if wanted else kinds[-1].__name__
+        raise InputRefusedError(f"{name} is of type {type(value).__name__}; it must be of type {wanted}.")
+
+
+def require_integer(name: str, value: object, least: int) -> None:
+    """Refuse what is not a whole number of at least so much.
+
+    Parameters
+    ----------
+    name
+        Of the argument.
+    value
+        What was given.
+    least
+        Smallest number allowed.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is not.
+    """
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+        raise InputRefusedError(f"{name} is {value!r}; it must be a whole number of at least {least}.")
+
+
+def require_number(name: str, value: object) -> None:
+    """Refuse what is not a number; infinity is one.
+
+    Parameters
+    ----------
+    name
+        Of the argument.
+    value
+        What was given.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is not, or if it is NaN.
+    """
+    if not isinstance(value, Real) or isinstance(value, bool) or value != value:
+        raise InputRefusedError(f"{name} is {value!r}; it must be a number.")

@@ -56,6 +56,20 @@ class LayerCoefficients(eqx.Module):
     reduced_optical_thickness: Float[Array, ""]
 
 
+def _require_points(points: dict[str, np.ndarray]) -> None:
+    """Columns of one length, and polar angles of one hemisphere: others would become NaN in silence."""
+    length = points["theta_i_deg"].shape
+    for name, column in points.items():
+        if column.ndim != 1 or column.shape != length:
+            raise InputRefusedError(
+                f"{name} has shape {column.shape}; all columns must have the shape (points,), here {length}."
+            )
+    for name in ("theta_i_deg", "theta_o_deg"):
+        outside = ~((points[name] >= 0) & (points[name] <= 90))
+        if outside.any():
+            raise InputRefusedError(f"{name} is {points[name][outside][0]:g}; it must lie in 0 ... 90.")
+
+
 class ForwardModel(eqx.Module):
     """Predicts the BSDF of a sample at the points of a measurement.
 
@@ -71,6 +85,12 @@ class ForwardModel(eqx.Module):
         Largest relative error of the BSDF that the discretisation may cause.
     layer_method
         As of `SolverConfig`.
+
+    Raises
+    ------
+    InputRefusedError
+        If the columns of the points differ in length, a polar angle is not 0 ... 90, or the sample cannot be
+        solved.
     """
 
     sample: Sample = eqx.field(static=True)
@@ -101,14 +121,20 @@ class ForwardModel(eqx.Module):
     ):
         self.sample = sample
         self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
-        columns = np.column_stack(
-            [np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, is_transmission)]
-        )
+        points = {
+            "theta_i_deg": theta_i_deg,
+            "theta_o_deg": theta_o_deg,
+            "phi_deg": phi_deg,
+            "is_transmission": is_transmission,
+            "wavelength_nm": wavelength_nm,
+        }
+        points = {name: np.asarray(column, float) for name, column in points.items()}
+        _require_points(points)
+        wavelength_nm = points.pop("wavelength_nm")
+        columns = np.column_stack(list(points.values()))
         # Every wavelength is predicted at the same pairs, so that one batch serves the spectrum.
         pairs, self.pair_of_point = np.unique(columns, axis=0, return_inverse=True)
-        wavelengths, self.wavelength_of_point = np.unique(
-            np.asarray(wavelength_nm, float), return_inverse=True
-        )
+        wavelengths, self.wavelength_of_point = np.unique(wavelength_nm, return_inverse=True)
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
         self._check_wavelengths()

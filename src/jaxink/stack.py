@@ -5,12 +5,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxink.channels import ChannelGrid
+from jaxink.errors import require_integer
 from jaxink.interfaces import propagating_cosine
 from jaxink.lateral import LateralField
 from jaxink.optics import ClearLayer, ScatteringLayer
 from jaxink.surfaces.interface import RoughInterface, RoughSizes
 from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.wave_face import WaveFace, kept_regular
+
+_SIZES = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
 
 
 class SolverConfig(eqx.Module):
@@ -29,6 +32,11 @@ class SolverConfig(eqx.Module):
     layer_method
         How a layer's response is computed: ``"discrete_ordinates"``, ``"adding_doubling"``, or the
         ``"fastest"`` of them on JAX's default backend. They agree to 1e-8.
+
+    Raises
+    ------
+    InputRefusedError
+        If a size is not a whole number of at least 1.
     """
 
     nodes_escaping: int = eqx.field(static=True, default=16)
@@ -37,10 +45,13 @@ class SolverConfig(eqx.Module):
     n_orders: int = eqx.field(static=True, default=12)
     layer_method: str = eqx.field(static=True, default="fastest")
 
+    def __check_init__(self):
+        for size in _SIZES:
+            require_integer(size, getattr(self, size), 1)
+
     def at_least(self, other: "SolverConfig") -> "SolverConfig":
         """The larger of two in every size, with this one's method."""
-        sizes = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
-        return SolverConfig(*(max(getattr(self, s), getattr(other, s)) for s in sizes), self.layer_method)
+        return SolverConfig(*(max(getattr(self, s), getattr(other, s)) for s in _SIZES), self.layer_method)
 
 
 class Stack(eqx.Module):

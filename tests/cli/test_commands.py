@@ -76,7 +76,7 @@ def test_json_is_the_result_file(run, tmp_path):
             "layer_method is 'mie'; it must be one of: fastest, discrete_ordinates, adding_doubling.",
         ),
         (("--profile", "some"), "profile is 'some'; it must be one of: auto, all, none."),
-        (("--starts", "0"), "n_starts is 0; it must be at least 1."),
+        (("--starts", "0"), "n_starts is 0; it must be a whole number of at least 1."),
     ],
 )
 def test_bad_options_are_refused(options, sentence, run, tmp_path):

@@ -252,6 +252,8 @@ def test_roughness_stays_with_its_interface():
         ({"options": TableOptions(n_theta=5, inside="back")}, "needs at least"),
         ({"layers": "ink", "values": {"ink.absorption": 1.0}}, "did you mean ink.absorption_per_mm"),
         ({"layers": "ink", "values": {"ink.refractive_index": 1.5}}, "is tied to '1.53' and takes no value"),
+        ({"layers": "ink", "values": {"ink.thickness_um": -1.0}}, "thickness_um is -1; it must lie between"),
+        ({"wavelengths_nm": [-5.0], "options": TableOptions(inside="back")}, "must be positive and finite"),
         ({"wavelengths_nm": [450, 450], "options": TableOptions(inside="back")}, "names a wavelength twice"),
     ],
 )

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.special import ndtr
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_integer, require_number
 
 # Share of a candidate that the parameters imitate, beyond which data hardly decide on it.
 HARDLY = 0.98
@@ -63,7 +63,7 @@ class ScreenOptions:
     Raises
     ------
     InputRefusedError
-        The level is not between 0 and 0.5, or there are too few draws for it.
+        The level is not between 0 and 0.5, there are too few draws for it, or the seed is not a whole number.
     """
 
     n_bootstrap: int = 2000
@@ -71,6 +71,9 @@ class ScreenOptions:
     seed: int = 20260
 
     def __post_init__(self):
+        require_integer("n_bootstrap", self.n_bootstrap, 1)
+        require_integer("seed", self.seed, 0)
+        require_number("level", self.level)
         if not 0 < self.level < 0.5:
             raise InputRefusedError(f"level is {self.level}; it must be between 0 and 0.5.")
         if self.n_bootstrap * self.level < 10:

@@ -30,13 +30,14 @@ from jaxink.diagnosis.structure import StructureResult, find_structure
 from jaxink.diagnosis.verdict import is_met, judge
 from jaxink.diagnosis.where import locate
 from jaxink.effects import CATALOGUE, Effect, Scene
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting import FitOptions, FitResult, fit
 from jaxink.fitting.objective import noise_of
+from jaxink.fitting.run import read_inputs
 from jaxink.forward import ForwardModel
-from jaxink.measurement import GonioData, read
+from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
-from jaxink.sample import Sample, load_sample
+from jaxink.sample import Sample
 from jaxink.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
@@ -78,7 +79,8 @@ class DiagnosisOptions:
     Raises
     ------
     InputRefusedError
-        Two effects have one name.
+        A number is outside its range, what stands in the catalogue is no class of effects, or two effects
+        have one name.
     """
 
     max_effects: int = 3
@@ -90,12 +92,26 @@ class DiagnosisOptions:
     catalogue: tuple[type[Effect], ...] = CATALOGUE
 
     def __post_init__(self):
+        require_integer("max_effects", self.max_effects, 0)
+        if self.max_parameters is not None:
+            require_integer("max_parameters", self.max_parameters, 1)
+        require_kind("fit", self.fit, FitOptions)
+        # Refused before the fit, not after it.
+        _ = self.screen
+        for effect in self.catalogue:
+            if not (isinstance(effect, type) and issubclass(effect, Effect)):
+                raise InputRefusedError(f"the catalogue takes classes of effects; it was given {effect!r}.")
         names = [effect.name for effect in self.catalogue]
         twice = {name for name in names if names.count(name) > 1}
         if twice:
             raise InputRefusedError(f"two effects of the catalogue are called '{min(twice)}'.")
         if self.fit.objective != "chi_square" or self.fit.method != "gradient":
             raise InputRefusedError("a diagnosis needs a gradient fit with the objective 'chi_square'.")
+
+    @property
+    def screen(self) -> ScreenOptions:
+        """What of it the screen is given."""
+        return ScreenOptions(self.n_bootstrap, self.level, self.seed)
 
 
 Progress = Callable[[str, int, float], None]
@@ -130,9 +146,9 @@ def diagnose(
         Data or sample cannot be used, or the noise is not known.
     """
     options = DiagnosisOptions() if options is None else options
-    sample = sample if isinstance(sample, Sample) else load_sample(sample)
+    require_kind("options", options, DiagnosisOptions)
+    data, sample = read_inputs(data, sample)
     follow = progress or _quiet
-    data = read(data) if isinstance(data, str | Path) else data
     result = fit(data, sample, options.fit, progress)
     with computing():
         return _Loop(result, sample, options, follow).run()
@@ -151,7 +167,7 @@ class _Loop:
         used = self.data.used
         self.points = Points.of(self.data)
         noise = noise_of(self.data, sample)
-        self.screen_options = ScreenOptions(options.n_bootstrap, options.level, options.seed)
+        self.screen_options = options.screen
         self.setup = Setup(
             sample,
             self.data,

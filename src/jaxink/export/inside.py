@@ -10,7 +10,7 @@ import numpy as np
 
 from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.bsdf import diffuse_bsdf, regular_power
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_kind, require_number
 from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
 from jaxink.export.grid import critical_angles_deg, polar_grid
 from jaxink.export.passages import facet_lobes
@@ -116,6 +116,8 @@ def ink_table(
     degrees are those a quarter of the last step before; the attribute ``grazing_theta_deg`` says where.
     """
     options = TableOptions() if options is None else options
+    require_kind("options", options, TableOptions)
+    require_kind("source", source, FitResult, ForwardModel, Sample)
     sample, wavelengths = _sample_and_wavelengths(source, wavelengths_nm)
     if values:
         table = sample.parameters
@@ -124,7 +126,8 @@ def ink_table(
                 raise InputRefusedError(
                     f"{name} is tied to '{table[name].tie}' and takes no value; give one to what it follows."
                 )
-            table = table.replace(name, value=float(value))
+            table = table.replace(name, value=value)
+        table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
     if not isinstance(source, FitResult):
@@ -143,7 +146,12 @@ def _sample_and_wavelengths(source, wavelengths_nm):
     else:
         sample = source.sample
         known = np.unique(source.data.wavelength_nm[source.data.used]).tolist()
-    wavelengths = sorted(float(w) for w in (known if wavelengths_nm is None else np.ravel(wavelengths_nm)))
+    wavelengths = list(known) if wavelengths_nm is None else np.ravel(wavelengths_nm).tolist()
+    for wavelength in wavelengths:
+        require_number("a wavelength of wavelengths_nm", wavelength)
+        if not 0 < wavelength < np.inf:
+            raise InputRefusedError(f"wavelengths_nm names {wavelength:g}; it must be positive and finite.")
+    wavelengths = sorted(map(float, wavelengths))
     if not wavelengths:
         raise InputRefusedError("the sample names no wavelength_nm; give wavelengths_nm.")
     if len(set(wavelengths)) != len(wavelengths):

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.accuracy import DEFAULT_ACCURACY, require_accuracy
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting.gradient import GradientSearch, scan, starts
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.objective import (
@@ -101,8 +101,10 @@ class FitOptions:
                     f"{name} is '{getattr(self, name)}'; it must be one of: {', '.join(allowed)}."
                 )
         require_accuracy(self.accuracy)
-        if self.n_starts < 1:
-            raise InputRefusedError(f"n_starts is {self.n_starts}; it must be at least 1.")
+        require_integer("n_starts", self.n_starts, 1)
+        require_integer("seed", self.seed, 0)
+        if self.config is not None:
+            require_kind("config", self.config, SolverConfig)
 
 
 Progress = Callable[[str, int, float], None]
@@ -139,8 +141,9 @@ def fit(
         If data or sample cannot be used.
     """
     options = FitOptions() if options is None else options
-    sample = sample if isinstance(sample, Sample) else load_sample(sample)
-    data = prepare_data(read(data) if isinstance(data, str | Path) else data, sample)
+    require_kind("options", options, FitOptions)
+    data, sample = read_inputs(data, sample)
+    data = prepare_data(data, sample)
     release_programs()
     with computing():
         return _fit(data, sample, options, progress or _quiet)
@@ -148,6 +151,32 @@ def fit(
 
 def _quiet(what: str, step: int, loss: float) -> None:
     _LOG.debug("%s: step %d, loss %.6g", what, step, loss)
+
+
+def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tuple[GonioData, Sample]:
+    """A measurement and a sample, each given itself or as its file.
+
+    Parameters
+    ----------
+    data
+        Measurement, or its file.
+    sample
+        Sample, or its file.
+
+    Returns
+    -------
+    GonioData, Sample
+
+    Raises
+    ------
+    InputRefusedError
+        If one is neither, cannot be read, or a value of the sample is outside its range.
+    """
+    require_kind("data", data, GonioData, str, Path)
+    require_kind("sample", sample, Sample, str, Path)
+    sample = sample if isinstance(sample, Sample) else load_sample(sample)
+    sample.parameters.require_ranges()
+    return read(data) if isinstance(data, str | Path) else data, sample
 
 
 def prepare_data(data: GonioData, sample: Sample) -> GonioData:
@@ -537,7 +566,11 @@ def predict(
     -------
     np.ndarray
         1/sr, shape ``(points,)``, masked points included.
+
+    Raises
+    ------
+    InputRefusedError
+        If sample or data cannot be used.
     """
-    sample = sample if isinstance(sample, Sample) else load_sample(sample)
-    data = read(data) if isinstance(data, str | Path) else data
+    data, sample = read_inputs(data, sample)
     return evaluate(ForwardModel(sample, *data.directions, config, accuracy))

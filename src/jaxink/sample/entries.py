@@ -117,8 +117,9 @@ def parameter_of(name: str, entry: dict[str, Any], quantity: schema.Quantity) ->
         name,
         value,
         free,
-        float(lowest),
-        float(highest),
+        # What is fixed may lie outside the range that a fit once had.
+        float(min(lowest, value)),
+        float(max(highest, value)),
         unit,
         prior=prior,
         scale=quantity.scale,

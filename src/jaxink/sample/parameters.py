@@ -8,7 +8,11 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from jaxink.errors import InputRefusedError
+import numpy as np
+
+from jaxink.errors import InputRefusedError, require_number
+
+SCALES = ("linear", "log", "one_minus")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,6 +56,11 @@ class Parameter:
     multimodal
         Whether the misfit has many minima along it, as along the radius of a sphere with its resonances: a
         fit then scans the range first.
+
+    Raises
+    ------
+    InputRefusedError
+        If value or range are not numbers, the range is empty, or there is no such scale.
     """
 
     name: str
@@ -64,6 +73,20 @@ class Parameter:
     prior: Prior | None = None
     scale: str = "linear"
     multimodal: bool = False
+
+    def __post_init__(self):
+        # What is tied has no value of its own.
+        for quantity in ("value", "minimum", "maximum")[self.tie is not None :]:
+            require_number(f"{quantity} of {self.name}", getattr(self, quantity))
+        if not self.minimum <= self.maximum:
+            raise InputRefusedError(
+                f"the range of {self.name}, {self.minimum:g} to {self.maximum:g}, is empty; "
+                "minimum must not be above maximum."
+            )
+        if self.scale not in SCALES:
+            raise InputRefusedError(
+                f"scale of {self.name} is '{self.scale}'; it must be one of: {', '.join(SCALES)}."
+            )
 
     @property
     def is_fixed(self) -> bool:
@@ -191,6 +214,21 @@ class ParameterTable(Mapping[str, Parameter]):
     def free(self) -> tuple[Parameter, ...]:
         """The free parameters, in order."""
         return tuple(p for p in self._by_name.values() if p.free)
+
+    def require_ranges(self) -> None:
+        """Refuse a table with a value outside its range; rounding counts as inside.
+
+        Raises
+        ------
+        InputRefusedError
+            Names the first such parameter.
+        """
+        for p in self._by_name.values():
+            inside = p.minimum <= p.value <= p.maximum
+            if p.tie is None and not (inside or np.isclose(p.value, (p.minimum, p.maximum), 1e-9, 0).any()):
+                raise InputRefusedError(
+                    f"{p.name} is {p.value:g}; it must lie between {p.minimum:g} and {p.maximum:g}."
+                )
 
     def values_with(self, free_values: Mapping[str, Any]) -> dict[str, Any]:
         """Values of all parameters, ties evaluated.
