@@ -1,6 +1,8 @@
 """The accuracy that a user asks of the discretisation: the default, and what may be asked."""
 
-from jaxink.errors import InputRefusedError, require_number
+from numbers import Real
+
+from jaxink.errors import InputRefusedError, shown
 
 # Largest relative error of the BSDF.
 DEFAULT_ACCURACY = 1e-4
@@ -20,9 +22,8 @@ def require_accuracy(accuracy: float) -> None:
     InputRefusedError
         If it is not between 1e-8 and 0.1.
     """
-    require_number("accuracy", accuracy)
-    if not BEST_ACCURACY <= accuracy <= WORST_ACCURACY:
+    if not (isinstance(accuracy, Real) and BEST_ACCURACY <= accuracy <= WORST_ACCURACY):
         raise InputRefusedError(
-            f"accuracy is {accuracy:g}; "
+            f"accuracy is {shown(accuracy)}; "
             f"give a relative error between {BEST_ACCURACY:g} and {WORST_ACCURACY:g}."
         )

@@ -19,6 +19,23 @@ class UnsafeVersionError(JaxinkError, RuntimeError):
     """The installed jaxlib is one that can deadlock."""
 
 
+def shown(value: object) -> str:
+    """An argument as a sentence names it: a number without its type, anything else as Python writes it.
+
+    Parameters
+    ----------
+    value
+        What was given.
+
+    Returns
+    -------
+    str
+    """
+    if isinstance(value, Integral):
+        return str(value)
+    return f"{value:g}" if isinstance(value, Real) else repr(value)
+
+
 def require_kind(name: str, value: object, *kinds: type) -> None:
     """Refuse an argument of another kind than is wanted.
 
@@ -79,4 +96,4 @@ def require_number(name: str, value: object) -> None:
         If it is not, or if it is NaN.
     """
     if not isinstance(value, Real) or isinstance(value, bool) or value != value:
-        raise InputRefusedError(f"{name} is {value!r}; it must be a number.")
+        raise InputRefusedError(f"{name} is {shown(value)}; it must be a number.")

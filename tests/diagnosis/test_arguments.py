@@ -53,7 +53,7 @@ n_bootstrap is 250.5; it must be a whole number of at least 1.
 level is '5 %'; it must be a number.
 the catalogue takes classes of effects; it was given 'blur'.
 n_starts is True; it must be a whole number of at least 1.
-accuracy is 'high'; it must be a number.
+accuracy is 'high'; give a relative error between 1e-08 and 0.1.
 config is of type int; it must be of type SolverConfig.
 source is of type GonioData; it must be of type FitResult, ForwardModel or Sample.
 options is of type dict; it must be of type TableOptions.
