@@ -81,6 +81,11 @@ def main() -> None:
         kept[name] = [*kept.get(name, []), timed(name)]
         print(name, kept[name][-1], flush=True)
         STORE.write_text(json.dumps(kept, indent=1) + "\n")
+    write(kept)
+
+
+def write(kept: dict[str, list[dict]]) -> None:
+    """The page of the runs that are kept."""
     rows = [
         [
             f"`{name}`",
@@ -106,7 +111,7 @@ def main() -> None:
 
 The whole procedure: fit, whole catalogue, 2000 null data sets, refits, held-out fits, report and figures
 (`python benchmarks/bench_diagnosis.py`, {machines}).
-Every run is a row. The last column tells how fast the machine was at that time: a virtual one of two cores, whose
+A row is a run. The last column tells how fast the machine was at that time: a virtual one of two cores, whose
 share of a processor changes several times over from hour to hour.
 
 {table(header, rows)}

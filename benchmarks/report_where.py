@@ -7,7 +7,6 @@ not looked for again, which takes an hour and more. Renews the place in the kept
 docs/measured.md. Fails where the fit is not the one of the report.
 """
 
-import dataclasses
 import json
 import sys
 
@@ -54,13 +53,7 @@ def relocate(name: str) -> None:
     found = locate(residual, jacobian, Points.of(data), at_bound=at_bound)
     verdict = report["verdict"]
     verdict["sentence"] = verdict["sentence"].replace(report["residual"]["sentence"], found.sentence)
-    report["residual"] = plain(
-        {
-            "sentence": found.sentence,
-            "structured_share": found.smooth.share,
-            "factors": [dataclasses.asdict(factor) for factor in found.factors],
-        }
-    )
+    report["residual"] = plain(found.to_dict())
     print(found.sentence)
     save(name, report)
 

@@ -1,5 +1,6 @@
 """Exceptions of jaxink; each carries one sentence that a user can act on."""
 
+from collections.abc import Collection
 from numbers import Integral, Real
 
 
@@ -57,6 +58,27 @@ def require_kind(name: str, value: object, *kinds: type) -> None:
         wanted = ", ".join(kind.__name__ for kind in kinds[:-1])
         wanted = f"{wanted} or {kinds[-1].__name__}" if wanted else kinds[-1].__name__
         raise InputRefusedError(f"{name} is of type {type(value).__name__}; it must be of type {wanted}.")
+
+
+def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
+    """Refuse a word that is none of those allowed.
+
+    Parameters
+    ----------
+    name
+        Of the argument.
+    value
+        What was given.
+    allowed
+        The words.
+
+    Raises
+    ------
+    InputRefusedError
+        With those allowed, if it is another.
+    """
+    if value not in allowed:
+        raise InputRefusedError(f"{name} is {value!r}; it must be one of: {', '.join(allowed)}.")
 
 
 def require_integer(name: str, value: object, least: int) -> None:

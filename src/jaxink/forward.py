@@ -56,8 +56,9 @@ class LayerCoefficients(eqx.Module):
     reduced_optical_thickness: Float[Array, ""]
 
 
-def _require_points(points: dict[str, np.ndarray]) -> None:
-    """Columns of one length, and polar angles of one hemisphere: others would become NaN in silence."""
+def _columns(**given) -> list[np.ndarray]:
+    """Columns of one length, with polar angles of one hemisphere: others would become NaN in silence."""
+    points = {name: np.asarray(column, float) for name, column in given.items()}
     length = points["theta_i_deg"].shape
     for name, column in points.items():
         if column.ndim != 1 or column.shape != length:
@@ -68,6 +69,7 @@ def _require_points(points: dict[str, np.ndarray]) -> None:
         outside = ~((points[name] >= 0) & (points[name] <= 90))
         if outside.any():
             raise InputRefusedError(f"{name} is {points[name][outside][0]:g}; it must lie in 0 ... 90.")
+    return list(points.values())
 
 
 class ForwardModel(eqx.Module):
@@ -121,19 +123,15 @@ class ForwardModel(eqx.Module):
     ):
         self.sample = sample
         self.cones = Cones(sample.source_half_angle_deg, sample.detector_half_angle_deg)
-        points = {
-            "theta_i_deg": theta_i_deg,
-            "theta_o_deg": theta_o_deg,
-            "phi_deg": phi_deg,
-            "is_transmission": is_transmission,
-            "wavelength_nm": wavelength_nm,
-        }
-        points = {name: np.asarray(column, float) for name, column in points.items()}
-        _require_points(points)
-        wavelength_nm = points.pop("wavelength_nm")
-        columns = np.column_stack(list(points.values()))
+        *columns, wavelength_nm = _columns(
+            theta_i_deg=theta_i_deg,
+            theta_o_deg=theta_o_deg,
+            phi_deg=phi_deg,
+            is_transmission=is_transmission,
+            wavelength_nm=wavelength_nm,
+        )
         # Every wavelength is predicted at the same pairs, so that one batch serves the spectrum.
-        pairs, self.pair_of_point = np.unique(columns, axis=0, return_inverse=True)
+        pairs, self.pair_of_point = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
         wavelengths, self.wavelength_of_point = np.unique(wavelength_nm, return_inverse=True)
         self.wavelengths_nm = tuple(wavelengths.tolist())
         self.rays = cone_rays(self.cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)

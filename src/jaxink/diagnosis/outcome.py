@@ -266,20 +266,7 @@ class Diagnosis:
                     "before": _structure(self.structure_before),
                     "after": _structure(self.structure_after),
                 },
-                "residual": {
-                    "sentence": self.location.sentence,
-                    "structured_share": self.location.smooth.share,
-                    "factors": [
-                        {
-                            "name": f.name,
-                            "levels": list(f.levels),
-                            "means": f.means,
-                            "share": f.share,
-                            "p_value": f.p_value,
-                        }
-                        for f in self.location.factors
-                    ],
-                },
+                "residual": self.location.to_dict(),
                 "versions": self.result.versions,
             }
         )

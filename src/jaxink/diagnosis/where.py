@@ -68,6 +68,14 @@ class Location:
     factors: tuple[Factor, ...]
     smooth: SmoothPart
 
+    def to_dict(self) -> dict:
+        """What a report says of it, for `jaxink.files.plain`."""
+        return {
+            "sentence": self.sentence,
+            "structured_share": self.smooth.share,
+            "factors": self.factors,
+        }
+
 
 def locate(
     residual: Float[np.ndarray, " rows"],

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.grid import critical_angles_deg, polar_grid
 from jaxink.export.sampling import exit_angles_deg, power_sent_out
 from jaxink.export.surface_file import RoughBoundary
@@ -58,10 +58,7 @@ class BoundaryOptions:
     def __post_init__(self):
         if self.n_phi < 3:
             raise InputRefusedError(f"n_phi is {self.n_phi}; it must be at least 3.")
-        if self.amplitude not in AMPLITUDES:
-            raise InputRefusedError(
-                f"amplitude is {self.amplitude!r}; it must be one of: {', '.join(AMPLITUDES)}."
-            )
+        require_one_of("amplitude", self.amplitude, AMPLITUDES)
 
     def indices(self, n_wavelengths: int) -> tuple[np.ndarray, np.ndarray]:
         """Refractive indices of both sides at every wavelength."""

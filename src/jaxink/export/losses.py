@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.sampling import critical_angle_deg, diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
 
@@ -49,8 +49,7 @@ class ExportOptions:
                 raise InputRefusedError(
                     f"drop names {name!r}; what may be lost is one of: {', '.join(LOSSES)}."
                 )
-        if self.basis not in ("klems", "tensor_tree"):
-            raise InputRefusedError(f"basis is {self.basis!r}; it must be one of: klems, tensor_tree.")
+        require_one_of("basis", self.basis, ("klems", "tensor_tree"))
         if not self.name or any(sign in self.name for sign in '/\\:*?"<>| \t\n'):
             raise InputRefusedError(
                 f"name is {self.name!r}; it begins the names of files, so it needs letters, no space, slash "

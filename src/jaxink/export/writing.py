@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.flat_csv import write_csv
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.losses import ExportOptions, refuse_losses
@@ -58,8 +58,7 @@ def require_format(format: str) -> None:
     InputRefusedError
         With those that there are.
     """
-    if format not in _FORMATS:
-        raise InputRefusedError(f"format is {format!r}; it must be one of: {', '.join(FORMATS)}.")
+    require_one_of("format", format, FORMATS)
 
 
 def write(

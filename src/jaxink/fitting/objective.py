@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.accuracy import DEFAULT_ACCURACY
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
@@ -299,8 +299,7 @@ def make_objective(
     InputRefusedError
         If nothing is left to fit, or nothing is free.
     """
-    if kind not in OBJECTIVES:
-        raise InputRefusedError(f"objective is '{kind}'; it must be one of: {', '.join(OBJECTIVES)}.")
+    require_one_of("objective", kind, OBJECTIVES)
     used = data.used
     if not used.any():
         raise InputRefusedError(

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.accuracy import DEFAULT_ACCURACY, require_accuracy
-from jaxink.errors import InputRefusedError, require_integer, require_kind
+from jaxink.errors import InputRefusedError, require_integer, require_kind, require_one_of
 from jaxink.fitting.gradient import GradientSearch, scan, starts
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.objective import (
@@ -96,10 +96,7 @@ class FitOptions:
             ("profile", ("auto", "all", "none")),
             ("layer_method", ("fastest", *LAYER_METHODS)),
         ):
-            if getattr(self, name) not in allowed:
-                raise InputRefusedError(
-                    f"{name} is '{getattr(self, name)}'; it must be one of: {', '.join(allowed)}."
-                )
+            require_one_of(name, getattr(self, name), allowed)
         require_accuracy(self.accuracy)
         require_integer("n_starts", self.n_starts, 1)
         require_integer("seed", self.seed, 0)

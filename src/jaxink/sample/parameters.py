@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError, require_number
+from jaxink.errors import InputRefusedError, require_number, require_one_of
 
 SCALES = ("linear", "log", "one_minus")
 
@@ -83,10 +83,7 @@ class Parameter:
                 f"the range of {self.name}, {self.minimum:g} to {self.maximum:g}, is empty; "
                 "minimum must not be above maximum."
             )
-        if self.scale not in SCALES:
-            raise InputRefusedError(
-                f"scale of {self.name} is '{self.scale}'; it must be one of: {', '.join(SCALES)}."
-            )
+        require_one_of(f"scale of {self.name}", self.scale, SCALES)
 
     @property
     def is_fixed(self) -> bool:

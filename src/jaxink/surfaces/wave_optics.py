@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import require_one_of
 from jaxink.interfaces import fresnel_reflectance, refracted_cosine
 from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
 from jaxink.numerics.precision import require_float64
@@ -55,10 +55,7 @@ class WaveSurface(eqx.Module):
     several_orders: bool = eqx.field(static=True, default=True)
 
     def __check_init__(self):
-        if self.amplitude not in AMPLITUDES:
-            raise InputRefusedError(
-                f"amplitude is {self.amplitude!r}; it must be one of: {', '.join(AMPLITUDES)}."
-            )
+        require_one_of("amplitude", self.amplitude, AMPLITUDES)
 
     @property
     def reversed(self) -> "WaveSurface":
