@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
+from scipy.special import gammaln
 
 from jaxink.geometry import Directions, scattering_cosines
 from jaxink.interfaces import propagating_cosine
@@ -63,7 +64,9 @@ def _diffuse_bsdf(stack, directions, config):
     else:
         smooth, once = _seen_in_the_field(stack, directions, config)
     index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
-    return index_out**2 * (smooth + once)
+    bsdf = index_out**2 * (smooth + once)
+    # What is left of rounding where hardly any light comes through may have either sign.
+    return jnp.where(bsdf < 0, 0.0, bsdf)
 
 
 def _seen_in_the_field(stack, directions, config):
@@ -115,9 +118,16 @@ def _smooth_and_once(stack, directions, config, frequency=None):
     from_front = jnp.split(rows * response.passage_front[:, None], parts)
     from_back = jnp.split(rows * response.passage_back[:, None], parts)
     grid_kappa = response.grid.kappa
+    # Roughness has no degree of its own; its orders are chosen for light at grazing angles.
+    degree = max(config.n_moments, 4 * config.n_orders if stack.rough else 0)
     into = kappa_in, from_front[0]
-    reflected = _at_points(response.reflection, grid_kappa, (kappa_front, from_front[1]), into, directions)
-    through = _at_points(response.transmission, grid_kappa, (kappa_back, from_back[2]), into, directions)
+    reflected, through = (
+        _at_points(kernel, grid_kappa, out, into, directions, degree)
+        for kernel, out in (
+            (response.reflection, (kappa_front, from_front[1])),
+            (response.transmission, (kappa_back, from_back[2])),
+        )
+    )
     if stack.exposed:
         sums = [
             jnp.sqrt(1 - (kappa / response.grid.block_index[0]) ** 2) for kappa in (kappa_front, kappa_in)
@@ -154,22 +164,41 @@ def _smooth_and_once(stack, directions, config, frequency=None):
 _compiled_bsdf = eqx.filter_jit(_diffuse_bsdf)
 
 
-def _at_points(kernel, grid_kappa, out, into, directions):
+def _at_points(kernel, grid_kappa, out, into, directions, degree):
     """Interpolate a kernel of the channels to the points and sum its cosine series in azimuth.
 
     Order m of the kernel varies as sin^m towards the normal, so that odd orders are smooth in the cosine
-    only after one sine has been divided out.
+    only after one sine has been divided out. Orders that the layers do not send towards the normal are kept
+    from it: what interpolation leaves of them there is large beside dim grazing radiance.
     """
     (kappa_out, to_out), (kappa_in, to_in) = out, into
     orders = jnp.arange(kernel.shape[0])
     odd = (orders % 2 == 1)[:, None]
     at_nodes = jnp.where(odd, 1 / grid_kappa, 1.0)
-    at_out, at_in = jnp.where(odd, kappa_out, 1.0), jnp.where(odd, kappa_in, 1.0)
+    at_out, at_in = (
+        jnp.where(odd, kappa, 1.0) * _share_of_orders(kernel.shape[0], degree, kappa)
+        for kappa in (kappa_out, kappa_in)
+    )
     smooth = at_nodes[:, :, None] * kernel * at_nodes[:, None, :]
     pairs = jnp.einsum("jo,moi,ki->mjk", to_out, smooth, to_in)
     pairs = at_out[:, :, None] * pairs * at_in[:, None, :]
     series = jnp.where(orders == 0, 1.0, 2.0)[:, None] * jnp.cos(orders[:, None] * directions.azimuth_rad)
     return jnp.sum(series * pairs[:, directions.outgoing, directions.incidence], axis=0)
+
+
+# An order is left out where its bound, relative to what it is elsewhere, falls below this.
+_NEGLIGIBLE = 1e-10
+
+
+def _share_of_orders(n_orders, degree, kappa):
+    """Factor of each azimuthal order: 1 where a phase function of that degree reaches, 0 at the normal.
+
+    Associated Legendre functions behave as Bessel functions, J_m(degree theta), which (x/2)^m / m! bounds.
+    """
+    orders = np.arange(n_orders)[:, None]
+    bound = orders * jnp.log(jnp.maximum(degree / 2 * kappa, 1e-30)) - gammaln(orders + 1)
+    # Order 1 has its sine apart, and a slope at the normal.
+    return jnp.where(orders < 2, 1.0, jnp.exp(jnp.minimum(bound - np.log(_NEGLIGIBLE), 0.0)))
 
 
 def _scattered_once(k, layer, optics, fields_in, fields_out, directions):

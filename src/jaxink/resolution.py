@@ -19,7 +19,9 @@ from jaxink.particles.requirement import is_known
 from jaxink.stack import SolverConfig, Stack
 
 # Moments looked at: Henyey-Greenstein's fall below 1e-4 there up to an asymmetry parameter of 0.965.
-_MOST_MOMENTS = 256
+_MOST_MOMENTS = 320
+# Optical thickness below which the far side is seen at 89 degrees.
+_THIN = 2.0
 
 
 class Demand(eqx.Module):
@@ -110,12 +112,15 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
 
     def degree(factor, least_narrow):
         """Degree from which no moment exceeds the accuracy times a factor; less strict in thick layers."""
-        limit = factor * accuracy / max(narrow, least_narrow)
-        return int(np.max(np.flatnonzero(moments > limit), initial=0)) + 1
+        return _degree(moments, factor * accuracy / max(narrow, least_narrow))
 
     if exposed:
-        n_moments = max(degree(5, 1.0), 4)
-        escaping = max(6.2 * digits - 2, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
+        n_moments = max(degree(2, 1.0), 4)
+        # Near grazing a thin layer's radiance varies as exp(-thickness / cosine), and light that any layer
+        # scattered twice, with the square of each moment, is dim and narrow.
+        least = 18 * digits - 30 if thickness < _THIN else 6.2 * digits - 2
+        twice = _degree(moments**2, accuracy / (2 + 8 * narrow))
+        escaping = max(least, twice, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
     else:
         n_moments = max(degree(1, 0.05), 4)
         escaping = max(4 * digits - 8, 0.58 * escaping_cone * degree(1 / 3, 0.02), 6)
@@ -127,9 +132,16 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
         trapped = max(trapped, 0.58 * (cone - escaping_cone) * degree(1 / 3, 0.02), unrefracted)
     # All channels together have to integrate products of two polynomials of the phase function.
     trapped = max(trapped, n_moments / 1.7 - escaping)
+    # From one grazing direction to another light that was scattered twice stays narrow in any layer.
     highest = degree(1 / 10, 0.02)
-    orders = max(sine / 2.2 * highest, 1.05 * digits + 1)
+    needed = sine * _degree(moments**2, accuracy / 10) if exposed else sine / 2.2 * highest
+    orders = max(needed, 1.05 * digits + 1)
     return _even(escaping), _even(trapped), _even(n_moments), min(_even(orders), highest)
+
+
+def _degree(moments, limit) -> int:
+    """Degree from which no moment exceeds a limit."""
+    return int(np.max(np.flatnonzero(moments > limit), initial=0)) + 1
 
 
 def _even(number: float) -> int:

@@ -36,6 +36,14 @@ def _odd(root, half):
     return jnp.where(small, 1.0 + x**2 / 3, safe / jnp.tanh(safe)) / half
 
 
+def _odd_minus_even(root, half):
+    """`_odd` - `_even`, 2 sqrt(s) / sinh(2 sqrt(s) h), which keeps its digits where they agree."""
+    x = 2 * root * half
+    small = x < 1e-4
+    safe = jnp.where(small, 1.0, x)
+    return jnp.where(small, 1 - x**2 / 6, 2 * safe * jnp.exp(-safe) / -jnp.expm1(-2 * safe)) / half
+
+
 def _divided_differences(root, half):
     """(f(s_i) - f(s_j)) / (s_i - s_j) of both functions, stable for equal and for vanishing s.
 
@@ -68,7 +76,7 @@ def _divided_differences(root, half):
 
 
 def _layer_primal(a_matrix, b_matrix, half):
-    """Sum and difference operators X_e = (1 + Z_even)^-1, X_o = (1 + Z_odd)^-1, and their basis."""
+    """X_e = (1 + Z_even)^-1, X_o = (1 + Z_odd)^-1, the transmission X_e - X_o, and their basis."""
     half = half + _THINNEST
     factor = jax.lax.linalg.cholesky(a_matrix, symmetrize_input=False)
     s_matrix = transpose(factor) @ b_matrix @ factor
@@ -82,7 +90,10 @@ def _layer_primal(a_matrix, b_matrix, half):
     w_basis = jax.lax.linalg.triangular_solve(factor, vectors, left_side=True, lower=True, transpose_a=True)
     z_even = (w_basis * _even(root, half)[..., None, :]) @ transpose(w_basis)
     z_odd = (w_basis * _odd(root, half)[..., None, :]) @ transpose(w_basis)
-    return *_inverted(z_even, z_odd), root, w_basis, factor @ vectors
+    x_even, x_odd = _inverted(z_even, z_odd)
+    # X_e (Z_odd - Z_even) X_o: what a thick layer transmits would be lost in the difference.
+    passed = (x_even @ w_basis * _odd_minus_even(root, half)[..., None, :]) @ (transpose(w_basis) @ x_odd)
+    return x_even, x_odd, passed, root, w_basis, factor @ vectors
 
 
 def _inverted(z_even, z_odd):
@@ -91,9 +102,9 @@ def _inverted(z_even, z_odd):
     return positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
 
 
-def _reflection_and_transmission(x_even, x_odd):
-    """R = X_e + X_o - 1 and T = X_e - X_o."""
-    return x_even + x_odd - jnp.eye(x_even.shape[-1]), x_even - x_odd
+def _reflection(x_even, x_odd):
+    """R = X_e + X_o - 1."""
+    return x_even + x_odd - jnp.eye(x_even.shape[-1])
 
 
 @jax.custom_jvp
@@ -130,15 +141,15 @@ def layer_response(
     Nakajima, Tanaka 1986 JQSRT 35, 13 (symmetric discrete-ordinates eigenproblem);
     Higham 2008 Functions of Matrices, theorem 3.11 (Daleckii-Krein).
     """
-    x_even, x_odd, *_ = _layer_primal(a_matrix, b_matrix, half_thickness)
-    return _reflection_and_transmission(x_even, x_odd)
+    x_even, x_odd, passed, *_ = _layer_primal(a_matrix, b_matrix, half_thickness)
+    return _reflection(x_even, x_odd), passed
 
 
 @layer_response.defjvp
 def _layer_response_jvp(primals, tangents):
     a_matrix, b_matrix, half = primals
     d_a, d_b, d_half = tangents
-    x_even, x_odd, root, w_basis, u_basis = _layer_primal(a_matrix, b_matrix, half)
+    x_even, x_odd, passed, root, w_basis, u_basis = _layer_primal(a_matrix, b_matrix, half)
     half = half + _THINNEST
     identity = jnp.eye(a_matrix.shape[-1])
     a_tilde = transpose(w_basis) @ d_a @ w_basis
@@ -159,7 +170,7 @@ def _layer_response_jvp(primals, tangents):
         y = x @ w_basis
         change.append(-(y @ inner @ transpose(y)))
     d_even, d_odd = change
-    return _reflection_and_transmission(x_even, x_odd), (d_even + d_odd, d_even - d_odd)
+    return (_reflection(x_even, x_odd), passed), (d_even + d_odd, d_even - d_odd)
 
 
 def _csch_square(root, half):
@@ -240,7 +251,8 @@ def doubled_response(
         return jax.lax.cond(k < n_doublings, double, lambda state: state, state), None
 
     (even, odd), _ = jax.lax.scan(step, (even, odd), jnp.arange(_MOST_DOUBLINGS))
-    return _reflection_and_transmission(*_inverted(even, odd))
+    x_even, x_odd = _inverted(even, odd)
+    return _reflection(x_even, x_odd), x_even - x_odd
 
 
 def layer_method(name: str) -> str:

@@ -56,6 +56,8 @@ LAYERS = {
     "two lobes": film(TwoTermHenyeyGreenstein(0.75, -0.3, 0.2), 1.7),
     "Rayleigh": film(Rayleigh(), 0.4, 1.6),
     "moments": film(TabulatedByMoments([1.0, 0.6, 0.3, 0.1, 0.02]), 3.0, 1.0),
+    "thin, matched": film(HenyeyGreenstein(0.6), 0.15, 1.0),
+    "thick, matched": film(HenyeyGreenstein(0.83), 45.0, 1.0),
     **{
         f"g {g:.2f}, tau {tau:.2f}, n {n:.2f}": film(HenyeyGreenstein(g), tau, n)
         for g, tau, n in zip(
@@ -67,8 +69,7 @@ LAYERS = {
     },
 }
 DIRECTIONS = Directions.from_degrees(
-    *(axis.ravel() for axis in np.meshgrid([0.0, 45], [5.0, 40, 70, 85, 89], [0.0, 90, 180], indexing="ij")),
-    np.zeros(30, bool),
+    *(axis.ravel() for axis in np.meshgrid([0.0, 5, 45, 75], [5.0, 40, 70, 85, 89], [0.0, 90, 180], [0, 1]))
 )
 
 

@@ -30,6 +30,17 @@ def isotropic(albedo):
     return jnp.asarray(np.diag(1 / COSINE))[None], jnp.asarray(np.diag(1 / COSINE) - phase)[None]
 
 
+def test_what_a_thick_absorbing_layer_transmits_keeps_its_digits():
+    # Far below rounding of the reflection; half of it twice, as the product of two layers.
+    a_matrix, b_matrix = isotropic(0.3)
+    reflection, transmission = response(a_matrix, b_matrix, 10.0)
+    inner = np.eye(6) - reflection @ reflection
+    twice = transmission @ np.linalg.solve(inner, transmission)
+    _, found = response(a_matrix, b_matrix, 20.0)
+    assert np.max(np.abs(found)) < 1e-15
+    np.testing.assert_allclose(found, twice, rtol=1e-8)
+
+
 EXTENDED = np.longdouble
 
 
