@@ -1,11 +1,28 @@
 """Exceptions of jaxink; each carries one sentence that a user can act on."""
 
-from collections.abc import Collection
+import difflib
+from collections.abc import Collection, Iterable
 from numbers import Integral, Real
+
+_LONGEST_SENTENCE = 1500
 
 
 class JaxinkError(Exception):
-    """Base class of every error that jaxink raises on purpose."""
+    """Base class of every error that jaxink raises on purpose.
+
+    Parameters
+    ----------
+    sentence
+        What is wrong and what would be right. It stays on one line and is shortened in its middle if it
+        quotes more than anyone would read.
+    """
+
+    def __init__(self, sentence: str):
+        sentence = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in sentence)
+        if len(sentence) > _LONGEST_SENTENCE:
+            half = _LONGEST_SENTENCE // 2
+            sentence = f"{sentence[:half]} ... {sentence[-half:]}"
+        super().__init__(sentence)
 
 
 class InputRefusedError(JaxinkError, ValueError):
@@ -35,6 +52,25 @@ def shown(value: object) -> str:
     if isinstance(value, Integral):
         return str(value)
     return f"{value:g}" if isinstance(value, Real) else repr(value)
+
+
+def unknown_name(name: str, known: Iterable[str]) -> str:
+    """End of a sentence about a name that does not exist, with the nearest that does.
+
+    Parameters
+    ----------
+    name
+        What was given.
+    known
+        The names that exist.
+
+    Returns
+    -------
+    str
+    """
+    near = difflib.get_close_matches(name, list(known), n=1)
+    hint = f"; did you mean {near[0]}?" if near else f"; known are: {', '.join(known)}."
+    return f"which does not exist{hint}"
 
 
 def require_kind(name: str, value: object, *kinds: type) -> None:

@@ -165,19 +165,19 @@ BAD_SAMPLES = [
     (
         "tie to nothing",
         scattering('{ tie = "2 * ink.absorbtion_per_mm" }'),
-        "the tie '2 * ink.absorbtion_per_mm' names ink.absorbtion_per_mm, which does not exist; did you mean "
-        "ink.absorption_per_mm?",
+        "ink.scattering_per_mm: the tie '2 * ink.absorbtion_per_mm' names ink.absorbtion_per_mm, which does "
+        "not exist; did you mean ink.absorption_per_mm?",
     ),
     (
         "tie that calls",
         scattering('{ tie = "exp(ink.absorption_per_mm)" }'),
-        "the tie 'exp(ink.absorption_per_mm)' may hold numbers, parameter names, + - * / ** and brackets "
-        "only.",
+        "ink.scattering_per_mm: the tie 'exp(ink.absorption_per_mm)' may hold numbers, parameter names, "
+        "+ - * / ** and brackets only.",
     ),
     (
         "tie that is no expression",
         scattering('{ tie = "2 *" }'),
-        "the tie '2 *' is not an expression.",
+        "ink.scattering_per_mm: the tie '2 *' is not an expression.",
     ),
     (
         "tie to itself",

@@ -6,7 +6,8 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Backing, Prior, parse_sample, sample_from_dict, sample_to_dict
-from jaxink.sample.parameters import Parameter, ParameterTable, evaluate_tie
+from jaxink.sample.parameters import Parameter, ParameterTable
+from jaxink.sample.ties import evaluate_tie
 
 SAMPLE = """\
 schema_version = 1

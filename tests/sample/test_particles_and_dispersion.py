@@ -304,8 +304,8 @@ BAD_SAMPLES = [
     (
         "tie to an index with a dispersion",
         ("ink.particle_index.offset + 1.58", "plate.refractive_index + 0.1"),
-        "the tie 'plate.refractive_index + 0.1' names plate.refractive_index, which does not exist; did you "
-        "mean plate.refractive_index.a?",
+        "ink.filler.particle_index: the tie 'plate.refractive_index + 0.1' names plate.refractive_index, "
+        "which does not exist; did you mean plate.refractive_index.a?",
     ),
 ]
 

@@ -5,9 +5,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, unknown_name
 from jaxink.sample import schema
-from jaxink.sample.parameters import Parameter, Prior, unknown_name
+from jaxink.sample.parameters import Parameter, Prior
 
 PARAMETER_KEYS = ("value", "free", "min", "max", "unit", "tie", "prior", "per_wavelength")
 

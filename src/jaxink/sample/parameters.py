@@ -1,16 +1,15 @@
 """The flat table of parameters: value, free or fixed, range, unit, tie, prior."""
 
-import ast
 import dataclasses
-import difflib
+import graphlib
 import math
-import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError, require_number, require_one_of
+from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of, unknown_name
+from jaxink.sample.ties import evaluate_tie, names_in
 
 SCALES = ("linear", "log", "one_minus")
 
@@ -60,7 +59,7 @@ class Parameter:
     Raises
     ------
     InputRefusedError
-        If value or range are not numbers, the range is empty, or there is no such scale.
+        If value or range are not numbers, the tie is no text, the range is empty, or there is no such scale.
     """
 
     name: str
@@ -75,6 +74,8 @@ class Parameter:
     multimodal: bool = False
 
     def __post_init__(self):
+        if self.tie is not None:
+            require_kind(f"tie of {self.name}", self.tie, str)
         # What is tied has no value of its own.
         for quantity in ("value", "minimum", "maximum")[self.tie is not None :]:
             require_number(f"{quantity} of {self.name}", getattr(self, quantity))
@@ -91,82 +92,6 @@ class Parameter:
         return not self.free and self.tie is None
 
 
-_OPERATORS: dict[type, Callable] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-}
-
-
-def _dotted_name(node: ast.AST) -> str | None:
-    if isinstance(node, ast.Name):
-        return node.id
-    if isinstance(node, ast.Attribute):
-        stem = _dotted_name(node.value)
-        return None if stem is None else f"{stem}.{node.attr}"
-    return None
-
-
-def evaluate_tie(expression: str, values: Mapping[str, Any]) -> Any:
-    """Value of an expression of parameters; numbers, names, + - * / ** and brackets only.
-
-    Parameters
-    ----------
-    expression
-        Such as ``2 * ink.radius_nm``.
-    values
-        Values by name; traced ones are welcome.
-
-    Returns
-    -------
-    Any
-        The value.
-
-    Raises
-    ------
-    InputRefusedError
-        For anything else in the expression, or a name that does not exist.
-    """
-
-    def visit(node):
-        if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-            return node.value
-        if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-            return _OPERATORS[type(node.op)](visit(node.left), visit(node.right))
-        if isinstance(node, ast.UnaryOp) and type(node.op) in _OPERATORS:
-            return _OPERATORS[type(node.op)](visit(node.operand))
-        name = _dotted_name(node)
-        if name is None:
-            raise InputRefusedError(
-                f"the tie '{expression}' may hold numbers, parameter names, + - * / ** and brackets only."
-            )
-        if name not in values:
-            raise InputRefusedError(f"the tie '{expression}' names {name}, {unknown_name(name, values)}")
-        return values[name]
-
-    try:
-        tree = ast.parse(expression, mode="eval")
-    except SyntaxError:
-        raise InputRefusedError(f"the tie '{expression}' is not an expression.") from None
-    try:
-        return visit(tree.body)
-    except ZeroDivisionError:
-        raise InputRefusedError(
-            f"the tie '{expression}' divides by zero with the values of the file."
-        ) from None
-
-
-def unknown_name(name: str, known) -> str:
-    """End of a sentence about a name that does not exist, with the nearest that does."""
-    near = difflib.get_close_matches(name, list(known), n=1)
-    hint = f"; did you mean {near[0]}?" if near else f"; known are: {', '.join(known)}."
-    return f"which does not exist{hint}"
-
-
 class ParameterTable(Mapping[str, Parameter]):
     """Ordered, immutable table of parameters by name.
 
@@ -178,11 +103,12 @@ class ParameterTable(Mapping[str, Parameter]):
     Raises
     ------
     InputRefusedError
-        For a tie that cannot be evaluated.
+        For a tie that cannot be evaluated, or ties that form a circle.
     """
 
     def __init__(self, parameters: list[Parameter] | tuple[Parameter, ...]):
         self._by_name = {parameter.name: parameter for parameter in parameters}
+        self._order_of_ties = _order_of_ties({p.name: p.tie for p in parameters if p.tie is not None})
         values = self.values_with({})
         for name, parameter in self._by_name.items():
             tied = parameter.tie is not None
@@ -243,7 +169,7 @@ class ParameterTable(Mapping[str, Parameter]):
         Raises
         ------
         InputRefusedError
-            For a name that does not exist, or ties that form a circle.
+            For a name that does not exist, or a tie that gives no number.
         """
         for name in free_values:
             if name not in self._by_name:
@@ -253,13 +179,8 @@ class ParameterTable(Mapping[str, Parameter]):
             for name, parameter in self._by_name.items()
             if parameter.tie is None
         }
-        waiting = {p.name: p.tie for p in self._by_name.values() if p.tie is not None}
-        while waiting:
-            ready = [name for name, tie in waiting.items() if not _names(tie) & set(waiting)]
-            if not ready:
-                raise InputRefusedError(f"the ties of {', '.join(waiting)} refer to each other in a circle.")
-            for name in ready:
-                values[name] = evaluate_tie(waiting.pop(name), values)
+        for name in self._order_of_ties:
+            values[name] = _told(name, evaluate_tie, self._by_name[name].tie, values)
         return {name: values[name] for name in self._by_name}
 
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
@@ -288,10 +209,19 @@ class ParameterTable(Mapping[str, Parameter]):
         )
 
 
-def _names(expression: str) -> set[str]:
-    """All dotted names of an expression, and their stems."""
+def _order_of_ties(ties: Mapping[str, str]) -> tuple[str, ...]:
+    """Names of what is tied, each after those that its tie needs."""
+    needed = {name: _told(name, names_in, tie) & ties.keys() for name, tie in ties.items()}
     try:
-        tree = ast.parse(expression, mode="eval")
-    except SyntaxError:
-        raise InputRefusedError(f"the tie '{expression}' is not an expression.") from None
-    return {name for node in ast.walk(tree) if (name := _dotted_name(node)) is not None}
+        return tuple(graphlib.TopologicalSorter(needed).static_order())
+    except graphlib.CycleError as problem:
+        circle = ", ".join(dict.fromkeys(problem.args[1]))
+        raise InputRefusedError(f"the ties of {circle} refer to each other in a circle.") from None
+
+
+def _told(name: str, function: Callable, *arguments: Any) -> Any:
+    """A function of a tie, whose refusal also names the parameter."""
+    try:
+        return function(*arguments)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{name}: {problem}") from None

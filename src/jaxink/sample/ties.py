@@ -1,0 +1,156 @@
+"""Ties: a bounded language of numbers, parameter names, + - * / ** and brackets."""
+
+import ast
+import functools
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from numbers import Complex, Real
+from typing import Any
+
+from jaxink.errors import InputRefusedError, unknown_name
+
+_MOST_CHARACTERS = 1000
+_MOST_OPERATIONS = 100
+_LARGEST_EXPONENT = 100
+
+_NUMBER = r"(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
+_NAME = r"[^\W\d]\w*(?:\s*\.\s*[^\W\d]\w*)*"
+# What else Python's parser knows need not come to it, which warns of some of that.
+_LANGUAGE = re.compile(rf"(?:\s|[-+*/()]|{_NUMBER}|{_NAME})*+")
+
+
+class _UnfitError(Exception):
+    """What is wrong with a tie, as a sentence that begins with the tie goes on."""
+
+
+def evaluate_tie(expression: str, values: Mapping[str, Any]) -> Any:
+    """Value of an expression of parameters; numbers, names, + - * / ** and brackets only.
+
+    Parameters
+    ----------
+    expression
+        Such as ``2 * ink.radius_nm``.
+    values
+        Values by name; traced ones are welcome.
+
+    Returns
+    -------
+    Any
+        The value; unless it is traced, a finite real number.
+
+    Raises
+    ------
+    InputRefusedError
+        For anything else in the expression, more of it than can be meant, a name that does not exist, or a
+        value that is no finite real number.
+    """
+    try:
+        return _value(_parsed(expression), values)
+    except _UnfitError as problem:
+        text = str(problem)
+    except ZeroDivisionError:
+        text = "divides by zero with the values of the file."
+    except OverflowError:
+        text = _NOT_FINITE
+    raise InputRefusedError(f"the tie '{expression}' {text}") from None
+
+
+def names_in(expression: str) -> set[str]:
+    """All dotted names of an expression, and their stems.
+
+    Parameters
+    ----------
+    expression
+        As `evaluate_tie` takes it.
+
+    Returns
+    -------
+    set[str]
+
+    Raises
+    ------
+    InputRefusedError
+        As `evaluate_tie`, for what is wrong whatever the values are.
+    """
+    try:
+        tree = _parsed(expression)
+    except _UnfitError as problem:
+        raise InputRefusedError(f"the tie '{expression}' {problem}") from None
+    return {name for node in ast.walk(tree) if (name := _dotted_name(node)) is not None}
+
+
+_NOT_FINITE = "gives no finite real number with the values of the file."
+_FOREIGN = "may hold numbers, parameter names, + - * / ** and brackets only."
+
+
+@functools.lru_cache(maxsize=1024)
+def _parsed(expression: str) -> ast.expr:
+    if len(expression) > _MOST_CHARACTERS:
+        raise _UnfitError(f"has {len(expression)} characters; {_MOST_CHARACTERS} are allowed.")
+    if not _LANGUAGE.fullmatch(expression):
+        raise _UnfitError(_FOREIGN)
+    try:
+        tree = ast.parse(expression.strip(), mode="eval").body
+    except (SyntaxError, RecursionError, MemoryError):
+        raise _UnfitError("is not an expression.") from None
+    n_operations = sum(isinstance(node, ast.BinOp | ast.UnaryOp) for node in ast.walk(tree))
+    if n_operations > _MOST_OPERATIONS:
+        raise _UnfitError(f"has {n_operations} operations; {_MOST_OPERATIONS} are allowed.")
+    return tree
+
+
+def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        value = node.value
+    elif isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+        value = _OPERATORS[type(node.op)](_value(node.left, values), _value(node.right, values))
+    elif isinstance(node, ast.UnaryOp) and type(node.op) in _OPERATORS:
+        value = _OPERATORS[type(node.op)](_value(node.operand, values))
+    else:
+        name = _dotted_name(node)
+        if name is None:
+            raise _UnfitError(_FOREIGN)
+        if name not in values:
+            raise _UnfitError(f"names {name}, {unknown_name(name, values)}")
+        value = values[name]
+    if not isinstance(value, Complex):
+        return value
+    # As Python's floats, which raise where NumPy's warn and whole numbers grow without end.
+    if not isinstance(value, Real) or not math.isfinite(value := float(value)):
+        raise _UnfitError(_NOT_FINITE)
+    return value
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    if isinstance(exponent, float):
+        if abs(exponent) > _LARGEST_EXPONENT:
+            raise _UnfitError(
+                f"raises to the power {exponent:g}; it must lie between -{_LARGEST_EXPONENT} and "
+                f"{_LARGEST_EXPONENT}."
+            )
+        # Whole powers of what is traced are products, with derivatives at 0 and below.
+        if exponent.is_integer() and not isinstance(base, float):
+            exponent = int(exponent)
+    return base**exponent
+
+
+_OPERATORS: dict[type, Callable] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: _power,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+}
+
+
+def _dotted_name(node: ast.AST) -> str | None:
+    if isinstance(node, ast.Name):
+        return node.id
+    if isinstance(node, ast.Attribute):
+        stem = _dotted_name(node.value)
+        return None if stem is None else f"{stem}.{node.attr}"
+    return None
