@@ -1,5 +1,6 @@
 """Files that are written whole or not at all, or read within bounds; values as JSON holds them."""
 
+import codecs
 import dataclasses
 import difflib
 import errno
@@ -158,6 +159,36 @@ def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
             content += block
             _require_size(len(content), shown_path(path), limit_bytes, what)
     return bytes(content)
+
+
+def utf8_text(content: bytes, name: str) -> str:
+    """Text of a file in UTF-8; the byte-order mark that some editors put before it is left out.
+
+    Parameters
+    ----------
+    content
+        Of the file.
+    name
+        How to call it in the sentence.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputRefusedError
+        With the row, if it is in another encoding.
+    """
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputRefusedError(f"{name}: is UTF-16 text; save it as UTF-8.")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        row, byte = content[: problem.start].count(b"\n") + 1, content[problem.start]
+        raise InputRefusedError(
+            f"{name}, row {row}: byte 0x{byte:02x} is not UTF-8 text; save as UTF-8."
+        ) from None
 
 
 def require_readable(path: str | Path, limit_bytes: int, what: str) -> None:

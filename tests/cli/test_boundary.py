@@ -206,7 +206,7 @@ def test_wrong_files_are_refused_by_key(text, sentence, maps, tmp_path):
 @pytest.mark.parametrize(
     ("file", "method", "words"),
     [
-        ("none.npy", "waves", "but there is no such file."),
+        ("none.npy", "waves", "none.npy: there is no such file of heights."),
         ("map.txt", "waves", "its suffix must be .csv or .npy, which name the format."),
         ("words.csv", "waves", "words.csv, row 2, column 2: 'four' is no number; "),
         ("ragged.csv", "waves", "ragged.csv, row 2 has 1 cells, but those before have 2; "),

@@ -44,7 +44,7 @@ def folder(tmp_path):
 
 FIT = ("fit", DATA, "--sample", SAMPLE, "--out", "new")
 REFUSED = [
-    ("no such measurement", ("fit", "none.csv", *FIT[2:]), "none.csv: there is no such file."),
+    ("no such measurement", ("fit", "none.csv", *FIT[2:]), "none.csv: there is no such measurement file."),
     (
         "bad row",
         ("fit", "bad.csv", *FIT[2:]),
@@ -57,7 +57,11 @@ REFUSED = [
         "bsdf_per_sr.",
     ),
     ("measurement is a folder", ("fit", ".", *FIT[2:]), ".: is a directory; give one measurement file."),
-    ("no such sample", (*FIT[:3], "none.toml", *FIT[4:]), "none.toml: there is no such sample file."),
+    (
+        "no such sample",
+        (*FIT[:3], "rid.toml", *FIT[4:]),
+        "rid.toml: there is no such sample file; did you mean red.toml.",
+    ),
     (
         "bad sample",
         (*FIT[:3], "bad.toml", *FIT[4:]),

@@ -67,7 +67,7 @@ def test_a_failed_write_leaves_the_old_file(table, tmp_path, monkeypatch):
 def test_bad_files_are_refused(table, tmp_path):
     with pytest.raises(InputRefusedError, match=r"needs the suffix \.nc"):
         table.to_netcdf(tmp_path / "ink.h5")
-    with pytest.raises(InputRefusedError, match="there is no such file"):
+    with pytest.raises(InputRefusedError, match="there is no such ink table"):
         jaxink.read_ink_table(tmp_path / "absent.nc")
     (tmp_path / "text.nc").write_text("not netCDF")
     with pytest.raises(InputRefusedError, match="not a readable netCDF"):

@@ -25,8 +25,8 @@ def test_good_file_is_accepted(tmp_path):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("gonoi.csv", "there is no such file; did you mean gonio.csv."),
-        ("other/file.csv", "there is no such file."),
+        ("gonoi.csv", "there is no such measurement file; did you mean gonio.csv."),
+        ("other/file.csv", "there is no such measurement file."),
         (".", "is a directory; give one measurement file."),
         ("gonio.xlsx", "the suffix '.xlsx' is not one of .csv, .txt, .tsv, .nc."),
         ("broken.nc", "is not a readable netCDF 4 file."),

@@ -3,7 +3,7 @@
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.sample import load_sample, parse_sample
+from jaxink.sample import parse_sample
 from sample.refused import edited, sentence_of
 
 GOOD = """\
@@ -389,13 +389,3 @@ def test_nothing_to_find(text, sentence):
     with pytest.raises(InputRefusedError) as caught:
         parse_sample(text)
     assert str(caught.value).startswith(f"sample: {sentence}")
-
-
-def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(InputRefusedError, match="there is no such sample file"):
-        load_sample(tmp_path / "absent.toml")
-    with pytest.raises(InputRefusedError, match="cannot be read as a text file"):
-        load_sample(tmp_path)
-    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputRefusedError, match="cannot be read as a text file"):
-        load_sample(tmp_path / "binary.toml")

@@ -115,7 +115,7 @@ def test_height_scale_with_a_prior_is_fitted(folder, coarse):
         ('{ density = "height_map", heights_um = "map.npy" }', "pitch_um is None"),
         (
             '{ density = "height_map", heights_um = "none.csv", pitch_um = 1 }',
-            "none.csv, but there is no such file",
+            "none.csv: there is no such file of heights",
         ),
         (
             '{ density = "height_map", heights_um = "sample.toml", pitch_um = 1 }',

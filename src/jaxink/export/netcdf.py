@@ -8,6 +8,7 @@ import numpy as np
 from jaxink.errors import InputRefusedError
 from jaxink.export.lobes import FacetLobes
 from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.files import require_readable
 from jaxink.netcdf import read_dataset, write_dataset
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "jaxink.ink_table"
 SCHEMA_VERSION = 1
+_MOST_BYTES = 10_000_000_000
 CONVENTIONS = (
     "BSDF = radiance over irradiance, cosine not included, without the regular part. I is the inside of the "
     "plate, A the other side; the first letter after R or T is the side that light comes from, the second "
@@ -224,6 +226,5 @@ def read_ink_table(path: str | Path) -> InkTable:
         If it is missing, no netCDF file, or not an ink table.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputRefusedError(f"{path}: there is no such file.")
+    require_readable(path, _MOST_BYTES, "ink table")
     return from_dataset(read_dataset(path), str(path))

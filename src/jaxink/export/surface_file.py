@@ -7,7 +7,8 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
-from jaxink.sample.entries import bounded, choice, document_of, missing, only, table_of, text_of
+from jaxink.sample.document import document_of, text_of
+from jaxink.sample.entries import bounded, choice, missing, only, table_of
 from jaxink.sample.heights import read_heights, read_pitch
 from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS, Quantity
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes

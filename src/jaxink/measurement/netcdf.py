@@ -2,16 +2,19 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 
+from jaxink.files import require_readable
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS
-from jaxink.measurement.table import existing_file, refusal
+from jaxink.measurement.table import refusal
 from jaxink.netcdf import read_dataset, write_dataset
 
 SCHEMA = "jaxink.measurement"
 SCHEMA_VERSION = 1
+MOST_BYTES = 1_000_000_000
 
 _COORDINATES = {
     "theta_i_deg": ("degree", "polar angle of incidence from the outward normal"),
@@ -173,5 +176,6 @@ def read_netcdf(path) -> GonioData:
     InputRefusedError
         The file is missing, no netCDF file, or not of this schema.
     """
-    path = existing_file(path)
+    path = Path(path)
+    require_readable(path, MOST_BYTES, "measurement file")
     return from_dataset(read_dataset(path), str(path))

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxink.files import require_readable
 from jaxink.measurement import checks
 from jaxink.measurement.columns import ANGLES, match_columns
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import NEGATIVE
-from jaxink.measurement.netcdf import read_netcdf
+from jaxink.measurement.netcdf import MOST_BYTES, read_netcdf
 from jaxink.measurement.pairs import direction_groups
-from jaxink.measurement.table import TextTable, existing_file, read_table, refusal
+from jaxink.measurement.table import TextTable, read_table, refusal
 
 _CSV_SUFFIXES = (".csv", ".txt", ".tsv")
 
@@ -36,7 +37,8 @@ def read(path, **overrides) -> GonioData:
     InputRefusedError
         The file cannot be read as a BSDF measurement.
     """
-    path = existing_file(path)
+    path = Path(path)
+    require_readable(path, MOST_BYTES, "measurement file")
     suffix = path.suffix.lower()
     if suffix in _CSV_SUFFIXES:
         return read_csv(path, **overrides)

@@ -1,7 +1,7 @@
 """The text of a measurement file as a table of cells, with the line number of each row."""
 
+import codecs
 import csv
-import difflib
 import io
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.errors import InputRefusedError
+from jaxink.files import read_bounded, utf8_text
+
+# A few million rows.
+_MOST_BYTES = 300_000_000
 
 _SIGNATURES = {
     b"PK": "is a spreadsheet or zip archive; export it as CSV",
     b"\x89HDF": "is a netCDF or HDF5 file; give it the suffix .nc",
     b"CDF": "is a classic netCDF file; convert it to netCDF 4 and give it the suffix .nc",
-    b"\xff\xfe": "is UTF-16 text; save it as UTF-8",
-    b"\xfe\xff": "is UTF-16 text; save it as UTF-8",
 }
 _DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
@@ -62,19 +64,6 @@ def refusal(source, text, row=None, column=None) -> InputRefusedError:
     return InputRefusedError(f"{', '.join(place)}: {text}.")
 
 
-def existing_file(path) -> Path:
-    """The path, refused if it is missing or a directory."""
-    path = Path(path)
-    if path.is_dir():
-        raise refusal(path, "is a directory; give one measurement file")
-    if not path.exists():
-        names = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-        near = difflib.get_close_matches(path.name, names, n=1)
-        hint = f"; did you mean {near[0]}" if near else ""
-        raise refusal(path, f"there is no such file{hint}")
-    return path
-
-
 def read_table(path) -> TextTable:
     """Read a delimited text file without interpreting its cells.
 
@@ -92,7 +81,7 @@ def read_table(path) -> TextTable:
     InputRefusedError
         The file is missing, empty, not text, or its rows differ in length.
     """
-    path = existing_file(path)
+    path = Path(path)
     notes: list[str] = []
     lines, comments = _without_comments(_decoded_lines(path, notes), notes)
     filled = [number for number, line in enumerate(lines) if line.strip()]
@@ -122,24 +111,16 @@ def read_table(path) -> TextTable:
 
 
 def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise refusal(path, f"cannot be read ({error.strerror})") from error
+    content = read_bounded(path, _MOST_BYTES, "measurement file")
     for signature, sentence in _SIGNATURES.items():
         if content.startswith(signature):
             raise refusal(path, sentence)
-    if content.startswith(b"\xef\xbb\xbf"):
+    if content.startswith(codecs.BOM_UTF8):
         notes.append("A byte order mark at the start of the file was left out.")
-    if b"\0" in content:
-        row = content[: content.index(b"\0")].count(b"\n") + 1
+    text = utf8_text(content, str(path))
+    if "\0" in text:
+        row = text[: text.index("\0")].count("\n") + 1
         raise refusal(path, "holds a zero byte, so it is a binary file and not CSV text", row)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        row = content[: error.start].count(b"\n") + 1
-        byte = content[error.start]
-        raise refusal(path, f"byte 0x{byte:02x} is not UTF-8 text; save as UTF-8", row) from error
     return io.StringIO(text, newline=None).read().split("\n")
 
 

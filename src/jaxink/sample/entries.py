@@ -1,8 +1,7 @@
 """Checks of single entries of a sample file: each passes on a value or refuses it with a sentence."""
 
 import math
-import tomllib
-from pathlib import Path
+from collections.abc import Collection
 from typing import Any
 
 from jaxink.errors import InputRefusedError, unknown_name
@@ -10,24 +9,6 @@ from jaxink.sample import schema
 from jaxink.sample.parameters import Parameter, Prior
 
 PARAMETER_KEYS = ("value", "free", "min", "max", "unit", "tie", "prior", "per_wavelength")
-
-
-def text_of(path: Path, what: str) -> str:
-    """Text of a file that describes ``what``, or a sentence."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputRefusedError(f"{path}: there is no such {what} file.") from None
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputRefusedError(f"{path}: cannot be read as a text file ({problem}).") from None
-
-
-def document_of(text: str, source: str) -> dict[str, Any]:
-    """The tables of a TOML text, or a sentence."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise InputRefusedError(f"{source}: is not valid TOML: {problem}.") from None
 
 
 def parameter_entry(given: Any, name: str, quantity: schema.Quantity) -> dict[str, Any]:
@@ -172,9 +153,10 @@ def table_of(document: dict[str, Any], name: str) -> dict[str, Any]:
     return table
 
 
-def choice(table: dict[str, Any], key: str, known: tuple[str, ...], where: str) -> str:
+def choice(table: dict[str, Any], key: str, known: Collection[str], where: str) -> str:
     """One of a few words."""
     value = table.get(key)
-    if value not in known:
+    # A dictionary of the known cannot be asked for a list.
+    if value not in tuple(known):
         raise InputRefusedError(f"{where} has {key} = {value!r}; it must be one of: {', '.join(known)}.")
     return value

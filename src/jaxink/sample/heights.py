@@ -1,7 +1,9 @@
 """Files of measured surface heights."""
 
 import csv
+import io
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +11,11 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.files import read_bounded, utf8_text
 from jaxink.sample.entries import bounded
 
-_SUFFIXES = (".csv", ".npy")
+# A map of some 11 000 heights squared.
+_MOST_BYTES = 1_000_000_000
 
 
 def read_heights(given: Any, where: str, folder: Path) -> Float[np.ndarray, "..."]:
@@ -34,20 +38,15 @@ def read_heights(given: Any, where: str, folder: Path) -> Float[np.ndarray, "...
     if not isinstance(given, str):
         raise InputRefusedError(f"{where} is {given!r}; it must name a file of heights in um, {_either()}.")
     path = folder / given
-    if not path.is_file():
-        raise InputRefusedError(f"{where} names {path}, but there is no such file.")
-    if path.suffix not in _SUFFIXES:
+    reader = _READERS.get(path.suffix)
+    if reader is None:
         raise InputRefusedError(
             f"{where} names {path}; its suffix must be {_either()}, which name the format."
         )
     try:
-        values = _csv_heights(path, where) if path.suffix == ".csv" else np.load(path, allow_pickle=False)
-    except InputRefusedError:
-        raise
-    except (OSError, ValueError, EOFError, csv.Error) as problem:
-        raise InputRefusedError(f"{where}: {path} cannot be read ({problem}).") from None
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
-        raise InputRefusedError(f"{where}: {path} must hold one array of real numbers.")
+        values = reader(read_bounded(path, _MOST_BYTES, "file of heights"), str(path))
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{where} names {problem}") from None
     return values.ravel() if values.ndim == 2 and 1 in values.shape else values
 
 
@@ -77,26 +76,51 @@ def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, ...]
 
 
 def _either() -> str:
-    return " or ".join(_SUFFIXES)
+    return " or ".join(_READERS)
 
 
-def _csv_heights(path: Path, where: str) -> Float[np.ndarray, "rows columns"]:
+def _npy_heights(content: bytes, path: str) -> Float[np.ndarray, "..."]:
+    file = io.BytesIO(content)
+    try:
+        # NumPy warns of what Python 2 wrote, and of types that it will give up.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            version = np.lib.format.read_magic(file)
+            readers = np.lib.format.read_array_header_1_0, np.lib.format.read_array_header_2_0
+            shape, by_columns, dtype = readers[version[0] - 1](file)
+    # The head is a piece of Python, which fails in all the ways that Python's parser does.
+    except Exception as problem:
+        raise InputRefusedError(f"{path}: is not a readable .npy file ({problem}).") from None
+    if dtype.kind not in "fiu" or len(shape) > 2 or min(shape, default=0) < 0:
+        raise InputRefusedError(f"{path}: must hold one array of real numbers, of one or two axes.")
+    claimed, held = math.prod(shape) * dtype.itemsize, len(content) - file.tell()
+    if claimed != held:
+        raise InputRefusedError(
+            f"{path}: an array of the shape {shape} takes {claimed} bytes, but {held} follow its head; write "
+            "the file anew."
+        )
+    values = np.frombuffer(content, dtype, offset=file.tell())
+    return values.reshape(shape, order="F" if by_columns else "C")
+
+
+def _csv_heights(content: bytes, path: str) -> Float[np.ndarray, "rows columns"]:
     """Comma-separated heights without a head; an empty cell is a height that is not known."""
     rows: list[list[float]] = []
-    with path.open(encoding="utf-8", newline="") as file:
-        for number, cells in enumerate(csv.reader(file), start=1):
+    reader = csv.reader(io.StringIO(utf8_text(content, path), newline=""))
+    try:
+        for number, cells in enumerate(reader, start=1):
             if not cells:
                 continue
             if rows and len(cells) != len(rows[0]):
                 raise InputRefusedError(
-                    f"{where}: {path}, row {number} has {len(cells)} cells, but those before "
-                    f"have {len(rows[0])}; every row needs as many."
+                    f"{path}, row {number} has {len(cells)} cells, but those before have {len(rows[0])}; "
+                    "every row needs as many."
                 )
-            rows.append(
-                [_cell(cell, f"{where}: {path}, row {number}", k + 1) for k, cell in enumerate(cells)]
-            )
+            rows.append([_cell(cell, f"{path}, row {number}", k + 1) for k, cell in enumerate(cells)])
+    except csv.Error as problem:
+        raise InputRefusedError(f"{path}, row {reader.line_num}: is not CSV text ({problem}).") from None
     if not rows:
-        raise InputRefusedError(f"{where}: {path} is empty.")
+        raise InputRefusedError(f"{path}: is empty.")
     return np.array(rows)
 
 
@@ -108,3 +132,6 @@ def _cell(cell: str, where: str, column: int) -> float:
             f"{where}, column {column}: {cell!r} is no number; the file holds heights in um only, separated "
             "by commas, without a head."
         ) from None
+
+
+_READERS = {".csv": _csv_heights, ".npy": _npy_heights}

@@ -8,17 +8,16 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
 from jaxink.sample.description import Backing, Layer, Noise, Sample
 from jaxink.sample.dispersion import Dispersion, read_dispersion
+from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import (
     bounded,
     choice,
-    document_of,
     is_number,
     missing,
     only,
     parameter_entry,
     parameter_of,
     table_of,
-    text_of,
 )
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.populations import Population, check_volume, population_tables, radius_table

@@ -21,6 +21,7 @@ from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.spectrum import TabulatedSpectrum, tabulated_spectrum
 
 _FEWEST_HEIGHTS = 16
+_LARGEST_HEIGHT_UM = 1e6
 # Largest ratio of slope variances at the pitch and at twice the pitch where the pitch is fine enough.
 _MOST_GROWTH = 1.15
 _SLOPE_BINS, _FEWEST_PER_BIN = 32, 30
@@ -121,6 +122,11 @@ class HeightMap:
             where = tuple(int(k) for k in np.argwhere(~np.isfinite(heights))[0])
             raise InputRefusedError(
                 f"heights_um has a height that is not a number at {where}; fill it or cut the map there."
+            )
+        if np.abs(heights).max() > _LARGEST_HEIGHT_UM:
+            raise InputRefusedError(
+                f"heights_um has a height of {np.abs(heights).max():g} um; none may be above "
+                f"{_LARGEST_HEIGHT_UM:g} um."
             )
         pitch = np.broadcast_to(np.asarray(self.pitch_um, float), heights.ndim)
         if not np.all((pitch > 0) & np.isfinite(pitch)):

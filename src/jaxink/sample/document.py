@@ -1,0 +1,80 @@
+"""TOML files within bounds: their text, and the tables that it describes."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.files import read_bounded, utf8_text
+
+_MOST_BYTES = 4_000_000
+_DEEPEST = 30
+_LARGEST_INTEGER = 2**63
+# Strings and comments, whole even where their end is missing, and the signs that nest or end a key.
+_SIGNS = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)'
+    r"|'''(?:[^']|'(?!''))*+(?:'''|\Z)"
+    r'|"(?:[^"\\\n]|\\.)*+"?'
+    r"|'[^'\n]*+'?"
+    r"|\#[^\n]*+"
+    r"|[\[\]{}.,=\n]",
+    re.DOTALL,
+)
+
+
+def text_of(path: Path, what: str) -> str:
+    """Text of a file that describes ``what``, or a sentence."""
+    return utf8_text(read_bounded(path, _MOST_BYTES, f"{what} file"), str(path))
+
+
+def document_of(text: str, source: str) -> dict[str, Any]:
+    """The tables of a TOML text, or a sentence."""
+    try:
+        _require_shallow(text)
+        document = tomllib.loads(text)
+        _require_small_integers(document)
+    except tomllib.TOMLDecodeError as problem:
+        raise InputRefusedError(f"{source}: is not valid TOML: {problem}.") from None
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{source}: {problem}") from None
+    except ValueError:
+        # An integer of so many digits that Python does not convert it.
+        raise InputRefusedError(f"{source}: {_TOO_LARGE}") from None
+    return document
+
+
+_TOO_LARGE = "has an integer of more than 64 bits; write a decimal number, such as 1e20."
+
+
+def _require_shallow(text: str) -> None:
+    """Refuse, before the parser takes minutes or fails, what is nested deeper than can be meant."""
+    n_open = n_dots = 0
+    for sign in _SIGNS.finditer(text):
+        match text[sign.start()]:
+            case "[" | "{":
+                n_open, n_dots = n_open + 1, 0
+            case "]" | "}":
+                n_open, n_dots = max(n_open - 1, 0), 0
+            case ".":
+                n_dots += 1
+            case "," | "=" | "\n":
+                n_dots = 0
+        if n_open + n_dots > _DEEPEST:
+            row = text.count("\n", 0, sign.start()) + 1
+            raise InputRefusedError(
+                f"row {row} is nested more than {_DEEPEST} deep; nothing in this file is meant to be."
+            )
+
+
+def _require_small_integers(document: dict[str, Any]) -> None:
+    """Refuse integers that TOML does not have: they become no float, and cannot be told in decimal digits."""
+    waiting: list[tuple[str, Any]] = list(document.items())
+    while waiting:
+        name, value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += [(f"{name}.{key}", inner) for key, inner in value.items()]
+        elif isinstance(value, list):
+            waiting += [(name, inner) for inner in value]
+        elif isinstance(value, int) and not -_LARGEST_INTEGER <= value < _LARGEST_INTEGER:
+            raise InputRefusedError(f"{name} {_TOO_LARGE}")
