@@ -11,7 +11,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 # From the bottom to the top; rooms of one floor do not import each other.
 FLOORS = (
     ("errors",),
-    ("files",),
+    ("files", "spreadsheet"),
     ("materials", "netcdf", "accuracy", "digits"),
     ("numerics", "measurement"),
     ("geometry", "interfaces", "particles"),

@@ -1,5 +1,7 @@
 """Every file, read by a reader of its own, gives back the table in world directions."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -210,6 +212,16 @@ def test_csv_is_exact_and_states_the_totals(tmp_path):
     np.testing.assert_array_equal(sums["regular"], 0.0123)
     inside = [component[2] == "I" for component in sums["component"]]
     np.testing.assert_array_equal(sums["index_in"], np.where(inside, INDEX_INSIDE, 1.0))
+
+
+def test_csv_holds_no_formula_of_the_users(tmp_path):
+    table = smooth_table()
+    table.attrs["title"] = "ink,=HYPERLINK(1); @SUM(1)\t+1, and -1"
+    for path in write(table, "csv", tmp_path):
+        lines = path.read_text().splitlines()
+        assert "# title: ink,'=HYPERLINK(1);' @SUM(1) +1, and -1" in lines
+        cells = [c.strip() for line in lines if line.startswith("#") for c in re.split("[,;\t]", line)]
+        assert not [c for c in cells if c[:1] in ("=", "+", "-", "@")]
 
 
 @pytest.mark.parametrize("kind", ["zemax", "lighttools", "speos", "klems"])

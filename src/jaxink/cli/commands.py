@@ -12,6 +12,7 @@ from jaxink.cli.folder import require_folder, require_writable_file, whole_folde
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
 from jaxink.files import written_whole
+from jaxink.spreadsheet import cell
 
 if TYPE_CHECKING:
     from jaxink import FitResult, GonioData
@@ -202,11 +203,11 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
     names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
     columns = [getattr(prediction, name).tolist() for name in names]
     # A blank cell where a kept column has no number, as in the file that was read.
-    columns += [["" if v != v else v for v in values.tolist()] for values in extra.values()]
+    columns += [["" if v != v else cell(v) for v in values.tolist()] for values in extra.values()]
     try:
         with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow([*names, *extra])
+            writer.writerow([*names, *map(cell, extra)])
             writer.writerows(zip(*columns, strict=True))
     except OSError as problem:
         raise InputRefusedError(f"{out}: cannot be written ({problem.strerror or problem}).") from None

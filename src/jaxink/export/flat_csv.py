@@ -8,6 +8,7 @@ from jaxink.export.losses import ExportOptions
 from jaxink.export.sampling import diffuse_totals
 from jaxink.export.table import COMPONENTS, InkTable
 from jaxink.export.text import comments
+from jaxink.spreadsheet import comment
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
@@ -22,7 +23,7 @@ def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
     options
         Name.
     """
-    head = comments(table, 0)[1:]
+    head = [comment(line) for line in comments(table, 0)[1:]]
     head.append(
         "# phi: azimuth of the outgoing direction minus that towards the source; 180 to 360 mirrors 180 to 0"
     )
