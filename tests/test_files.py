@@ -40,11 +40,11 @@ def test_ordinary_files_are_read_to_the_last_byte_allowed(tmp_path):
         ("sampel.toml", "sampel.toml: there is no such sample file; did you mean sample.toml."),
         ("sample.toml/x", "sample.toml/x: cannot be read (Not a directory)."),
         ("folder", "folder: is a directory; give one sample file."),
-        ("large", "large: is larger than 0.1 MB, the largest that a sample file may be."),
+        ("large", "large: is larger than 0.1 MB, the size that no sample file may exceed."),
         ("circle", "circle: cannot be read (Too many levels of symbolic links)."),
         (
             "pipe",
-            "pipe: is a pipe; a sample file is read from an ordinary file only, so write it to one.",
+            "pipe: is a pipe, but only ordinary files are read; write the sample file to one.",
         ),
         (
             "socket",
@@ -68,7 +68,7 @@ def test_other_files_are_refused(name, sentence, refused, tmp_path, monkeypatch)
 
 @unix
 def test_devices_are_refused(refused):
-    assert refused("/dev/zero").startswith("/dev/zero: is a device; a sample file is read from an ordinary")
+    assert refused("/dev/zero").startswith("/dev/zero: is a device, but only ordinary files are read")
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/kallsyms"), reason="a file of Linux that claims to be empty")
@@ -81,11 +81,11 @@ def test_the_size_that_a_file_claims_is_no_bound():
 def test_names_that_are_too_long_are_refused_and_shortened(name, refused, tmp_path):
     said = refused(tmp_path / name)
     assert len(said) < 400
-    assert re.search(r"x\.\.\.x+: the name is longer than any file's can be; name a sample file\.$", said)
+    assert re.search(r"x\.\.\.x+: the name is longer than any file's can be; name one sample file\.$", said)
 
 
 def test_names_that_no_file_has_are_refused_on_one_line(refused):
-    assert refused("a\0b") == r"'a\x00b': holds a zero byte, which no file's name can; name a sample file."
+    assert refused("a\0b") == r"'a\x00b': holds a zero byte, which no file's name can; name one sample file."
     assert refused("a\nb") == r"'a\nb': there is no such sample file."
 
 

@@ -118,7 +118,7 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
     """
     name = shown_path(path)
     if "\0" in str(path):
-        raise InputRefusedError(f"{name}: holds a zero byte, which no file's name can; name a {what}.")
+        raise InputRefusedError(f"{name}: holds a zero byte, which no file's name can; name one {what}.")
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             _require_ordinary(os.fstat(file.fileno()), name, limit_bytes, what)
@@ -129,7 +129,7 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
         raise InputRefusedError(f"{name}: is a directory; give one {what}.") from None
     except OSError as problem:
         if problem.errno == errno.ENAMETOOLONG:
-            text = f"the name is longer than any file's can be; name a {what}"
+            text = f"the name is longer than any file's can be; name one {what}"
         else:
             text = f"cannot be read ({problem.strerror or problem})"
         raise InputRefusedError(f"{name}: {text}.") from None
@@ -217,7 +217,7 @@ def _require_ordinary(found: os.stat_result, name: str, limit_bytes: int, what: 
     if not stat.S_ISREG(found.st_mode):
         kind = next((kind for is_kind, kind in _OTHER_KINDS if is_kind(found.st_mode)), "no ordinary file")
         raise InputRefusedError(
-            f"{name}: is {kind}; a {what} is read from an ordinary file only, so write it to one."
+            f"{name}: is {kind}, but only ordinary files are read; write the {what} to one."
         )
     _require_size(found.st_size, name, limit_bytes, what)
 
@@ -225,7 +225,7 @@ def _require_ordinary(found: os.stat_result, name: str, limit_bytes: int, what: 
 def _require_size(n_bytes: int, name: str, limit_bytes: int, what: str) -> None:
     if n_bytes > limit_bytes:
         raise InputRefusedError(
-            f"{name}: is larger than {limit_bytes / 1e6:.3g} MB, the largest that a {what} may be."
+            f"{name}: is larger than {limit_bytes / 1e6:.3g} MB, the size that no {what} may exceed."
         )
 
 

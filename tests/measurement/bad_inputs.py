@@ -281,6 +281,18 @@ BAD_INPUTS = (
         ", row 5, column sigma_per_sr: -0.01 is not positive; a standard deviation in 1/sr is needed.",
     ),
     BadInput(
+        "beyond_any_measurement",
+        edited(4, "bsdf_per_sr", "-1e308"),
+        ", row 4, column bsdf_per_sr: -1e+308 is beyond any measurement; without its sign it must be 0 or "
+        "lie in 1e-100 ... 1e+12.",
+    ),
+    BadInput(
+        "below_any_measurement",
+        edited(4, "sigma_per_sr", "1e-310"),
+        ", row 4, column sigma_per_sr: 1e-310 is beyond any measurement; without its sign it must be 0 or "
+        "lie in 1e-100 ... 1e+12.",
+    ),
+    BadInput(
         "all_zero",
         column("bsdf_per_sr", [0] * 5),
         ", column bsdf_per_sr: every value is zero, so nothing was measured.",

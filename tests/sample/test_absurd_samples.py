@@ -78,7 +78,7 @@ def test_files_that_cannot_be_read(tmp_path):
     ):
         load_sample(tmp_path / "latin.toml")
     os.mkfifo(tmp_path / "pipe.toml")
-    with pytest.raises(InputRefusedError, match="pipe.toml: is a pipe; a sample file is read from"):
+    with pytest.raises(InputRefusedError, match="pipe.toml: is a pipe, but only ordinary files are read"):
         load_sample(tmp_path / "pipe.toml")
     (tmp_path / "large.toml").write_bytes(b"#" * 4_000_001)
     with pytest.raises(InputRefusedError, match="large.toml: is larger than 4 MB"):

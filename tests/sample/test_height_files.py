@@ -86,13 +86,13 @@ def test_bad_texts_are_refused(content, end, tmp_path):
 @pytest.mark.parametrize(
     ("name", "end"),
     [
-        ("pipe.npy", "is a pipe; a file of heights is read from an ordinary file only, so write it to one."),
+        ("pipe.npy", "is a pipe, but only ordinary files are read; write the file of heights to one."),
         (
             "zero.csv",
-            "is a device; a file of heights is read from an ordinary file only, so write it to one.",
+            "is a device, but only ordinary files are read; write the file of heights to one.",
         ),
-        ("a\0b.npy", "holds a zero byte, which no file's name can; name a file of heights."),
-        ("x" * 300 + ".npy", "the name is longer than any file's can be; name a file of heights."),
+        ("a\0b.npy", "holds a zero byte, which no file's name can; name one file of heights."),
+        ("x" * 300 + ".npy", "the name is longer than any file's can be; name one file of heights."),
     ],
 )
 def test_other_files_are_refused(name, end, tmp_path):

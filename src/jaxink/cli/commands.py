@@ -1,6 +1,7 @@
 """What the commands do; JAX, xarray and matplotlib are imported when it is their turn."""
 
 import json
+import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -100,7 +101,7 @@ def run_predict(
         Exit code.
     """
     require_writable_file(out, (".csv", ".nc"))
-    is_sample = source.suffix == ".toml" and not source.is_dir()
+    is_sample = source.suffix == ".toml" and not os.path.isdir(source)
     if is_sample and data_file is None:
         raise InputRefusedError(
             f"{source}: a sample file has no directions of its own; name a measurement after it, whose "

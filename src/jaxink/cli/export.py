@@ -1,5 +1,6 @@
 """The commands that write an ink, or a rough boundary alone, for ray tracers."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,7 +46,7 @@ def run_export(
     int
         Exit code.
     """
-    is_table = source.suffix == ".nc" and not source.is_dir()
+    is_table = source.suffix == ".nc" and not os.path.isdir(source)
     if not is_table:
         prepare_jax()
     options = _options(format, out, choices)

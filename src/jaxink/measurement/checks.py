@@ -20,6 +20,8 @@ _SIDES = {
     "btdf": "T",
 }
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
+# Far beyond any measurement: squares and quotients of such values are numbers, too.
+_MAGNITUDES_PER_SR = (1e-100, 1e12)
 
 
 def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
@@ -155,6 +157,17 @@ def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np
                 "the incident light; divide per cent by 100, or a reflectance factor by pi"
             )
             raise refusal(table.source, text, table.lines[lowest], "bsdf_per_sr")
+
+
+def magnitudes(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
+    """Values in 1/sr that can be computed with."""
+    low, high = _MAGNITUDES_PER_SR
+    size = np.abs(values)
+    bad = np.flatnonzero((size > high) | ((size < low) & (size > 0)))
+    if bad.size:
+        text = f"{values[bad[0]]:g} is beyond any measurement; without its sign it must be 0 or lie in "
+        raise refusal(table.source, f"{text}{low:g} ... {high:g}", table.lines[bad[0]], name)
+    return values
 
 
 def sigmas(table: TextTable, values: np.ndarray) -> np.ndarray:

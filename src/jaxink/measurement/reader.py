@@ -94,7 +94,7 @@ def read_csv(
     notes += column_notes
     table, attrs = _one_sample(table, extra, sample)
     angles = _angles(table, known, notes)
-    bsdf = checks.numbers(table, known["bsdf_per_sr"], "bsdf_per_sr")
+    bsdf = _per_sr(table, known, "bsdf_per_sr")
     data = GonioData(
         **angles,
         wavelength_nm=_wavelength(table, known, wavelength_nm, notes),
@@ -187,16 +187,21 @@ def _sigma(table: TextTable, known, notes) -> np.ndarray | None:
     if not any(table.column(known[name])):
         notes.append("Column sigma_per_sr is empty, so the noise is not known.")
         return None
-    return checks.sigmas(table, checks.numbers(table, known[name], name))
+    return checks.sigmas(table, _per_sr(table, known, name))
+
+
+def _per_sr(table: TextTable, known, name: str) -> np.ndarray:
+    return checks.magnitudes(table, checks.numbers(table, known[name], name), name)
 
 
 def _extra(cells: list[str]) -> np.ndarray:
-    """Numbers where all filled cells are; labels such as 007 stay text."""
+    """Numbers where all filled cells are; labels such as 007, and what no float holds, stay text."""
     filled = [cell for cell in cells if cell]
     number = re.compile(r"[+-]?(0|[1-9]\d*|(0|[1-9]\d*)?\.\d+|(0|[1-9]\d*)\.)([eE][+-]?\d+)?")
     if not filled or not all(number.fullmatch(cell) for cell in filled):
         return np.array(cells)
-    return np.array([float(cell) if cell else np.nan for cell in cells])
+    values = np.array([float(cell) if cell else np.nan for cell in cells])
+    return np.array(cells) if np.isinf(values).any() else values
 
 
 def _negative_notes(data: GonioData) -> list[str]:
