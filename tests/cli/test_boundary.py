@@ -206,7 +206,7 @@ def test_wrong_files_are_refused_by_key(text, sentence, maps, tmp_path):
 @pytest.mark.parametrize(
     ("file", "method", "words"),
     [
-        ("none.npy", "waves", "none.npy: there is no such file of heights."),
+        ("none.npy", "waves", "none.npy: there is no such file of heights; did you mean profile.npy."),
         ("map.txt", "waves", "its suffix must be .csv or .npy, which name the format."),
         ("words.csv", "waves", "words.csv, row 2, column 2: 'four' is no number; "),
         ("ragged.csv", "waves", "ragged.csv, row 2 has 1 cells, but those before have 2; "),
@@ -219,6 +219,13 @@ def test_wrong_maps_are_refused_by_place(file, method, words, maps, tmp_path):
     assert (done.exit_code, done.stdout) == (5, "")
     assert words in done.stderr
     assert done.stderr.startswith(f"jaxink: {maps / 'surface.toml'}: height_map.heights_um")
+    assert done.stderr.count("\n") == 1
+
+
+def test_tables_beyond_memory_are_refused(maps, tmp_path):
+    done = run(FACETS, maps, "--format", "csv", "--out", tmp_path / "out", "--n-theta", "1000000")
+    assert (done.exit_code, done.stdout) == (5, "")
+    assert "n_theta is 1000000 and n_phi " in done.stderr
     assert done.stderr.count("\n") == 1
 
 

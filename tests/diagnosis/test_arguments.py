@@ -81,6 +81,8 @@ def test_another_kind_of_argument():
         (jaxink.DiagnosisOptions, {"max_parameters": 0}, "max_parameters is 0"),
         (jaxink.DiagnosisOptions, {"n_bootstrap": 100}, "at level 0.05 it must be at least 200"),
         (jaxink.DiagnosisOptions, {"level": 0.9}, "level is 0.9; it must be between 0 and 0.5"),
+        (jaxink.FitOptions, {"n_starts": 10**11}, "n_starts is 100000000000; it must be at most 10000"),
+        (jaxink.DiagnosisOptions, {"n_bootstrap": 10**14}, "n_bootstrap is 1.*; it must be at most 100000"),
         (jaxink.FitOptions, {"n_starts": 0}, "n_starts is 0; it must be a whole number of at least 1"),
         (jaxink.SolverConfig, {"n_orders": 0}, "n_orders is 0; it must be a whole number of at least 1"),
     ],

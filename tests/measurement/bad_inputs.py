@@ -303,6 +303,11 @@ BAD_INPUTS = (
         ", column bsdf_per_sr: every value is negative or zero, so nothing was measured.",
     ),
     BadInput(
+        "too_many_columns",
+        _bytes(line + "".join(f",c{k}" for k in range(994)) for line in GOOD),
+        ", row 1: has 1001 columns; 1000 are read at most.",
+    ),
+    BadInput(
         "two_samples",
         _bytes([GOOD[0] + ",sample", *(f"{line},{'ab'[i % 2]}" for i, line in enumerate(GOOD[1:]))]),
         ", column sample: holds 2 samples; choose one by sample=..., of a, b.",

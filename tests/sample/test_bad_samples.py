@@ -89,7 +89,17 @@ BAD_SAMPLES = [
     (
         "wavelength twice",
         ("[450, 550]", "[550, 550]"),
-        "wavelength_nm names a wavelength twice: [550, 550].",
+        "wavelength_nm names a wavelength twice, to six digits: [550, 550].",
+    ),
+    (
+        "wavelengths that have the same name",
+        ("[450, 550]", "[550, 550.0001]"),
+        "wavelength_nm names a wavelength twice, to six digits: [550, 550.0001].",
+    ),
+    (
+        "truth value for the version",
+        ("schema_version = 1", "schema_version = true"),
+        "schema_version is True; this jaxink reads 1, so write `schema_version = 1` at the top.",
     ),
     (
         "quantity missing",

@@ -39,6 +39,8 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
         _fail("interrupted.", EXIT_INTERRUPTED)
     except (typer.Exit, BrokenPipeError):
         raise
+    except MemoryError as problem:
+        _fail(f"there is not enough memory ({' '.join(str(problem).split())[:200]}).", EXIT_FAILED)
     except Exception as problem:
         if debug:
             raise

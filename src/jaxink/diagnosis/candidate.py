@@ -71,7 +71,7 @@ class ScreenOptions:
     seed: int = 20260
 
     def __post_init__(self):
-        require_integer("n_bootstrap", self.n_bootstrap, 1)
+        require_integer("n_bootstrap", self.n_bootstrap, 1, 100_000)
         require_integer("seed", self.seed, 0)
         require_number("level", self.level)
         if not 0 < self.level < 0.5:

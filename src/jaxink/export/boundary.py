@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.export.grid import critical_angles_deg, polar_grid
+from jaxink.export.grid import critical_angles_deg, polar_grid, require_few_entries
 from jaxink.export.sampling import exit_angles_deg, power_sent_out
 from jaxink.export.surface_file import RoughBoundary
 from jaxink.export.table import COMPONENTS, InkTable
@@ -58,6 +58,7 @@ class BoundaryOptions:
     def __post_init__(self):
         if self.n_phi < 3:
             raise InputRefusedError(f"n_phi is {self.n_phi}; it must be at least 3.")
+        require_few_entries(self.n_theta, self.n_phi)
         require_one_of("amplitude", self.amplitude, AMPLITUDES)
 
     def indices(self, n_wavelengths: int) -> tuple[np.ndarray, np.ndarray]:

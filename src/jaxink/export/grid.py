@@ -9,6 +9,7 @@ from jaxink.errors import InputRefusedError
 # Critical angles nearer to each other, or to grazing, than this are taken as one.
 _SAME_DEG = 0.05
 _FEWEST = 4
+_MOST_ENTRIES = 50_000_000
 
 
 def critical_angles_deg(index_ratios) -> list[float]:
@@ -24,6 +25,27 @@ def critical_angles_deg(index_ratios) -> list[float]:
     list[float]
     """
     return [math.degrees(math.asin(ratio)) for ratio in index_ratios if ratio < 1]
+
+
+def require_few_entries(n_theta: int, n_phi: int) -> None:
+    """Refuse a table that would not fit into memory.
+
+    Parameters
+    ----------
+    n_theta, n_phi
+        Numbers of polar angles and of azimuths.
+
+    Raises
+    ------
+    InputRefusedError
+        If it has more entries than are computed.
+    """
+    n_entries = int(n_theta) ** 2 * int(n_phi)
+    if n_entries > _MOST_ENTRIES:
+        raise InputRefusedError(
+            f"n_theta is {n_theta} and n_phi {n_phi}, so each of the four tables would have {n_entries:.3g} "
+            f"entries; lower them until there are at most {_MOST_ENTRIES:.3g}."
+        )
 
 
 def polar_grid(n_theta: int, critical_deg) -> np.ndarray:

@@ -12,7 +12,7 @@ from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.bsdf import diffuse_bsdf, regular_power
 from jaxink.errors import InputRefusedError, require_kind, require_number
 from jaxink.export.alone import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
-from jaxink.export.grid import critical_angles_deg, polar_grid
+from jaxink.export.grid import critical_angles_deg, polar_grid, require_few_entries
 from jaxink.export.passages import facet_lobes
 from jaxink.export.spread import Spread
 from jaxink.export.table import InkTable
@@ -76,6 +76,7 @@ class TableOptions:
         # Measured: an error of linear interpolation of half a percent of the maximum, for thin layers.
         n_theta = min(max(61, round(3.6 * n_orders)), 181) if self.n_theta is None else self.n_theta
         n_phi = min(max(37, 2 * n_orders + 1), 91) if self.n_phi is None else self.n_phi
+        require_few_entries(n_theta, n_phi)
         return n_theta, n_phi
 
 

@@ -98,7 +98,7 @@ class FitOptions:
         ):
             require_one_of(name, getattr(self, name), allowed)
         require_accuracy(self.accuracy)
-        require_integer("n_starts", self.n_starts, 1)
+        require_integer("n_starts", self.n_starts, 1, 10_000)
         require_integer("seed", self.seed, 0)
         if self.config is not None:
             require_kind("config", self.config, SolverConfig)

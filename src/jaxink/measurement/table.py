@@ -13,6 +13,8 @@ from jaxink.files import read_bounded, utf8_text
 
 # A few million rows.
 _MOST_BYTES = 300_000_000
+# Each that is kept becomes a variable of the result.
+_MOST_COLUMNS = 1000
 
 _SIGNATURES = {
     b"PK": "is a spreadsheet or zip archive; export it as CSV",
@@ -95,6 +97,8 @@ def read_table(path) -> TextTable:
     if not rows:
         raise refusal(path, "holds separators only; a header row and data rows are needed")
     header, *rows = rows
+    if len(header) > _MOST_COLUMNS:
+        raise refusal(path, f"has {len(header)} columns; {_MOST_COLUMNS} are read at most", numbers[0])
     _check_lengths(path, header, rows, numbers[1:], delimiter)
     names = tuple(name.strip() for name in header)
     _check_header(path, names, numbers[0], comments)

@@ -1,6 +1,7 @@
 """Several kinds of particles in one layer, and their tables of sizes."""
 
 import dataclasses
+from collections import Counter
 from typing import Any
 
 from jaxink.errors import InputRefusedError
@@ -49,14 +50,15 @@ def population_tables(table: dict[str, Any], layer: str, taken) -> list[dict[str
             f"{where}: populations must be [[layers.populations]] tables, one for each further kind of "
             "particles."
         )
-    names = [inner.get("name") for inner in tables]
-    for position, name in enumerate(names):
+    names = Counter(str(inner.get("name")) for inner in tables)
+    for position, inner in enumerate(tables):
+        name = inner.get("name")
         if not isinstance(name, str) or not name.isidentifier():
             raise InputRefusedError(
                 f"{where}: population {position + 1} has name = {name!r}; it needs a name of letters, digits "
                 'and underscores, such as name = "filler".'
             )
-        if names.count(name) > 1:
+        if names[name] > 1:
             raise InputRefusedError(
                 f"{where}: two populations are named '{name}'; give each a name of its own."
             )

@@ -1,6 +1,7 @@
 """Sample files: read, checked, and turned into a `Sample`; everything unknown is refused."""
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ class _Reader:
         document = self.document
         only(document, _TOP_KEYS, "the file")
         version = document.get("schema_version")
-        if version != schema.SCHEMA_VERSION:
+        if version is True or version != schema.SCHEMA_VERSION:
             raise InputRefusedError(
                 f"schema_version is {version!r}; this jaxink reads {schema.SCHEMA_VERSION}, so write "
                 f"`schema_version = {schema.SCHEMA_VERSION}` at the top."
@@ -108,8 +109,8 @@ class _Reader:
         layers = tuple(self._layer(i, table) for i, table in enumerate(self._layer_tables()))
         backing = self._backing(layers[-1])
         names = [layer.name for layer in layers]
-        for name in names:
-            if names.count(name) > 1 or name == "surroundings" or (name == "backing" and backing):
+        for name, count in Counter(names).items():
+            if count > 1 or name == "surroundings" or (name == "backing" and backing):
                 raise InputRefusedError(f"two layers are named '{name}'; give each a name of its own.")
         if not any(layer.scatters for layer in layers):
             raise InputRefusedError(
@@ -190,8 +191,9 @@ class _Reader:
                 f"wavelength_nm is {given}; it must be a number or a list of numbers, in nanometres "
                 "(100 ... 100000)."
             )
-        if len(set(given)) != len(given):
-            raise InputRefusedError(f"wavelength_nm names a wavelength twice: {given}.")
+        # As the names of parameters tell them apart.
+        if len({f"{w:g}" for w in given}) != len(given):
+            raise InputRefusedError(f"wavelength_nm names a wavelength twice, to six digits: {given}.")
         return tuple(sorted(float(w) for w in given))
 
     def _layer_tables(self) -> list[dict[str, Any]]:
