@@ -293,6 +293,8 @@ def _change_hdf(file: h5py.File, random: Random) -> None:
     if not names:
         return
     name = random.choice(names)
+    if file[name].size > 10**6:
+        return
     attrs = random.choice((file.attrs, file[name].attrs))
     kind = random.randrange(8)
     if kind == 0:
