@@ -11,7 +11,8 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 # From the bottom to the top; rooms of one floor do not import each other.
 FLOORS = (
     ("errors",),
-    ("materials", "netcdf", "files", "accuracy", "digits"),
+    ("files",),
+    ("materials", "netcdf", "accuracy", "digits"),
     ("numerics", "measurement"),
     ("geometry", "interfaces", "particles"),
     ("channels", "optics"),

@@ -1,14 +1,28 @@
-"""Files that are written whole or not at all, and values as JSON holds them."""
+"""Files that are written whole or not at all, or read within bounds; values as JSON holds them."""
 
 import dataclasses
+import difflib
+import errno
 import math
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
+
+from jaxink.errors import InputRefusedError
+
+_LONGEST_SHOWN = 200
+_BLOCK_BYTES = 1 << 20
+_OTHER_KINDS = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
 
 
 @contextmanager
@@ -59,3 +73,136 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
+
+
+def shown_path(path: str | Path) -> str:
+    """A path as a sentence names it: on one line, and not longer than anyone would read.
+
+    Parameters
+    ----------
+    path
+        The path.
+
+    Returns
+    -------
+    str
+    """
+    text = str(path)
+    text = text if text.isprintable() else ascii(text)
+    half = _LONGEST_SHOWN // 2
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:half]}...{text[-half:]}"
+
+
+@contextmanager
+def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[BinaryIO]:
+    """Open an ordinary file for reading; what would block, never end or not fit is refused.
+
+    Parameters
+    ----------
+    path
+        The file.
+    limit_bytes
+        The largest that it may be.
+    what
+        What it should be, such as ``sample file``, for the sentence.
+
+    Yields
+    ------
+    BinaryIO
+
+    Raises
+    ------
+    InputRefusedError
+        If it is missing, no ordinary file, too large, or cannot be read; also while it is read.
+    """
+    name = shown_path(path)
+    if "\0" in str(path):
+        raise InputRefusedError(f"{name}: holds a zero byte, which no file's name can; name a {what}.")
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            _require_ordinary(os.fstat(file.fileno()), name, limit_bytes, what)
+            yield file
+    except FileNotFoundError:
+        raise InputRefusedError(f"{name}: there is no such {what}{_near(Path(path))}.") from None
+    except IsADirectoryError:
+        raise InputRefusedError(f"{name}: is a directory; give one {what}.") from None
+    except OSError as problem:
+        if problem.errno == errno.ENAMETOOLONG:
+            text = f"the name is longer than any file's can be; name a {what}"
+        else:
+            text = f"cannot be read ({problem.strerror or problem})"
+        raise InputRefusedError(f"{name}: {text}.") from None
+
+
+def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
+    """Content of an ordinary file, see `open_bounded`.
+
+    Parameters
+    ----------
+    path, limit_bytes, what
+        As of `open_bounded`.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputRefusedError
+        If it is missing, no ordinary file, too large, or cannot be read.
+    """
+    with open_bounded(path, limit_bytes, what) as file:
+        content = bytearray()
+        # The size that a file claims is no bound: it may grow, and those of the system claim 0.
+        while block := file.read(_BLOCK_BYTES):
+            content += block
+            _require_size(len(content), shown_path(path), limit_bytes, what)
+    return bytes(content)
+
+
+def require_readable(path: str | Path, limit_bytes: int, what: str) -> None:
+    """Refuse, as `open_bounded` does, a file that a library opens by its name.
+
+    Parameters
+    ----------
+    path, limit_bytes, what
+        As of `open_bounded`.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is missing, no ordinary file, too large, or cannot be read.
+    """
+    with open_bounded(path, limit_bytes, what):
+        pass
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file; a pipe would else block until somebody writes to it."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _require_ordinary(found: os.stat_result, name: str, limit_bytes: int, what: str) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        kind = next((kind for is_kind, kind in _OTHER_KINDS if is_kind(found.st_mode)), "no ordinary file")
+        raise InputRefusedError(
+            f"{name}: is {kind}; a {what} is read from an ordinary file only, so write it to one."
+        )
+    _require_size(found.st_size, name, limit_bytes, what)
+
+
+def _require_size(n_bytes: int, name: str, limit_bytes: int, what: str) -> None:
+    if n_bytes > limit_bytes:
+        raise InputRefusedError(
+            f"{name}: is larger than {limit_bytes / 1e6:.3g} MB, the largest that a {what} may be."
+        )
+
+
+def _near(path: Path) -> str:
+    """The name beside a missing file that is most like its own, as the end of a sentence."""
+    try:
+        names = [entry.name for entry in path.parent.iterdir()]
+    except OSError:
+        return ""
+    near = difflib.get_close_matches(path.name, names, n=1)
+    return f"; did you mean {near[0]}" if near else ""
