@@ -1,18 +1,18 @@
 """Datasets as netCDF 4 files, written whole or not at all."""
 
-import os
-import tempfile
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.errors import InputRefusedError
+from jaxink.output import written_whole
 
 if TYPE_CHECKING:
     import xarray
 
 
 def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
-    """Write a Dataset, without fill values: NaN is a value like any other.
+    """Write a Dataset, see `netcdf_bytes`.
 
     Parameters
     ----------
@@ -36,18 +36,35 @@ def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
         raise InputRefusedError(f"{path}: a netCDF file needs the suffix .nc.")
     if not path.parent.is_dir():
         raise InputRefusedError(f"{path}: the folder does not exist; create it first.")
-    encoding = {name: {"_FillValue": None} for name in dataset.variables}
     try:
-        # Beside the target, so that the final step is a rename within one file system.
-        with tempfile.TemporaryDirectory(prefix=".jaxink-", dir=path.parent) as folder:
-            part = Path(folder) / path.name
-            dataset.to_netcdf(part, engine="h5netcdf", encoding=encoding)
-            os.replace(part, path)
+        with written_whole(path) as part:
+            part.write_bytes(netcdf_bytes(dataset))
     except OSError as problem:
         raise InputRefusedError(
             f"{path}: cannot be written ({problem.strerror or problem}); choose another folder."
-        ) from problem
+        ) from None
     return path
+
+
+def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
+    """A Dataset as the bytes of a netCDF 4 file, without fill values: NaN is a value like any other.
+
+    HDF5 never meets the disk: one that is full would leave it with files that it cannot close, and end the
+    process.
+
+    Parameters
+    ----------
+    dataset
+        The Dataset.
+
+    Returns
+    -------
+    memoryview
+    """
+    content = BytesIO()
+    encoding = {name: {"_FillValue": None} for name in dataset.variables}
+    dataset.to_netcdf(content, engine="h5netcdf", encoding=encoding)
+    return content.getbuffer()
 
 
 def read_dataset(path: Path) -> "xarray.Dataset":

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import jaxink
 from jaxink.accuracy import DEFAULT_ACCURACY
-from jaxink.cli.folder import require_folder, require_writable_file, whole_folder
+from jaxink.cli.folder import require_folder, require_writable_file
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
-from jaxink.files import written_whole
+from jaxink.output import whole_folder, written_whole
 
 if TYPE_CHECKING:
     from jaxink import FitResult, GonioData
 
 FIGURES = "figures"
 SIMPLEX = "simplex"
+# What would belong to an older result if it were not written anew.
+OWNED = (FIGURES, SIMPLEX)
 
 
 def run_fit(
@@ -51,7 +53,7 @@ def run_fit(
     int
         Exit code.
     """
-    require_folder(out)
+    require_folder(out, OWNED)
     data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
     prepare_jax()
     chosen = jaxink.FitOptions(**options)
@@ -146,7 +148,7 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> int:
     """
     from jaxink.data import simulated_example
 
-    require_folder(out)
+    require_folder(out, OWNED)
     inputs = simulated_example()
     data, sample = jaxink.read(inputs[0]), jaxink.load_sample(inputs[1])
     prepare_jax()
@@ -176,10 +178,11 @@ def _write(
     simplex: "FitResult | None" = None,
 ) -> list[Path]:
     """Write a result, its figures and what goes with it; all or nothing."""
-    with whole_folder(out, owned=(FIGURES, SIMPLEX)) as folder:
-        result.save(folder)
+    with whole_folder(out, owned=OWNED) as folder:
+        result.write_into(folder)
         if simplex is not None:
-            simplex.save(folder / SIMPLEX)
+            (folder / SIMPLEX).mkdir()
+            simplex.write_into(folder / SIMPLEX)
         for file in inputs:
             shutil.copyfile(file, folder / file.name)
         if formats:

@@ -9,10 +9,11 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.files import plain as as_plain
-from jaxink.files import written_whole
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData, read_netcdf
+from jaxink.netcdf import netcdf_bytes
+from jaxink.output import whole_folder
 from jaxink.sample import Sample, sample_from_dict, sample_to_dict
 
 if TYPE_CHECKING:
@@ -262,7 +263,7 @@ class FitResult:
         return plain
 
     def save(self, directory: str | Path) -> Path:
-        """Write ``result.json`` and ``result.nc``, each whole or not at all.
+        """Write ``result.json`` and ``result.nc``, both or none.
 
         Parameters
         ----------
@@ -279,20 +280,26 @@ class FitResult:
         InputRefusedError
             If the directory cannot be written.
         """
-        directory = Path(directory)
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-            with written_whole(directory / DATA_FILE) as part:
-                self.to_dataset().to_netcdf(part, engine="h5netcdf")
-            text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-            with written_whole(directory / RESULT_FILE) as part:
-                part.write_text(text + "\n", encoding="utf-8")
-        except OSError as problem:
-            raise InputRefusedError(
-                f"{directory}: the result cannot be written there ({problem.strerror or problem}); "
-                "choose another folder."
-            ) from None
-        return directory / RESULT_FILE
+        with whole_folder(directory) as folder:
+            self.write_into(folder)
+        return Path(directory) / RESULT_FILE
+
+    def write_into(self, folder: Path) -> None:
+        """Write the same files into a folder that, with more in it, is about to take its place as a whole.
+
+        Parameters
+        ----------
+        folder
+            As `whole_folder` yields it.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        (folder / DATA_FILE).write_bytes(netcdf_bytes(self.to_dataset()))
+        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
 
 
 def load_result(path: str | Path) -> FitResult:
