@@ -81,8 +81,8 @@ def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
         raise InputRefusedError(f"{name} is {value!r}; it must be one of: {', '.join(allowed)}.")
 
 
-def require_integer(name: str, value: object, least: int) -> None:
-    """Refuse what is not a whole number of at least so much.
+def require_integer(name: str, value: object, least: int, most: int | None = None) -> None:
+    """Refuse what is not a whole number of at least, and at most, so much.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ def require_integer(name: str, value: object, least: int) -> None:
         Of the argument.
     value
         What was given.
-    least
-        Smallest number allowed.
+    least, most
+        Smallest and largest number allowed; None: there is no largest.
 
     Raises
     ------
@@ -100,6 +100,8 @@ def require_integer(name: str, value: object, least: int) -> None:
     """
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise InputRefusedError(f"{name} is {value!r}; it must be a whole number of at least {least}.")
+    if most is not None and value > most:
+        raise InputRefusedError(f"{name} is {value}; it must be at most {most}.")
 
 
 def require_number(name: str, value: object) -> None:

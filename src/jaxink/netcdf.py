@@ -5,10 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.errors import InputRefusedError
+from jaxink.files import read_bounded, shown_path
 from jaxink.output import written_whole
 
 if TYPE_CHECKING:
     import xarray
+
+_LARGEST_BYTES = 4_000_000_000
+# What jaxink writes is not compressed; others may have done so.
+_MOST_PACKED = 100
+_ALWAYS_ALLOWED_BYTES = 16_000_000
 
 
 def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
@@ -73,7 +79,7 @@ def read_dataset(path: Path) -> "xarray.Dataset":
     Parameters
     ----------
     path
-        An existing file.
+        The file.
 
     Returns
     -------
@@ -82,12 +88,38 @@ def read_dataset(path: Path) -> "xarray.Dataset":
     Raises
     ------
     InputRefusedError
-        If it is no netCDF 4 file.
+        If it is missing, no ordinary file, no netCDF 4 file, or claims far more data than it holds.
     """
     import xarray
 
+    content, name = BytesIO(read_bounded(path, _LARGEST_BYTES, "netCDF file")), shown_path(path)
     try:
-        with xarray.open_dataset(path, engine="h5netcdf") as opened:
+        _require_held(content, name)
+        with xarray.open_dataset(content, engine="h5netcdf") as opened:
             return opened.load()
-    except (OSError, ValueError) as problem:
-        raise InputRefusedError(f"{path}: is not a readable netCDF 4 file.") from problem
+    except InputRefusedError:
+        raise
+    # Where bytes of a file are wrong, the libraries that read it raise whatever they stumble upon.
+    except Exception as problem:
+        raise InputRefusedError(f"{name}: is not a readable netCDF 4 file.") from problem
+
+
+def _require_held(content: BytesIO, name: str) -> None:
+    """Refuse a file whose variables claim what would not fit into memory."""
+    import h5py
+
+    held = content.getbuffer().nbytes
+    claimed = 0
+
+    def add(_, item) -> None:
+        nonlocal claimed
+        if isinstance(item, h5py.Dataset):
+            claimed += item.size * item.dtype.itemsize
+
+    with h5py.File(content, "r") as file:
+        file.visititems(add)
+    if claimed > _MOST_PACKED * held + _ALWAYS_ALLOWED_BYTES:
+        raise InputRefusedError(
+            f"{name}: its variables claim {claimed / 1e6:,.0f} MB, but the file has {held / 1e6:.3g} MB; it "
+            "is damaged, or not of jaxink."
+        )
