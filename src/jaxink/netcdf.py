@@ -1,6 +1,7 @@
 """Datasets as netCDF 4 files, written whole or not at all."""
 
-from io import BytesIO
+import hashlib
+from io import SEEK_END, BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ _LARGEST_BYTES = 4_000_000_000
 # What jaxink writes is not compressed; others may have done so.
 _MOST_PACKED = 100
 _ALWAYS_ALLOWED_BYTES = 16_000_000
+_CHECKSUM = b"jaxink sha256 "
 
 
 def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
@@ -56,7 +58,8 @@ def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
     """A Dataset as the bytes of a netCDF 4 file, without fill values: NaN is a value like any other.
 
     HDF5 never meets the disk: one that is full would leave it with files that it cannot close, and end the
-    process.
+    process. Nor shall it meet bytes that were changed, with some of which it never ends: behind the content,
+    where no reader of HDF5 looks, stands a checksum.
 
     Parameters
     ----------
@@ -70,6 +73,9 @@ def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
     content = BytesIO()
     encoding = {name: {"_FillValue": None} for name in dataset.variables}
     dataset.to_netcdf(content, engine="h5netcdf", encoding=encoding)
+    checksum = _checksum(content.getbuffer())
+    content.seek(0, SEEK_END)
+    content.write(checksum)
     return content.getbuffer()
 
 
@@ -88,12 +94,13 @@ def read_dataset(path: Path) -> "xarray.Dataset":
     Raises
     ------
     InputRefusedError
-        If it is missing, no ordinary file, no netCDF 4 file, or claims far more data than it holds.
+        If it is missing, no ordinary file, no netCDF 4 file, damaged, or claims far more data than it holds.
     """
     import xarray
 
     content, name = BytesIO(read_bounded(path, _LARGEST_BYTES, "netCDF file")), shown_path(path)
     try:
+        _require_unchanged(content, name)
         _require_held(content, name)
         with xarray.open_dataset(content, engine="h5netcdf") as opened:
             return opened.load()
@@ -102,6 +109,20 @@ def read_dataset(path: Path) -> "xarray.Dataset":
     # Where bytes of a file are wrong, the libraries that read it raise whatever they stumble upon.
     except Exception as problem:
         raise InputRefusedError(f"{name}: is not a readable netCDF 4 file.") from problem
+
+
+def _checksum(content: memoryview) -> bytes:
+    return _CHECKSUM + hashlib.sha256(content).hexdigest().encode()
+
+
+def _require_unchanged(content: BytesIO, name: str) -> None:
+    """Refuse a file whose checksum is another; who changes a file by a library leaves none."""
+    end = len(_checksum(memoryview(b"")))
+    view = content.getbuffer()
+    if view[-end:].tobytes().startswith(_CHECKSUM) and view[-end:] != _checksum(view[:-end]):
+        raise InputRefusedError(
+            f"{name}: is damaged: its checksum is not that of its content; take another copy of it."
+        )
 
 
 def _require_held(content: BytesIO, name: str) -> None:

@@ -274,6 +274,7 @@ def test_what_cannot_be_a_folder_is_refused(tmp_path):
         ("file/out", f"{tmp_path / 'file'} is a file"),
         ("nowhere", "it is a symbolic link to what does not exist"),
         ("x" * 300, "File name too long"),
+        ("a\0b", "its name holds a zero byte, which no name can"),
     ):
         with pytest.raises(InputRefusedError) as caught:
             replace(tmp_path / name)

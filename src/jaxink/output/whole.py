@@ -34,6 +34,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     OSError
         If it cannot be written; what was there before is then still there.
     """
+    _require_name(path)
     settle(path.parent)
     with staged_in(path.parent) as stage:
         part = stage.path / path.name
@@ -103,6 +104,7 @@ def staging_place(out: str | Path, owned: Collection[str] = ()) -> Path:
     OSError
         If it cannot be a folder.
     """
+    _require_name(out)
     real = Path(os.path.realpath(out))
     if os.path.islink(out) and not real.exists():
         raise FileNotFoundError(errno.ENOENT, "it is a symbolic link to what does not exist")
@@ -113,6 +115,11 @@ def staging_place(out: str | Path, owned: Collection[str] = ()) -> Path:
             raise NotADirectoryError(errno.ENOTDIR, f"{real} is a file")
         real = real.parent
     return real
+
+
+def _require_name(path: str | Path) -> None:
+    if "\0" in str(path):
+        raise OSError(errno.EINVAL, "its name holds a zero byte, which no name can")
 
 
 def require_room(folder: Path) -> None:
