@@ -70,6 +70,18 @@ def test_numbers_that_are_not_finite_come_back(example_result, tmp_path):
     assert loaded.whitened is None
 
 
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("absent", "absent: there is no result there; `jaxink fit` writes one."),
+        ("a\0b", "holds a zero byte, which no file's name can"),
+        ("x" * 300, "there is no result there; `jaxink fit` writes one."),
+    ],
+)
+def test_where_there_is_no_result(path, words, tmp_path):
+    assert words in sentence(tmp_path / path)
+
+
 def test_files_of_two_results_are_refused(folder, example_result, tmp_path):
     merit = dataclasses.replace(example_result.merit, chi_square=593.6)
     dataclasses.replace(example_result, merit=merit).save(tmp_path / "other")

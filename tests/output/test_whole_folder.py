@@ -232,6 +232,7 @@ def test_a_new_folder_in_new_folders(fails, tmp_path, monkeypatch):
         return
     replace(tmp_path / "a" / "b" / "out")
     assert tree(tmp_path) == {f"a/b/out/{name}": text for name, text in WRITTEN.items()}
+    assert (tmp_path / "a" / "b" / "out").stat().st_mode == (tmp_path / "a").stat().st_mode
 
 
 def test_a_folder_that_another_run_made_meanwhile_is_replaced(tmp_path):

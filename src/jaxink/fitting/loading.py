@@ -92,10 +92,9 @@ def load_result(path: str | Path) -> FitResult:
         different results.
     """
     path = Path(path)
-    if path.is_dir():
-        # What a killed run had decided is finished before anything is read.
-        settle(path)
-        path = path / RESULT_FILE
+    path = path / RESULT_FILE if os.path.isdir(path) else path
+    # What a killed run had decided is finished before anything is read.
+    settle(path.parent)
     name = shown_path(path)
     if "\0" not in str(path) and not os.path.lexists(path):
         raise InputRefusedError(f"{name}: there is no result there; `jaxink fit` writes one.")

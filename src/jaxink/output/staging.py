@@ -89,7 +89,7 @@ def left_over(folder: Path) -> Iterator[Path]:
     ------
     Path
     """
-    with suppress(OSError):
+    with suppress(OSError, ValueError):
         for entry in [entry for entry in os.scandir(folder) if _NAMES.fullmatch(entry.name)]:
             if entry.is_dir(follow_symlinks=False) and _is_own(entry):
                 yield from _if_dead(Path(entry.path))
