@@ -12,6 +12,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 FLOORS = (
     ("errors",),
     ("files", "spreadsheet"),
+    ("output", "decoding"),
     ("materials", "netcdf", "accuracy", "digits"),
     ("numerics", "measurement"),
     ("geometry", "interfaces", "particles"),

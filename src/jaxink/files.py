@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, or read within bounds; values as JSON holds them."""
+"""Files that are read within bounds; values as JSON holds them."""
 
 import codecs
 import dataclasses
@@ -24,28 +24,6 @@ _OTHER_KINDS = (
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
 )
-
-
-@contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
-    """Where to write a file; it takes the place of `path` once it is complete.
-
-    Parameters
-    ----------
-    path
-        The file; its folder exists.
-
-    Yields
-    ------
-    Path
-        Beside it, so that the last step is a rename within one file system.
-    """
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        yield part
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def plain(value: Any) -> Any:

@@ -14,6 +14,8 @@ from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.wave_face import WaveFace, kept_regular
 
 _SIZES = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
+# Far above what any accuracy asks for; matrices of such a size still fit into a memory.
+_LARGEST_SIZE = 4096
 
 
 class SolverConfig(eqx.Module):
@@ -36,7 +38,7 @@ class SolverConfig(eqx.Module):
     Raises
     ------
     InputRefusedError
-        If a size is not a whole number of at least 1.
+        If a size is not a whole number from 1 to 4096.
     """
 
     nodes_escaping: int = eqx.field(static=True, default=16)
@@ -47,7 +49,7 @@ class SolverConfig(eqx.Module):
 
     def __check_init__(self):
         for size in _SIZES:
-            require_integer(size, getattr(self, size), 1)
+            require_integer(size, getattr(self, size), 1, _LARGEST_SIZE)
 
     def at_least(self, other: "SolverConfig") -> "SolverConfig":
         """The larger of two in every size, with this one's method."""

@@ -54,7 +54,7 @@ def test_a_failed_write_leaves_the_old_file(table, tmp_path, monkeypatch):
     before = path.read_bytes()
 
     def fails(self, target, **_):
-        target.write_bytes(b"half")
+        target.write(b"half")
         raise OSError("disk full")
 
     monkeypatch.setattr(xarray.Dataset, "to_netcdf", fails)

@@ -385,7 +385,7 @@ def test_failed_writing_leaves_nothing(run, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jaxink.files.os.replace", full)
+    monkeypatch.setattr("jaxink.output.whole.os.rename", full)
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 5
     assert "No space left on device" in done.stderr

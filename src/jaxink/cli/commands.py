@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import jaxink
 from jaxink.accuracy import DEFAULT_ACCURACY
-from jaxink.cli.folder import require_folder, require_writable_file, whole_folder
+from jaxink.cli.folder import require_folder, require_writable_file
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
-from jaxink.files import written_whole
+from jaxink.output import whole_folder, written_whole
 from jaxink.spreadsheet import cell
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 FIGURES = "figures"
 SIMPLEX = "simplex"
+# What would belong to an older result if it were not written anew.
+OWNED = (FIGURES, SIMPLEX)
 
 
 def run_fit(
@@ -53,7 +55,7 @@ def run_fit(
     int
         Exit code.
     """
-    require_folder(out)
+    require_folder(out, OWNED)
     data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
     prepare_jax()
     chosen = jaxink.FitOptions(**options)
@@ -148,7 +150,7 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> int:
     """
     from jaxink.data import simulated_example
 
-    require_folder(out)
+    require_folder(out, OWNED)
     inputs = simulated_example()
     data, sample = jaxink.read(inputs[0]), jaxink.load_sample(inputs[1])
     prepare_jax()
@@ -178,10 +180,11 @@ def _write(
     simplex: "FitResult | None" = None,
 ) -> list[Path]:
     """Write a result, its figures and what goes with it; all or nothing."""
-    with whole_folder(out, owned=(FIGURES, SIMPLEX)) as folder:
-        result.save(folder)
+    with whole_folder(out, owned=OWNED) as folder:
+        result.write_into(folder)
         if simplex is not None:
-            simplex.save(folder / SIMPLEX)
+            (folder / SIMPLEX).mkdir()
+            simplex.write_into(folder / SIMPLEX)
         for file in inputs:
             shutil.copyfile(file, folder / file.name)
         if formats:

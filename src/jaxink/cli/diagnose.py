@@ -8,7 +8,7 @@ import typer
 
 import jaxink
 from jaxink.cli.commands import FIGURES, read_data
-from jaxink.cli.folder import require_folder, whole_folder
+from jaxink.cli.folder import require_folder
 from jaxink.cli.session import (
     EXIT_FITTED,
     EXIT_NOT_CONVERGED,
@@ -53,7 +53,7 @@ def run_diagnose(
         Exit code.
     """
     data_file, sample_file, out = files
-    require_folder(out)
+    require_folder(out, (FIGURES,))
     data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
     prepare_jax()
     options = _options(choices, accuracy)
@@ -61,9 +61,7 @@ def run_diagnose(
         found = jaxink.diagnose(data, sample, options, follow)
     from jaxink.report import write_report
 
-    with whole_folder(out, owned=(FIGURES,)) as folder:
-        paths = write_report(found, folder, with_figures)
-        written = [out / path.relative_to(folder) for path in paths]
+    written = write_report(found, out, with_figures)
     if output == "json":
         typer.echo(json.dumps(found.to_dict(), indent=1, allow_nan=False))
     elif output == "tables":

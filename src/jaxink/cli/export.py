@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from jaxink.cli.folder import require_folder, whole_folder
+from jaxink.cli.folder import require_folder
 from jaxink.cli.session import EXIT_FITTED, prepare_jax
 from jaxink.errors import InputRefusedError
 
@@ -134,10 +134,9 @@ def _compute(source: Path, layers: Sequence[str]) -> "InkTable":
 
 def _written(table: "InkTable", format: str, out: Path, options: "ExportOptions") -> list[str]:
     """Write the files; lines that say what they hold."""
-    from jaxink.export import write
+    from jaxink.export.writing import write_folder
 
-    with whole_folder(out) as folder:
-        files = [out / file.name for file in write(table, format, folder, options)]
+    files = write_folder(table, format, out, options)
     lines = []
     if options.drop:
         lines.append(f"Allowed to be lost: {', '.join(options.drop)}.")

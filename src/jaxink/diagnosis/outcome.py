@@ -12,11 +12,11 @@ from jaxink.diagnosis.heldout import HeldOutGain, Observations
 from jaxink.diagnosis.structure import StructureResult
 from jaxink.diagnosis.where import Location
 from jaxink.effects import CATALOGUE_VERSION, Effect
-from jaxink.errors import InputRefusedError
-from jaxink.files import plain, written_whole
+from jaxink.files import plain
 from jaxink.fitting import FitResult
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
+from jaxink.output import whole_folder
 from jaxink.sample import Sample
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from jaxink.diagnosis.stage import Refit, Stage
 
 REPORT_VERSION = 1
+REPORT_FILE = "report.json"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -282,19 +283,31 @@ class Diagnosis:
         Returns
         -------
         Path
+
+        Raises
+        ------
+        InputRefusedError
+            If the directory cannot be written.
         """
-        directory = Path(directory)
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-            text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-            with written_whole(directory / "report.json") as part:
-                part.write_text(text + "\n", encoding="utf-8")
-        except OSError as problem:
-            raise InputRefusedError(
-                f"{directory}: the report cannot be written there ({problem.strerror or problem}); choose "
-                "another folder."
-            ) from None
-        return directory / "report.json"
+        with whole_folder(directory) as folder:
+            self.write_into(folder)
+        return Path(directory) / REPORT_FILE
+
+    def write_into(self, folder: Path) -> None:
+        """Write the same file into a folder that, with more in it, is about to take its place as a whole.
+
+        Parameters
+        ----------
+        folder
+            As `whole_folder` yields it.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
 
 
 def _scans(data: GonioData, before: Summary, after: Summary) -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from jaxink.export.losses import ExportOptions
+from jaxink.export.netcdf import table_bytes
 from jaxink.export.table import InkTable
 
 _PROGRAMS = ("jaxink_table.py", "example_scene.py")
@@ -21,7 +22,7 @@ def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> None
     options
         Name.
     """
-    table.to_netcdf(folder / f"{options.name}.nc")
+    (folder / f"{options.name}.nc").write_bytes(table_bytes(table))
     for name in _PROGRAMS:
         source = files("jaxink.export") / "for_mitsuba" / name
         (folder / name).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")

@@ -9,7 +9,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.export.lobes import FacetLobes
 from jaxink.export.table import COMPONENTS, InkTable
 from jaxink.files import require_readable
-from jaxink.netcdf import read_dataset, write_dataset
+from jaxink.netcdf import netcdf_bytes, read_dataset, write_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -205,6 +205,11 @@ def write_netcdf(table: InkTable, path: str | Path) -> Path:
         If the suffix is another or the folder cannot be written to.
     """
     return write_dataset(to_dataset(table), path)
+
+
+def table_bytes(table: InkTable) -> memoryview:
+    """Content of the file that `write_netcdf` writes."""
+    return netcdf_bytes(to_dataset(table))
 
 
 def read_ink_table(path: str | Path) -> InkTable:

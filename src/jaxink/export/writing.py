@@ -1,7 +1,5 @@
 """One call for every format; a folder gets all files of an export or none."""
 
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -11,11 +9,13 @@ from jaxink.export.flat_csv import write_csv
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.losses import ExportOptions, refuse_losses
 from jaxink.export.mitsuba import write_mitsuba
+from jaxink.export.netcdf import table_bytes
 from jaxink.export.radiance import write_radiance
 from jaxink.export.sampling import regular_in_bins, writable
 from jaxink.export.speos import write_speos
 from jaxink.export.table import InkTable
 from jaxink.export.zemax import write_zemax
+from jaxink.output import whole_folder
 
 
 class _Format(NamedTuple):
@@ -26,7 +26,7 @@ class _Format(NamedTuple):
 
 
 def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    table.to_netcdf(folder / f"{options.name}.nc")
+    (folder / f"{options.name}.nc").write_bytes(table_bytes(table))
 
 
 _FORMATS = {
@@ -73,7 +73,7 @@ def write(
     format
         One of `FORMATS`.
     directory
-        An existing folder; files of the same names are replaced.
+        An existing folder; files of the same names are replaced, all or none.
     options
         Names, what may be lost, and choices of a format; None for the defaults.
 
@@ -88,24 +88,19 @@ def write(
         If the format cannot hold the table, the table is no BSDF, or the folder cannot be written to.
     """
     require_format(format)
-    options = ExportOptions() if options is None else options
-    chosen, directory = _FORMATS[format], Path(directory)
+    if not Path(directory).is_dir():
+        raise InputRefusedError(f"{directory}: is not a folder; create it first.")
+    return write_folder(table, format, directory, ExportOptions() if options is None else options)
+
+
+def write_folder(table: InkTable, format: str, directory: str | Path, options: ExportOptions) -> list[Path]:
+    """As `write`, into a folder that is made if it does not exist."""
+    chosen = _FORMATS[format]
     table = writable(table)
     refuse_losses(table, chosen.title, chosen.lost, options)
     if options.regular_bin_deg is not None:
         table = regular_in_bins(table, options.regular_bin_deg)
-    if not directory.is_dir():
-        raise InputRefusedError(f"{directory}: is not a folder; create it first.")
-    try:
-        # Beside the targets, so that the last step is a rename within one file system.
-        with tempfile.TemporaryDirectory(prefix=".jaxink-", dir=directory) as staging:
-            chosen.write(table, Path(staging), options)
-            files = sorted(Path(staging).iterdir())
-            for file in files:
-                os.replace(file, directory / file.name)
-    except OSError as problem:
-        raise InputRefusedError(
-            f"{directory}: the files cannot be written there ({problem.strerror or problem}); choose another "
-            "folder."
-        ) from None
-    return [directory / file.name for file in files]
+    with whole_folder(directory) as folder:
+        chosen.write(table, folder, options)
+        names = sorted(file.name for file in folder.iterdir())
+    return [Path(directory) / name for name in names]

@@ -1,9 +1,10 @@
 """Fitting a sample to a measurement, by gradient or by simplex."""
 
 from jaxink.fitting.held_out import predict_left_out
+from jaxink.fitting.loading import load_result
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective, noise_of
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.result import FitResult, load_result
+from jaxink.fitting.result import FitResult
 from jaxink.fitting.run import FitOptions, fit, predict, prepare_data
 
 __all__ = [

@@ -1,19 +1,21 @@
 """The result of a fit: everything needed to report it, to check it and to predict from it again."""
 
 import dataclasses
+import hashlib
 import json
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError
 from jaxink.files import plain as as_plain
-from jaxink.files import written_whole
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.outcome import Outcome
-from jaxink.measurement import GonioData, read_netcdf
-from jaxink.sample import Sample, sample_from_dict, sample_to_dict
+from jaxink.measurement import GonioData
+from jaxink.netcdf import netcdf_bytes
+from jaxink.output import whole_folder
+from jaxink.sample import Sample, sample_to_dict
 
 if TYPE_CHECKING:
     from jaxink.forward import ForwardModel
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
+# Fields that result.json does not hold, or holds in another form.
+_ELSEWHERE = ("data", "predicted_per_sr", "sigma_per_sr", "whitened", "outcome")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -108,6 +112,14 @@ class ProfileCurve:
     rise: tuple[float, ...]
 
 
+class NoiseOrigin(TypedDict):
+    """Where the noise came from, the factor of each scan, and whether the noise is known at all."""
+
+    origin: str
+    scan_relative: float
+    known: bool
+
+
 @dataclasses.dataclass(frozen=True)
 class FitResult:
     """Result of a fit.
@@ -160,13 +172,21 @@ class FitResult:
     derived: tuple[DerivedQuantity, ...]
     merit: Merit
     scans: tuple[ScanMerit, ...]
-    noise: dict[str, Any]
+    noise: NoiseOrigin
     searches: tuple[SearchSummary, ...]
     profiles: tuple[ProfileCurve, ...]
-    solver: dict[str, int]
+    solver: dict[str, int | str]
     versions: dict[str, str]
     seed: int
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def result_id(self) -> str:
+        """Identifier that both files of a saved result carry: a digest of what they hold."""
+        digest = hashlib.sha256(json.dumps(self._plain(), sort_keys=True).encode())
+        for values in (self.data.bsdf_per_sr, self.predicted_per_sr, self.sigma_per_sr, self.whitened):
+            digest.update(b"" if values is None else np.ascontiguousarray(values).tobytes())
+        return digest.hexdigest()[:32]
 
     @property
     def converged(self) -> bool:
@@ -240,12 +260,14 @@ class FitResult:
             if values is not None:
                 column[self.data.used] = values
             dataset[name] = ("point", column, {"long_name": what})
-        return dataset
+        return dataset.assign_attrs(result_id=self.result_id)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the result, as in ``result.json``; see `docs/result.md`."""
+        return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain()}
+
+    def _plain(self) -> dict[str, Any]:
         plain = {
-            "schema_version": SCHEMA_VERSION,
             "outcome": {
                 "code": self.outcome.name.lower(),
                 "converged": self.converged,
@@ -256,13 +278,13 @@ class FitResult:
         }
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if field.name in ("data", "predicted_per_sr", "sigma_per_sr", "whitened", "outcome"):
+            if field.name in _ELSEWHERE:
                 continue
             plain[field.name] = sample_to_dict(value) if field.name == "sample" else as_plain(value)
         return plain
 
     def save(self, directory: str | Path) -> Path:
-        """Write ``result.json`` and ``result.nc``, each whole or not at all.
+        """Write ``result.json`` and ``result.nc``, both or none.
 
         Parameters
         ----------
@@ -279,88 +301,23 @@ class FitResult:
         InputRefusedError
             If the directory cannot be written.
         """
-        directory = Path(directory)
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-            with written_whole(directory / DATA_FILE) as part:
-                self.to_dataset().to_netcdf(part, engine="h5netcdf")
-            text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-            with written_whole(directory / RESULT_FILE) as part:
-                part.write_text(text + "\n", encoding="utf-8")
-        except OSError as problem:
-            raise InputRefusedError(
-                f"{directory}: the result cannot be written there ({problem.strerror or problem}); "
-                "choose another folder."
-            ) from None
-        return directory / RESULT_FILE
+        with whole_folder(directory) as folder:
+            self.write_into(folder)
+        return Path(directory) / RESULT_FILE
 
+    def write_into(self, folder: Path) -> None:
+        """Write the same files into a folder that, with more in it, is about to take its place as a whole.
 
-def load_result(path: str | Path) -> FitResult:
-    """Read a result that `FitResult.save` wrote.
+        Parameters
+        ----------
+        folder
+            As `whole_folder` yields it.
 
-    Parameters
-    ----------
-    path
-        The folder, or its ``result.json``.
-
-    Returns
-    -------
-    FitResult
-
-    Raises
-    ------
-    InputRefusedError
-        If it is not a result, or one of another schema version.
-    """
-    path = Path(path)
-    path = path / RESULT_FILE if path.is_dir() else path
-    try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputRefusedError(f"{path}: there is no result there; `jaxink fit` writes one.") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as problem:
-        raise InputRefusedError(f"{path}: is not a result of jaxink ({problem}).") from None
-    if not isinstance(plain, dict) or plain.get("schema_version") != SCHEMA_VERSION:
-        found = plain.get("schema_version") if isinstance(plain, dict) else None
-        raise InputRefusedError(
-            f"{path}: schema_version is {found!r}; this jaxink reads results of version {SCHEMA_VERSION}."
-        )
-    import xarray
-
-    data_path = path.with_name(plain["data_file"])
-    data = read_netcdf(data_path)
-    with xarray.open_dataset(data_path, engine="h5netcdf") as dataset:
-        columns = {
-            name: dataset[name].values[data.used]
-            for name in ("predicted_per_sr", "fit_sigma_per_sr", "residual_whitened")
-        }
-    whitened = columns["residual_whitened"]
-    names = tuple(plain["correlation_names"])
-    return FitResult(
-        sample=sample_from_dict(plain["sample"]),
-        data=data,
-        predicted_per_sr=columns["predicted_per_sr"],
-        sigma_per_sr=columns["fit_sigma_per_sr"],
-        whitened=None if np.all(np.isnan(whitened)) else whitened,
-        method=plain["method"],
-        objective=plain["objective"],
-        outcome=Outcome[plain["outcome"]["code"].upper()],
-        parameters=tuple(
-            FittedParameter(**{**p, "interval": p["interval"] and tuple(p["interval"])})
-            for p in plain["parameters"]
-        ),
-        correlation_names=names,
-        correlations=np.array(plain["correlations"], float).reshape(len(names), len(names)),
-        derived=tuple(DerivedQuantity(**d) for d in plain["derived"]),
-        merit=Merit(**plain["merit"]),
-        scans=tuple(ScanMerit(**s) for s in plain["scans"]),
-        noise=plain["noise"],
-        searches=tuple(SearchSummary(**s) for s in plain["searches"]),
-        profiles=tuple(
-            ProfileCurve(p["name"], tuple(p["values"]), tuple(p["rise"])) for p in plain["profiles"]
-        ),
-        solver=plain["solver"],
-        versions=plain["versions"],
-        seed=plain["seed"],
-        notes=tuple(plain["notes"]),
-    )
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        (folder / DATA_FILE).write_bytes(netcdf_bytes(self.to_dataset()))
+        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")

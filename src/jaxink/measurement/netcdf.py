@@ -2,10 +2,13 @@
 
 import json
 import re
+from numbers import Integral
 from pathlib import Path
 
 import numpy as np
 
+from jaxink.decoding import decode, json_of
+from jaxink.errors import InputRefusedError
 from jaxink.files import require_readable
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS
@@ -25,6 +28,12 @@ _COORDINATES = {
 _VALUES = {
     "bsdf_per_sr": ("sr-1", "radiance over irradiance, cosine not included"),
     "sigma_per_sr": ("sr-1", "standard deviation of bsdf_per_sr"),
+}
+# Variables that there must be, with the kinds of their types.
+_NEEDED = {name: "f" for name in (*_COORDINATES, "bsdf_per_sr")} | {
+    "is_transmission": "iub",
+    "row": "iu",
+    "mask": "iu",
 }
 _CONVENTIONS = (
     "phi_deg 180 is the half-plane of the specular direction in reflection and of the undeviated beam "
@@ -111,33 +120,82 @@ def from_dataset(dataset, source: str | None = None) -> GonioData:
         The Dataset is not of this schema, of a later version, or lacks a variable.
     """
     called = source or "the Dataset"
-    if dataset.attrs.get("schema") != SCHEMA:
+    if str(dataset.attrs.get("schema")) != SCHEMA:
         raise refusal(called, f"is not a jaxink measurement: attribute schema must be {SCHEMA}")
-    version = int(dataset.attrs.get("schema_version", 0))
-    if version != SCHEMA_VERSION:
+    version = dataset.attrs.get("schema_version")
+    if not isinstance(version, Integral) or version != SCHEMA_VERSION:
         text = f"has schema_version {version}; this jaxink reads version {SCHEMA_VERSION}"
         raise refusal(called, text)
-    names = [*_COORDINATES, "is_transmission", "row", "bsdf_per_sr", "mask"]
-    missing = [name for name in names if name not in dataset.variables]
-    if missing:
-        raise refusal(called, f"variable {missing[0]} is missing")
-    missing = [name for name in ("source", "notes", "attrs") if name not in dataset.attrs]
-    if missing:
-        raise refusal(called, f"attribute {missing[0]} is missing")
-    fields = {name: dataset[name].values for name in names}
+    fields = {name: column_of(dataset, name, kinds, called) for name, kinds in _NEEDED.items()}
     if "sigma_per_sr" in dataset.variables:
-        fields["sigma_per_sr"] = dataset["sigma_per_sr"].values
-    extra = sorted(
-        (name for name in dataset.data_vars if str(name).startswith("extra_")),
-        key=lambda name: int(name.split("_")[1]),
-    )
-    return GonioData(
-        **fields,
-        extra={dataset[name].attrs["column"]: dataset[name].values for name in extra},
-        source=dataset.attrs["source"],
-        notes=tuple(json.loads(dataset.attrs["notes"])),
-        attrs=json.loads(dataset.attrs["attrs"]),
-    )
+        fields["sigma_per_sr"] = column_of(dataset, "sigma_per_sr", "f", called)
+    try:
+        return GonioData(
+            **fields,
+            extra=_extra(dataset, called),
+            source=_attribute(dataset.attrs, "source", str, called),
+            notes=_json_attribute(dataset.attrs, "notes", tuple[str, ...], called),
+            attrs=_json_attribute(dataset.attrs, "attrs", dict[str, str | int | float], called),
+        )
+    except InputRefusedError as problem:
+        # The measurement itself knows only the name of the file that it once came from.
+        raise problem if called in str(problem) else InputRefusedError(f"{called}: {problem}") from None
+
+
+def column_of(dataset, name: str, kinds: str, called: str) -> np.ndarray:
+    """One value for each point, of a Dataset that somebody else may have made.
+
+    Parameters
+    ----------
+    dataset
+        The Dataset.
+    name
+        Of the variable.
+    kinds
+        Kinds of numpy types that it may have.
+    called
+        How to call the Dataset in an error.
+
+    Returns
+    -------
+    np.ndarray
+        Shape ``(points,)``.
+
+    Raises
+    ------
+    InputRefusedError
+        If there is no such variable, or it is of other dimensions or of another type.
+    """
+    if name not in dataset.variables:
+        raise refusal(called, f"variable {name} is missing")
+    variable = dataset[name]
+    if variable.dims != ("point",):
+        text = f"variable {name} has the dimensions {variable.dims}; it must have one value for each point"
+        raise refusal(called, text)
+    if variable.dtype.kind not in kinds:
+        raise refusal(called, f"variable {name} is of type {variable.dtype}; that is not what it holds")
+    return variable.values
+
+
+def _extra(dataset, called: str) -> dict[str, np.ndarray]:
+    """Kept columns in their order, by the names that they had."""
+    numbered = [(re.match(r"extra_(\d{1,6})_", str(name)), name) for name in dataset.data_vars]
+    ordered = sorted((int(found[1]), name) for found, name in numbered if found)
+    return {
+        _attribute(dataset[name].attrs, "column", str, called): column_of(dataset, name, "fiubOUST", called)
+        for _, name in ordered
+    }
+
+
+def _attribute(attrs, name: str, kind, called: str):
+    if name not in attrs:
+        raise refusal(called, f"attribute {name} is missing")
+    return decode(kind, attrs[name], f"{called}: attribute {name}")
+
+
+def _json_attribute(attrs, name: str, kind, called: str):
+    text = _attribute(attrs, name, str, called)
+    return decode(kind, json_of(text, f"{called}: attribute {name}"), f"{called}: attribute {name}")
 
 
 def write_netcdf(data: GonioData, path):

@@ -4,8 +4,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jaxink.errors import InputRefusedError
-from jaxink.files import written_whole
+from jaxink.diagnosis.outcome import REPORT_FILE
+from jaxink.output import whole_folder
 from jaxink.plots.diagnosis import Plate, diagnosis_figures
 from jaxink.plots.sheet import DPI
 from jaxink.report import page, sections
@@ -23,14 +23,14 @@ def write_report(
     folder: str | Path,
     with_figures: bool = True,
 ) -> list[Path]:
-    """Write ``report.json``, ``report.html`` and ``figures``, each file whole or not at all.
+    """Write ``report.json``, ``report.html`` and ``figures``: all or nothing.
 
     Parameters
     ----------
     diagnosis
         The diagnosis.
     folder
-        Made if it does not exist.
+        Made if it does not exist; figures of an older report are removed, other files stay.
     with_figures
         Whether any are drawn.
 
@@ -44,8 +44,6 @@ def write_report(
     InputRefusedError
         The folder cannot be written.
     """
-    folder = Path(folder)
-    files = [diagnosis.save(folder)]
     change = inside_change(diagnosis)
     tables = None if isinstance(change, str) else change
     pictures, embedded = {}, {}
@@ -53,16 +51,15 @@ def write_report(
         pictures[plate.name] = _png(plate)
         embedded[plate.name] = page.figure(pictures[plate.name], plate.caption)
     text = _page(diagnosis, change, embedded)
-    try:
+    with whole_folder(folder, owned=(FIGURES,)) as part:
+        diagnosis.write_into(part)
+        (part / REPORT_PAGE).write_text(text, encoding="utf-8")
+        if pictures:
+            (part / FIGURES).mkdir()
         for name, picture in pictures.items():
-            files.append(_write(folder / FIGURES / f"{name}.png", picture))
-        files.append(_write(folder / REPORT_PAGE, text.encode("utf-8")))
-    except OSError as problem:
-        raise InputRefusedError(
-            f"{folder}: the report cannot be written there ({problem.strerror or problem}); choose another "
-            "folder."
-        ) from None
-    return files
+            (part / FIGURES / f"{name}.png").write_bytes(picture)
+    drawn = [Path(FIGURES, f"{name}.png") for name in pictures]
+    return [Path(folder) / file for file in (REPORT_FILE, *drawn, REPORT_PAGE)]
 
 
 def _page(diagnosis, change, embedded) -> str:
@@ -88,10 +85,3 @@ def _png(plate: Plate) -> bytes:
     stream = BytesIO()
     plate.figure.savefig(stream, format="png", dpi=DPI)
     return stream.getvalue()
-
-
-def _write(path: Path, content: bytes) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with written_whole(path) as part:
-        part.write_bytes(content)
-    return path

@@ -4,11 +4,11 @@ import dataclasses
 import math
 from typing import Any
 
-from jaxink.sample.description import Backing, Layer, Noise, Sample
-from jaxink.sample.dispersion import Dispersion
-from jaxink.sample.parameters import Parameter, ParameterTable, Prior
-from jaxink.sample.populations import Population
-from jaxink.sample.roughness import Roughness
+from jaxink.decoding import Rules, decode
+from jaxink.errors import InputRefusedError
+from jaxink.sample.description import Sample
+from jaxink.sample.parameters import Parameter, ParameterTable
+from jaxink.sample.soundness import require_sound
 
 
 def sample_to_dict(sample: Sample) -> dict[str, Any]:
@@ -35,65 +35,36 @@ def sample_to_dict(sample: Sample) -> dict[str, Any]:
     return plain
 
 
-def sample_from_dict(plain: dict[str, Any]) -> Sample:
+def sample_from_dict(plain: dict[str, Any], key: str = "sample") -> Sample:
     """Sample from the data of `sample_to_dict`.
 
     Parameters
     ----------
     plain
         The data.
+    key
+        How they are called in a refusal.
 
     Returns
     -------
     Sample
+
+    Raises
+    ------
+    InputRefusedError
+        Naming the key, if they are not the data of a sample.
     """
-    layers = []
-    for layer in plain["layers"]:
-        table = layer["phase_table"]
-        table = table and (table[0], tuple(table[1]), tuple(table[2]))
-        faces = tuple(_roughness(face) for face in layer["roughness"])
-        # Results of before there were several kinds of particles lack these keys.
-        populations = tuple(
-            Population(p["name"], _pair(p["radius_table"])) for p in layer.get("populations", ())
-        )
-        particles = {"radius_table": _pair(layer.get("radius_table")), "populations": populations}
-        layers.append(Layer(**{**layer, "phase_table": table, "roughness": faces, **particles}))
-    backing = plain.get("backing")
-    parameters = []
-    for p in plain["parameters"]:
-        limits = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}
-        filled = {k: limits.get(k) if v is None and k in limits else v for k, v in p.items()}
-        prior = filled["prior"]
-        parameters.append(Parameter(**{**filled, "prior": prior and Prior(**prior)}))
-    return Sample(
-        **{
-            **plain,
-            "layers": tuple(layers),
-            "parameters": ParameterTable(parameters),
-            "backing": backing and Backing(**backing),
-            "noise": Noise(**plain["noise"]),
-            "wavelengths_nm": tuple(plain["wavelengths_nm"]),
-            "masks": tuple((k, v) for k, v in plain["masks"]),
-            "weights": tuple(tuple(w) for w in plain["weights"]),
-            "illumination": _pair(plain.get("illumination")),
-            "dispersions": tuple(_dispersion(d) for d in plain.get("dispersions", ())),
-        }
-    )
+    sample = decode(Sample, plain, key, SAMPLE_RULES)
+    try:
+        require_sound(sample)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{key}: {problem}") from None
+    return sample
 
 
-def _pair(columns):
-    """A table of two columns, or None."""
-    return columns and tuple(tuple(column) for column in columns)
-
-
-def _roughness(plain: dict[str, Any]) -> Roughness:
-    nodes = plain.get("nodes")
-    return Roughness(**{**plain, "nodes": nodes and (tuple(nodes[0]), tuple(nodes[1]), nodes[2])})
-
-
-def _dispersion(plain: dict[str, Any]) -> Dispersion:
-    columns = {key: tuple(plain[key]) for key in ("wavelength_nm", "value")}
-    return Dispersion(**{**plain, **columns})
+# A tied parameter has no value of its own, and a range may have no ends.
+NULLS = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}
+SAMPLE_RULES = Rules(NULLS, {ParameterTable: (tuple[Parameter, ...], ParameterTable)})
 
 
 def _finite_or_none(value):

@@ -1,0 +1,151 @@
+"""What a sample that no reader has checked must be, so that it can be computed."""
+
+import itertools
+from collections.abc import Iterator
+
+from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.sample import schema
+from jaxink.sample.description import Layer, Sample
+from jaxink.sample.roughness import HEIGHT_MAP, Roughness
+
+
+def require_sound(sample: Sample) -> None:
+    """Refuse a sample whose words are not known, or that lacks a number that its words ask for.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+
+    Raises
+    ------
+    InputRefusedError
+        Naming what is wrong.
+    """
+    if not any(layer.scatters for layer in sample.layers):
+        raise InputRefusedError("layers has none that scatters; there must be one.")
+    names = [layer.name for layer in sample.layers]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputRefusedError(f"two layers are named '{name}'; each must have a name of its own.")
+    if any(layer.opaque for layer in sample.layers[:-1]):
+        raise InputRefusedError("a layer before the last one is opaque; only the last one may be.")
+    for layer in sample.layers:
+        _require_sound_layer(layer)
+    for dispersion in sample.dispersions:
+        require_one_of(f"formula of {dispersion.name}", dispersion.formula, tuple(schema.DISPERSIONS))
+        if dispersion.formula == "table":
+            _require_columns(dispersion.name, (dispersion.wavelength_nm, dispersion.value), 2)
+            _require_ascending(dispersion.name, dispersion.wavelength_nm)
+    if sample.backing is not None:
+        require_one_of("side of the backing", sample.backing.side, schema.BACKING_SIDES)
+    if sample.detector_mode is not None:
+        require_one_of("detector_mode", sample.detector_mode, schema.DETECTOR_MODES)
+    if sample.illumination is not None:
+        _require_columns("illumination", sample.illumination, 2)
+        _require_ascending("illumination", sample.illumination[0])
+    if {key for key, _ in sample.masks} - set(schema.MASKS):
+        raise InputRefusedError(f"masks has keys that are not known; known are: {', '.join(schema.MASKS)}.")
+    for _, side, _ in sample.weights:
+        if side is not None:
+            require_one_of("side of weights", side, ("R", "T"))
+    _require_numbers(sample)
+
+
+def _require_sound_layer(layer: Layer) -> None:
+    where = f"layer '{layer.name}'"
+    require_one_of(f"kind of {where}", layer.kind, ("clear", "scattering"))
+    if layer.scatters:
+        require_one_of(f"phase_function of {where}", layer.phase_function, tuple(schema.PHASE_FUNCTIONS))
+    if (layer.phase_table is not None) != (layer.phase_function == "tabulated"):
+        raise InputRefusedError(f"{where}: phase_table goes with a tabulated phase function, and it alone.")
+    if layer.phase_table is not None:
+        kind, angles, values = layer.phase_table
+        require_one_of(f"phase_table of {where}", kind, ("moments", "angle_deg"))
+        columns = (angles, values) if kind == "angle_deg" else (range(len(values)), values)
+        _require_columns(f"phase_table of {where}", columns, 1)
+    for table in layer.particles.values():
+        if table is not None:
+            _require_columns(f"radius_table of {where}", table, 1)
+    for face in layer.roughness:
+        _require_sound_face(face, layer.name)
+
+
+def _require_sound_face(face: Roughness, layer: str) -> None:
+    require_one_of(f"face of {face.name}", face.face, schema.FACES)
+    if face.name != f"{layer}.{face.face}":
+        raise InputRefusedError(f"{face.name} is a face of layer '{layer}'; its name must begin with that.")
+    if (face.density is None) == (face.spectrum is None):
+        raise InputRefusedError(f"{face.name} must have a density or a spectrum, and not both.")
+    if face.density is not None:
+        require_one_of(f"density of {face.name}", face.density, (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP))
+    else:
+        require_one_of(f"spectrum of {face.name}", face.spectrum, (*schema.SPECTRA, HEIGHT_MAP))
+        require_one_of(f"amplitude of {face.name}", face.amplitude, schema.AMPLITUDES)
+    if face.second_density is not None:
+        require_one_of(f"second_density of {face.name}", face.second_density, schema.ROUGHNESS_DENSITIES)
+    if (face.nodes is not None) != (HEIGHT_MAP in (face.density, face.spectrum)):
+        raise InputRefusedError(f"{face.name}: nodes go with a height map, and with it alone.")
+    if face.nodes is not None:
+        _require_columns(f"nodes of {face.name}", face.nodes[:2], 2)
+        _require_ascending(f"nodes of {face.name}", face.nodes[0])
+
+
+def _require_columns(name: str, columns, least: int) -> None:
+    first, second = columns
+    if len(first) != len(second) or len(first) < least:
+        raise InputRefusedError(
+            f"{name} has columns of {len(first)} and {len(second)} numbers; they must be equally long, and "
+            f"at least {least}."
+        )
+
+
+def _require_ascending(name: str, column) -> None:
+    if any(b <= a for a, b in itertools.pairwise(column)):
+        raise InputRefusedError(f"the first column of {name} must ascend.")
+
+
+def _require_numbers(sample: Sample) -> None:
+    """Refuse a sample that lacks a number that its words ask for."""
+    given = {*sample.parameters, *(dispersion.name for dispersion in sample.dispersions)}
+    for name in _asked(sample):
+        each = [f"{name}@{wavelength_nm:g}" for wavelength_nm in sample.wavelengths_nm] or [name]
+        if name not in given and not given.issuperset(each):
+            raise InputRefusedError(f"parameters has no {name}, which the sample needs.")
+
+
+def _asked(sample: Sample) -> Iterator[str]:
+    tables: list[tuple[str, dict[str, schema.Quantity]]] = [("surroundings", schema.SURROUNDINGS)]
+    if sample.backing is not None:
+        tables.append(("backing", schema.BACKING))
+    tables += [(d.name, schema.DISPERSIONS[d.formula]) for d in sample.dispersions]
+    for layer in sample.layers:
+        tables += [(layer.name, table) for table in _tables_of(layer)]
+        tables += [(f"{layer.name}.{p.name}", _particles(p.radius_table)) for p in layer.populations]
+        tables += [(face.name, table) for face in layer.roughness for table in _tables_of_face(face)]
+    yield from (f"{where}.{key}" for where, table in tables for key in table)
+
+
+def _tables_of(layer: Layer) -> Iterator[dict[str, schema.Quantity]]:
+    if not layer.scatters:
+        yield schema.CLEAR_LAYER
+        return
+    yield {k: q for k, q in schema.SCATTERING_LAYER.items() if not (layer.opaque and k == "thickness_um")}
+    if layer.phase_function == "mie":
+        yield _particles(layer.radius_table)
+        return
+    yield schema.ALBEDO if layer.opaque else schema.COEFFICIENTS
+    yield schema.PHASE_FUNCTIONS[layer.phase_function]
+
+
+def _particles(radius_table) -> dict[str, schema.Quantity]:
+    return {k: q for k, q in schema.MIE.items() if k != "radius_nm" or radius_table is None}
+
+
+def _tables_of_face(face: Roughness) -> Iterator[dict[str, schema.Quantity]]:
+    if face.nodes is not None:
+        yield schema.HEIGHT_MAP
+    else:
+        yield schema.SPECTRA[face.spectrum] if face.spectrum is not None else schema.ROUGHNESS
+    if face.second_density is not None:
+        yield schema.SECOND_ROUGHNESS
