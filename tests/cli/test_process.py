@@ -152,6 +152,55 @@ def test_a_map_of_heights_in_a_sample_file_is_read_by_the_command(kind, tmp_path
     assert len((tmp_path / "rough.csv").read_text().splitlines()) > 50
 
 
+IMPORTED_FIRST = """
+import sys, jax
+from jaxink.cli import main
+sys.argv[0] = "jaxink"
+main()
+"""
+
+
+def test_xla_is_silent_although_jax_was_imported_first(tmp_path):
+    command = ("predict", SAMPLE, DATA, "--out", "new.csv", "--accuracy", "0.05", "--quiet")
+    environment = {k: v for k, v in os.environ.items() if k != "TF_CPP_MIN_LOG_LEVEL"}
+    # The second one loads what the first has compiled, of which XLA tells at length.
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", IMPORTED_FIRST, *command],
+            cwd=tmp_path,
+            env={**environment, "XDG_CACHE_HOME": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+HOST = """
+import os, sys
+from typer.testing import CliRunner
+from jaxink.cli.app import app
+done = CliRunner().invoke(app, sys.argv[1:])
+assert done.exit_code == 0, done.output
+print(os.environ["TF_CPP_MIN_LOG_LEVEL"])
+"""
+
+
+def test_the_log_of_a_host_program_is_its_own(tmp_path):
+    environment = {k: v for k, v in os.environ.items() if k != "TF_CPP_MIN_LOG_LEVEL"}
+    done = subprocess.run(
+        [sys.executable, "-c", HOST, "predict", SAMPLE, DATA, "--out", "new.csv", "--accuracy", "0.05"],
+        cwd=tmp_path,
+        env={**environment, "XDG_CACHE_HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    # What JAX itself sets.
+    assert done.stdout == "1\n"
+
+
 LOADED = """
 import json, sys
 from jaxink.cli import main

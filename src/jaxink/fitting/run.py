@@ -35,6 +35,7 @@ from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
+from jaxink.numerics.forking import refuse_in_fork
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample, load_sample
 from jaxink.slab import LAYER_METHODS, layer_method
@@ -170,7 +171,10 @@ def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tu
     ------
     InputRefusedError
         If one is neither, cannot be read, or a value of the sample is outside its range.
+    ForkedProcessError
+        In a process that was forked off one that had computed.
     """
+    refuse_in_fork()
     require_kind("data", data, GonioData, str, Path)
     require_kind("sample", sample, Sample, str, Path)
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
