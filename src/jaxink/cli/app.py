@@ -193,7 +193,7 @@ def predict(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Predict the BSDF of a fitted or described sample at the directions of a measurement."""
+    """Predict the BSDF of a fitted or described sample in every row of a measurement."""
     with one_sentence(debug):
         from jaxink.cli import commands
 

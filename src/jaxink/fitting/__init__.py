@@ -4,7 +4,7 @@ from jaxink.fitting.held_out import predict_left_out
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective, noise_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import FitResult, load_result
-from jaxink.fitting.run import FitOptions, fit, predict, prepare_data
+from jaxink.fitting.run import FitOptions, fit, marked, predict, prepare_data
 
 __all__ = [
     "OBJECTIVES",
@@ -15,6 +15,7 @@ __all__ = [
     "fit",
     "load_result",
     "make_objective",
+    "marked",
     "noise_of",
     "predict",
     "predict_left_out",

@@ -35,6 +35,7 @@ from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
+from jaxink.measurement.masks import mask_bits
 from jaxink.numerics.forking import refuse_in_fork
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample, load_sample
@@ -210,12 +211,31 @@ def prepare_data(data: GonioData, sample: Sample) -> GonioData:
                     f"{', '.join(f'{w:g}' for w in known)} nm only."
                 )
         data = data.select(wavelength_nm=sample.wavelengths_nm)
+    return data.with_masks(_limits(sample))
+
+
+def marked(data: GonioData, sample: Sample) -> GonioData:
+    """A measurement with the masks that a sample asks for, all rows kept, be none of them used.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    sample
+        Names masks.
+
+    Returns
+    -------
+    GonioData
+    """
+    return data.replace(mask=mask_bits(data, _limits(sample)))
+
+
+def _limits(sample: Sample) -> MaskLimits:
     limits = dict(sample.masks)
-    return data.with_masks(
-        MaskLimits(
-            **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},
-            grazing_theta_o_deg=limits.get("grazing_theta_o_deg"),
-        )
+    return MaskLimits(
+        **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},
+        grazing_theta_o_deg=limits.get("grazing_theta_o_deg"),
     )
 
 
@@ -557,14 +577,18 @@ def predict(
     config: SolverConfig | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> np.ndarray:
-    """Predict the BSDF of a sample, without a fit, at the points of a measurement.
+    """Predict the BSDF of a sample, without a fit, at every point of a measurement.
+
+    Masks and the wavelengths that the sample names say what a fit takes; a prediction leaves nothing out.
+    `jaxink.fitting.marked` masks what the sample's file masks, all points kept.
 
     Parameters
     ----------
     sample
         Sample, or its file.
     data
-        Measurement, or its file; only its directions, sides and wavelengths are used.
+        Measurement, or its file; only its directions, sides and wavelengths are used. At a wavelength that
+        the sample does not name, its parameters must hold, too; one given by wavelength needs a value there.
     config
         Sizes of the discretisation; None: those for the accuracy.
     accuracy
@@ -573,7 +597,7 @@ def predict(
     Returns
     -------
     np.ndarray
-        1/sr, shape ``(points,)``, masked points included.
+        1/sr, shape ``(points,)``, in the order of the measurement.
 
     Raises
     ------
