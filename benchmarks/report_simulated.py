@@ -225,6 +225,9 @@ ranges; the angle of the rough face of `white_ink_rough` is free, too. This page
 
 {table(header, list(overview))}
 
+Jacobians and seconds are those of the scan along a radius, the searches and the profile likelihoods together;
+compiling is left out.
+
 Three columns use what no fit may know: the values before noise was drawn. Noise was drawn as declared, but those
 values have an error of the Monte Carlo's own, which the declared noise holds only as far as it is common to a scan
 (scan_relative 0.002). Where it is large beside the noise, and has a shape within scans, chi-square exceeds its degrees of
