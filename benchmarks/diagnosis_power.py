@@ -87,8 +87,8 @@ class Case:
 
     def drawn(self, predicted, rng):
         """Measured values for a true BSDF."""
-        bench = self.stage.bench
-        common = bench.scan_relative * rng.standard_normal(bench.n_scans)[bench.scan]
+        of = self.stage.bench.objective
+        common = of.scan_relative * rng.standard_normal(of.n_scans)[of.scan]
         independent = np.hypot(self.relative * predicted, self.floor) * rng.standard_normal(predicted.size)
         return predicted * (1 + common) + independent
 

@@ -1,8 +1,8 @@
 import os
 from importlib.metadata import version
 
-# The tests decide the precision and the strictness, before anything imports jax.
-os.environ.setdefault("JAX_ENABLE_X64", "1")
+# What users call enters 64 bits by itself: the tests and the processes that they start show that it does.
+os.environ.pop("JAX_ENABLE_X64", None)
 os.environ.setdefault("JAX_NUMPY_RANK_PROMOTION", "allow")
 # Most of the time goes into compiling programs that run once: most of that goes into making them fast.
 FLAGS = ["--xla_backend_optimization_level=0"]
@@ -14,11 +14,43 @@ os.environ.setdefault("XLA_FLAGS", " ".join(FLAGS))
 # times as long as the solve takes. Fits and predictions limit them; here tests call the solver themselves.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from contextlib import nullcontext  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
 
-SHARED = Path(os.environ.get("JAXINK_DATA") or Path(__file__).resolve().parents[2] / "shared" / "data")
+TESTS = Path(__file__).resolve().parent
+# Where tests call the solver's differentiable functions themselves, as a program does that has switched 64
+# bits on. All other tests run in JAX's own 32 bits, as a user's program does.
+IN_64_BITS = (
+    *("gradients", "instrument", "materials", "numerics", "particles", "physics", "reference", "resolution"),
+    *("slab", "stack", "surfaces", "volume"),
+    *(f"fitting/test_{name}.py" for name in ("bounded", "objective", "scaling")),
+)
+
+SHARED = Path(os.environ.get("JAXINK_DATA") or TESTS.parents[1] / "shared" / "data")
+
+
+def _precision_of(path):
+    if not any(path.is_relative_to(TESTS / place) for place in IN_64_BITS):
+        return nullcontext()
+    import jax
+
+    return jax.enable_x64(True)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Constants of a test file are made in the precision of its tests."""
+    with _precision_of(collector.path) if isinstance(collector, pytest.Module) else nullcontext():
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """A test and its fixtures, of whatever scope, run in the precision of their room."""
+    with _precision_of(item.path):
+        return (yield)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "jaxink.errors": ("InputRefusedError", "JaxinkError", "PrecisionError", "UnsafeVersionError"),
+    "jaxink.errors": (
+        "ForkedProcessError",
+        "InputRefusedError",
+        "JaxinkError",
+        "PrecisionError",
+        "UnsafeVersionError",
+    ),
     "jaxink.measurement": ("GonioData", "MaskLimits", "NoiseModel", "estimate_noise", "read"),
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
     "jaxink.forward": ("ForwardModel",),
@@ -27,7 +33,13 @@ if TYPE_CHECKING:
     from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
     from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose
     from jaxink.effects import Effect
-    from jaxink.errors import InputRefusedError, JaxinkError, PrecisionError, UnsafeVersionError
+    from jaxink.errors import (
+        ForkedProcessError,
+        InputRefusedError,
+        JaxinkError,
+        PrecisionError,
+        UnsafeVersionError,
+    )
     from jaxink.export import InkTable, ink_table, read_ink_table
     from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict
     from jaxink.forward import ForwardModel

@@ -37,6 +37,10 @@ class UnsafeVersionError(JaxinkError, RuntimeError):
     """The installed jaxlib is one that can deadlock."""
 
 
+class ForkedProcessError(JaxinkError, RuntimeError):
+    """The process was forked off one that had computed with JAX."""
+
+
 def shown(value: object) -> str:
     """An argument as a sentence names it: a number without its type, anything else as Python writes it.
 

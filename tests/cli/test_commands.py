@@ -2,6 +2,7 @@
 
 import json
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -154,6 +155,28 @@ def test_predict_from_a_result_and_from_a_sample(run, tmp_path, example_result):
     start = jaxink.read(tmp_path / "start.nc")
     assert np.abs(start.bsdf_per_sr / own.bsdf_per_sr - 1).max() > 0.1
     assert start.attrs["bsdf_per_sr"].startswith("predicted by jaxink")
+
+
+def test_every_row_is_predicted_and_masked_ones_are_marked(run, tmp_path):
+    rows = [line for line in Path(DATA).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    # The specular direction, a negative value, and a wavelength that the sample does not name.
+    new = ["30,30,180,550,R,0.1,0.01", "30,50,0,550,R,-0.001,0.01", "30,50,0,650,R,0.1,0.01"]
+    (tmp_path / "more.csv").write_text("\n".join([rows[0], new[0], *rows[1:40], *new[1:]]))
+    done = run("predict", SAMPLE, tmp_path / "more.csv", "--out", tmp_path / "all.csv")
+    assert done.exit_code == 0
+    assert "The sample file does not name 650 nm: predicted there with the same parameters." in done.stdout
+    assert "1 of 42 points are masked as specular" in done.stdout
+    read, written = jaxink.read(tmp_path / "more.csv"), jaxink.read(tmp_path / "all.csv")
+    for name in ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side"):
+        assert np.array_equal(getattr(written, name), getattr(read, name))
+    assert written.extra["masked"].tolist() == ["specular", *[""] * 39, "negative", ""]
+    expected = jaxink.predict(SAMPLE, read)
+    np.testing.assert_allclose(written.bsdf_per_sr, expected, rtol=1e-12)
+    assert expected[-1] == pytest.approx(expected[-2])
+    only = "\n".join([rows[0], new[0]])
+    (tmp_path / "one.csv").write_text(only)
+    assert run("predict", SAMPLE, tmp_path / "one.csv", "--out", tmp_path / "one.nc").exit_code == 0
+    assert jaxink.read(tmp_path / "one.nc").mask.tolist() == [2]
 
 
 def test_unexpected_error_is_one_sentence(run, tmp_path, monkeypatch):

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from jaxink.data import simulated_example
@@ -135,6 +136,69 @@ def test_usage_errors_keep_their_own_code(arguments, tmp_path):
     done = jaxink(*arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("kind", ["density", "spectrum"])
+def test_a_map_of_heights_in_a_sample_file_is_read_by_the_command(kind, tmp_path):
+    frequency = np.hypot(*np.meshgrid(*[np.fft.fftfreq(64, 0.5)] * 2))
+    noise = np.fft.fft2(np.random.default_rng(4).normal(size=(64, 64)))
+    np.save(tmp_path / "map.npy", np.fft.ifft2(noise * np.exp(-((12 * frequency) ** 2))).real)
+    face = f'{{ {kind} = "height_map", heights_um = "map.npy", pitch_um = 0.5 }}'
+    text = Path(SAMPLE).read_text(encoding="utf-8").replace("[noise]", f"back_roughness = {face}\n[noise]")
+    (tmp_path / "rough.toml").write_text(text)
+    command = ("predict", "rough.toml", DATA, "--out", "rough.csv", "--accuracy", "0.05")
+    done = jaxink(*command, cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len((tmp_path / "rough.csv").read_text().splitlines()) > 50
+
+
+IMPORTED_FIRST = """
+import sys, jax
+from jaxink.cli import main
+sys.argv[0] = "jaxink"
+main()
+"""
+
+
+def test_xla_is_silent_although_jax_was_imported_first(tmp_path):
+    command = ("predict", SAMPLE, DATA, "--out", "new.csv", "--accuracy", "0.05", "--quiet")
+    environment = {k: v for k, v in os.environ.items() if k != "TF_CPP_MIN_LOG_LEVEL"}
+    # The second one loads what the first has compiled, of which XLA tells at length.
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", IMPORTED_FIRST, *command],
+            cwd=tmp_path,
+            env={**environment, "XDG_CACHE_HOME": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+HOST = """
+import os, sys
+from typer.testing import CliRunner
+from jaxink.cli.app import app
+done = CliRunner().invoke(app, sys.argv[1:])
+assert done.exit_code == 0, done.output
+print(os.environ["TF_CPP_MIN_LOG_LEVEL"])
+"""
+
+
+def test_the_log_of_a_host_program_is_its_own(tmp_path):
+    environment = {k: v for k, v in os.environ.items() if k != "TF_CPP_MIN_LOG_LEVEL"}
+    done = subprocess.run(
+        [sys.executable, "-c", HOST, "predict", SAMPLE, DATA, "--out", "new.csv", "--accuracy", "0.05"],
+        cwd=tmp_path,
+        env={**environment, "XDG_CACHE_HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    # What JAX itself sets.
+    assert done.stdout == "1\n"
 
 
 LOADED = """

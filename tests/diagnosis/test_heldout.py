@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -29,6 +31,13 @@ def test_density_of_whole_scans_is_the_multivariate_normal(observations):
         held = np.isin(observations.scan, numbers)
         exact = dense(observations, predicted, held)
         assert observations.log_density(predicted, held) == pytest.approx(exact, abs=1e-10)
+
+
+def test_a_scan_counts_as_often_as_its_weight_says(observations):
+    predicted = observations.measured_per_sr * np.linspace(0.9, 1.1, 10)
+    weighted = dataclasses.replace(observations, weight=np.array([2.0, 0.5, 0.0]))
+    each = [observations.log_density(predicted, observations.scan == scan) for scan in range(3)]
+    assert weighted.log_density(predicted, np.ones(10, bool)) == pytest.approx(2 * each[0] + 0.5 * each[1])
 
 
 def test_density_of_a_block_is_conditional_on_the_rest_of_its_scan(observations):

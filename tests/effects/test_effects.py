@@ -119,7 +119,7 @@ def test_incidence_offset_is_the_model_at_the_true_incidence(instrument, sample)
 def test_blur_keeps_a_flat_intensity_and_shows_the_foot_of_the_regular_peak(instrument, sample):
     f = predicted(sample)
     blurred = at(instrument, blur__core_variance_deg2=0.5)
-    apart = np.asarray(instrument._objective.model.scene.from_forward_deg)
+    apart = np.asarray(instrument.objective.model.scene.from_forward_deg)
     # Far from the peak a narrow core does nothing where the intensity is nearly straight.
     far = (apart > 10) & (directions()[1] < 40)
     np.testing.assert_allclose(blurred[far], f[far], rtol=2e-3)

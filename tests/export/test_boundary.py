@@ -13,6 +13,7 @@ from jaxink.export.boundary import (
     within_incident_power,
 )
 from jaxink.export.sampling import diffuse_totals, power_sent_out
+from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum
@@ -65,9 +66,9 @@ def test_wave_table_has_the_power_of_the_theory(waves):
     for w, wavelength in enumerate(waves.wavelength_nm):
         for first, (front, back) in ((0, (1.5, 1.0)), (2, (1.0, 1.5))):
             i = np.argmin(np.abs(waves.theta_deg - 25))
-            expected = balance(
-                WaveSurface(WAVES, front, back, wavelength), jnp.cos(jnp.deg2rad(waves.theta_deg[i]))
-            )
+            with computing():
+                cosine = jnp.cos(jnp.deg2rad(waves.theta_deg[i]))
+                expected = balance(WaveSurface(WAVES, front, back, wavelength), cosine)
             reflected, transmitted = (first, first + 1) if first == 0 else (first + 1, first)
             scattered = totals[[reflected, transmitted], w, i]
             np.testing.assert_allclose(
@@ -123,13 +124,15 @@ def test_measured_surface_by_both_optics(facets, waves):
     noise = np.fft.fft2(np.random.default_rng(8).standard_normal((512, 512)))
     amplitudes = np.sqrt(np.asarray(WAVES.density_um4(frequency))) / 0.15
     heights = HeightMap(np.fft.ifft2(noise * amplitudes).real, 0.15)
-    measured = heights.slope_density()
-    steeper = 0.3 / np.sqrt(heights.slope_statistics().variance)
-    slopes = TabulatedSlopes(steeper, measured.slopes, measured.log_density)
+    with computing():
+        measured = heights.slope_density()
+        steeper = 0.3 / np.sqrt(heights.slope_statistics().variance)
+        slopes = TabulatedSlopes(steeper, measured.slopes, measured.log_density)
+        spectrum = heights.power_spectrum()
     options = BoundaryOptions(1.5, 1.0, n_theta=121, n_phi=61)
     for table, expected in (
         (facet_boundary(slopes, [550.0], options), facets),
-        (wave_boundary(heights.power_spectrum(), [450.0, 650.0], OPTIONS), waves),
+        (wave_boundary(spectrum, [450.0, 650.0], OPTIONS), waves),
     ):
         # In the plane of incidence, light from air; the specular direction is an entry.
         i = np.argmin(np.abs(expected.theta_deg - 10))
@@ -137,6 +140,17 @@ def test_measured_surface_by_both_optics(facets, waves):
         bright = (wanted > 0.3 * wanted.max()) & (expected.theta_deg < 50)
         assert bright[i]
         np.testing.assert_allclose(found[bright], wanted[bright], rtol=0.15)
+
+
+def test_a_spectrum_made_in_32_bits_is_tabulated_in_64():
+    options = BoundaryOptions(1.5, 1.0, n_theta=9, n_phi=5)
+    numbers = [float(np.float32(number)) for number in (0.0025, 1.2)]
+    made_in_32 = GaussianSpectrum(*numbers)
+    with computing():
+        made_in_64 = GaussianSpectrum(*numbers)
+    found, wanted = (wave_boundary(made, [550.0], options) for made in (made_in_32, made_in_64))
+    np.testing.assert_array_equal(found.bsdf_per_sr, wanted.bsdf_per_sr)
+    np.testing.assert_array_equal(found.regular, wanted.regular)
 
 
 def test_wrong_options_are_refused():

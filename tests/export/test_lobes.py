@@ -17,6 +17,7 @@ from jaxink.export.passages import facet_lobes
 from jaxink.export.sampling import azimuth_weights, diffuse_totals, projected_weights
 from jaxink.export.sheet import sheets
 from jaxink.forward import ForwardModel, evaluate
+from jaxink.numerics.precision import computing
 from jaxink.optics import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.stack import SolverConfig, Stack
@@ -33,11 +34,12 @@ ROUGH = UNMATCHED.replace(
 
 def lobes_of(kind, scale, index_inside):
     """Lobes of a bare interface: the layer before it scatters nothing."""
-    nothing = ScatteringLayer(index_inside, 0.0, 1.0, HenyeyGreenstein(0.0))
-    density = slope_density(kind, np.rad2deg(np.arctan(scale)))
-    stack = Stack((nothing,), index_inside, 1.0, (0, 2), faces=(None, density))
-    stacks = jax.tree.map(lambda x: jnp.asarray(x, float)[None], stack)
-    return facet_lobes(stacks, CONFIG, np.linspace(0, 90, 91), 89.9)
+    with computing():
+        nothing = ScatteringLayer(index_inside, 0.0, 1.0, HenyeyGreenstein(0.0))
+        density = slope_density(kind, np.rad2deg(np.arctan(scale)))
+        stack = Stack((nothing,), index_inside, 1.0, (0, 2), faces=(None, density))
+        stacks = jax.tree.map(lambda x: jnp.asarray(x, float)[None], stack)
+        return facet_lobes(stacks, CONFIG, np.linspace(0, 90, 91), 89.9)
 
 
 @pytest.mark.parametrize("kind", ["cauchy", "beckmann"])

@@ -51,7 +51,7 @@ def test_truth_is_found_within_three_standard_errors(fitted):
 
 
 def test_gradient_needs_few_jacobians_from_the_middle_of_the_ranges(fitted):
-    (search,) = fitted.searches
+    (search,) = (search for search in fitted.searches if search.method == "gradient")
     assert search.start["ink.scattering_per_mm"] == pytest.approx(500.5)
     assert search.jacobians <= 12
 

@@ -14,7 +14,6 @@ if len(sys.argv) > 2:
     os.sched_setaffinity(0, {int(core) for core in sys.argv[2].split(",")})
 if "devices" in sys.argv:
     os.environ["XLA_FLAGS"] = "--xla_force_host_platform_device_count=2"
-os.environ["JAX_ENABLE_X64"] = "1"
 
 import jax
 import jax.numpy as jnp
@@ -27,6 +26,9 @@ if os.environ.get("JAXINK_TEST_ANY_JAXLIB"):
 
 from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
 from jaxink.particles.phase_function import HenyeyGreenstein
+
+# A fit enters 64 bits by itself.
+jax.config.update("jax_enable_x64", sys.argv[1] != "fit")
 
 REPEATS = 20
 CONFIG = SolverConfig(24, 12, 48, 32)

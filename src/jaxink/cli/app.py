@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from jaxink.accuracy import DEFAULT_ACCURACY
-from jaxink.cli.session import installed_version, one_sentence
+from jaxink.cli.session import installed_version, one_sentence, silence_xla
 
 app = typer.Typer(
     name="jaxink",
@@ -22,7 +22,8 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command ``jaxink``."""
+    """Run the command ``jaxink``, whose process is its own."""
+    silence_xla()
     # Programs are traced into millions of objects, few of them garbage: to search them all takes seconds.
     gc.set_threshold(100_000, 20, 100)
     app()
@@ -192,7 +193,7 @@ def predict(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Predict the BSDF of a fitted or described sample at the directions of a measurement."""
+    """Predict the BSDF of a fitted or described sample in every row of a measurement."""
     with one_sentence(debug):
         from jaxink.cli import commands
 

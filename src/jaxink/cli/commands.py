@@ -16,7 +16,7 @@ from jaxink.output import whole_folder, written_whole
 from jaxink.spreadsheet import cell
 
 if TYPE_CHECKING:
-    from jaxink import FitResult, GonioData
+    from jaxink import FitResult, GonioData, Sample
 
 FIGURES = "figures"
 SIMPLEX = "simplex"
@@ -80,7 +80,7 @@ def run_predict(
     columns: dict[str, Any],
     quiet: bool,
 ) -> int:
-    """Predict at the directions of a measurement and write the prediction.
+    """Predict every row of a measurement and write the prediction, rows that a fit leaves out being marked.
 
     Parameters
     ----------
@@ -117,9 +117,9 @@ def run_predict(
         result = jaxink.load_result(source)
         sample, data = result.sample, result.data if data is None else data
         config = jaxink.SolverConfig(**result.solver) if accuracy is None else None
-    from jaxink.fitting import prepare_data
+    from jaxink.fitting import marked
 
-    data = prepare_data(data, sample)
+    data = marked(data, sample)
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     _write_prediction(data, predicted, out)
     if not quiet:
@@ -127,8 +127,26 @@ def run_predict(
             " with the start values of its free parameters" if is_sample and sample.parameters.free else ""
         )
         _echo(f"{len(data)} directions of {data.source or 'the measurement'} predicted from {source}{start}.")
+        for sentence in _remarks(data, sample):
+            _echo(sentence)
         _echo(f"Written: {out}")
     return EXIT_FITTED
+
+
+def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
+    """What a fit of the sample would leave out of what was predicted."""
+    from jaxink.measurement.masks import mask_sentences
+
+    *masked, _ = mask_sentences(data)
+    named = sample.wavelengths_nm
+    other = [w for w in sorted(set(data.wavelength_nm.tolist())) if all(abs(w - n) > 1e-6 for n in named)]
+    if not (named and other):
+        return masked
+    wavelengths = ", ".join(f"{w:g}" for w in other)
+    return [
+        *masked,
+        f"The sample file does not name {wavelengths} nm: predicted there with the same parameters.",
+    ]
 
 
 def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> int:
@@ -195,7 +213,10 @@ def _write(
 
 
 def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
-    """The measurement with the prediction in the place of its values, which become a column of their own."""
+    """The measurement with the prediction in the place of its values, which become a column of their own.
+
+    Another column says why a row is masked; netCDF files have a variable for that.
+    """
     extra = {**data.extra, "measured_per_sr": data.bsdf_per_sr}
     attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
     prediction = data.replace(bsdf_per_sr=predicted, sigma_per_sr=None, extra=extra, attrs=attrs)
@@ -204,6 +225,11 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
         return
     import csv
 
+    import numpy as np
+
+    from jaxink.measurement.masks import mask_names
+
+    extra["masked"] = np.array(mask_names(data))
     names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
     columns = [getattr(prediction, name).tolist() for name in names]
     # A blank cell where a kept column has no number, as in the file that was read.

@@ -4,7 +4,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import typer
@@ -14,6 +14,8 @@ from jaxink.errors import InputRefusedError, JaxinkError
 EXIT_FITTED, EXIT_FAILED, EXIT_UNEXPLAINED, EXIT_NOT_CONVERGED, EXIT_REFUSED = 0, 1, 3, 4, 5
 EXIT_INTERRUPTED = 130
 DEBUG_VARIABLE = "JAXINK_DEBUG"
+# XLA writes its log to stderr from this level on: 3 is what ends the process, 1 what JAX sets if nobody does.
+_LOG_LEVEL, _FATAL_ONLY, _JAX_OWN = "TF_CPP_MIN_LOG_LEVEL", "3", "1"
 
 
 @contextmanager
@@ -79,11 +81,25 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
         yield lambda what, step, loss: status.update(f"{what}: step {step}, misfit {loss:.6g}")
 
 
+def silence_xla() -> None:
+    """Keep XLA's log off the terminal, in the process of the command alone: a host program's log is its own.
+
+    Loading a stored program logs a warning, on some processors an error, of tuning flags that the loader does
+    not know; what truly fails is raised. A level that the user asks for stands.
+    """
+    if "jaxlib" not in sys.modules:
+        os.environ.setdefault(_LOG_LEVEL, _FATAL_ONLY)
+        return
+    # JAX has read the variable when it was imported, hears of it no more, and has set one that was not set.
+    if os.environ.get(_LOG_LEVEL) == _JAX_OWN:
+        with suppress(ImportError, AttributeError):
+            from jaxlib import utils
+
+            utils.absl_set_min_log_level(int(_FATAL_ONLY))
+
+
 def prepare_jax() -> None:
-    """Import JAX quietly, with its compiled programs kept from one command to the next."""
-    # Loading a stored program prints a warning, on some processors an error, of tuning flags that the loader
-    # does not know; what truly fails is raised.
-    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+    """Import JAX, with its compiled programs kept from one command to the next."""
     import jax
 
     folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()

@@ -199,9 +199,9 @@ def _correlation_lines(result: "FitResult") -> list[str]:
 
 def search_lines(result: "FitResult") -> list[str]:
     """Effort of each search, seconds to compile apart from seconds to run."""
-    lines = []
+    lines, several = [], sum(s.is_single for s in result.searches) > 1
     for i, s in enumerate(result.searches):
-        start = f"start {i + 1}, " if len(result.searches) > 1 else ""
+        start = f"start {i + 1}, " if several and s.is_single else ""
         lines.append(
             f"{start}{s.method}: {s.jacobians} Jacobians, {s.evaluations} evaluations, misfit "
             f"{s.loss_start:.5g} -> {s.loss:.6g}; {s.compile_seconds:.2f} s to compile, "

@@ -21,12 +21,15 @@ class Observations:
         Scan of each point.
     scan_relative
         Standard deviation of the common relative factor of each scan.
+    weight
+        How often each scan counts; None: once.
     """
 
     measured_per_sr: Float[np.ndarray, " points"]
     sigma_per_sr: Float[np.ndarray, " points"]
     scan: Int[np.ndarray, " points"]
     scan_relative: float
+    weight: Float[np.ndarray, " scans"] | None = None
 
     def log_density(
         self, predicted_per_sr: Float[np.ndarray, " points"], held_out: Bool[np.ndarray, " points"]
@@ -56,16 +59,17 @@ class Observations:
         return self._joint(predicted_per_sr, touched) - self._joint(predicted_per_sr, known)
 
     def _joint(self, predicted, chosen) -> float:
-        """Log density of some points, all scans independent."""
+        """Log density of some points, all scans independent, each as often as it counts."""
         sigma = self.sigma_per_sr[chosen]
         residual = (self.measured_per_sr[chosen] - predicted[chosen]) / sigma
         common = self.scan_relative * predicted[chosen] / sigma
         scan = self.scan[chosen]
         square = np.bincount(scan, common**2)
         along = np.bincount(scan, common * residual)
-        misfit = np.sum(residual**2) - np.sum(along**2 / (1 + square))
-        volume = np.sum(np.log(2 * np.pi * sigma**2)) + np.sum(np.log1p(square))
-        return float(-0.5 * (misfit + volume))
+        misfit = np.bincount(scan, residual**2) - along**2 / (1 + square)
+        volume = np.bincount(scan, np.log(2 * np.pi * sigma**2)) + np.log1p(square)
+        weight = 1.0 if self.weight is None else self.weight[: square.size]
+        return float(-0.5 * np.sum(weight * (misfit + volume)))
 
 
 def scan_folds(scan: Int[np.ndarray, " points"]) -> Bool[np.ndarray, "folds points"]:

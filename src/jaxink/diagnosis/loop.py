@@ -32,10 +32,11 @@ from jaxink.diagnosis.where import locate
 from jaxink.effects import CATALOGUE, Effect, Scene
 from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting import FitOptions, FitResult, fit
-from jaxink.fitting.objective import noise_of
+from jaxink.fitting.objective import noise_of, weights_of
 from jaxink.fitting.run import read_inputs
 from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData
+from jaxink.measurement.masks import USER
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.stack import SolverConfig
@@ -148,10 +149,18 @@ def diagnose(
     options = DiagnosisOptions() if options is None else options
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
+    data = _without_weightless(data, sample)
     follow = progress or _quiet
     result = fit(data, sample, options.fit, progress)
     with computing():
         return _Loop(result, sample, options, follow).run()
+
+
+def _without_weightless(data: GonioData, sample: Sample) -> GonioData:
+    """Points of weight 0 masked: there is nothing to judge in a residual that does not count."""
+    weightless = np.zeros(len(data), bool)
+    weightless[data.used] = weights_of(data, sample) == 0
+    return data.replace(mask=data.mask | (USER.bit * weightless).astype(np.uint32))
 
 
 def _quiet(what: str, step: int, loss: float) -> None:
@@ -183,6 +192,7 @@ class _Loop:
             np.asarray(noise.sigma_per_sr, float),
             self.points.scan,
             float(noise.scan_relative),
+            weights_of(self.data, sample)[np.unique(self.points.scan, return_index=True)[1]],
         )
         self.folds = _folds(self.points)
         self._predictions: dict[tuple, np.ndarray] = {}

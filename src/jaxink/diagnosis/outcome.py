@@ -40,7 +40,8 @@ class Figures:
     relative_rms
         Root mean square of predicted / measured - 1.
     chi_square, degrees_of_freedom, reduced_chi_square, probability
-        Under the stated noise; of points held out, the number of points stands for the degrees of freedom.
+        Under the stated noise, residuals weighted as in the fits; of points held out, the number of points
+        stands for the degrees of freedom.
     """
 
     rmsd_absolute: float

@@ -29,7 +29,7 @@ class Transfer:
     standard_errors
         Of those fitted anew; None where a bound holds one.
     predicted_per_sr, whitened
-        At the used points; `whitened` in units of the noise.
+        At the used points; `whitened` in units of the noise, without the weights of the sample file.
     """
 
     data: GonioData
@@ -79,5 +79,5 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
             errors = {name: finite(error) for name, error in deviations(bench, solution).items()}
         else:
             predicted = bench.predict(values)
-        left = bench.whiten(predicted, bench.measured - predicted)[: len(predicted)]
+        left = bench.in_noise(predicted, bench.measured - predicted)
     return Transfer(data, values, errors, predicted, left)

@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.held_out import without
-from jaxink.fitting.objective import FitNoise, Objective, whiten_scans
+from jaxink.fitting.objective import FitNoise, Objective, compose, whiten_scans
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import GonioData
@@ -74,7 +74,7 @@ class Solution:
 
 
 class Workbench:
-    """A sample with effects on one measurement.
+    """A sample with effects on one measurement; `objective` is what it minimises, no slot being taken.
 
     Parameters
     ----------
@@ -112,34 +112,27 @@ class Workbench:
         self._index = {name: i for i, name in enumerate(names)}
         start = table.values_with({})
         self.start = {name: float(start[name]) for name in names}
-        used = data.used
-        _, scan = np.unique(data.scan_index[used], return_inverse=True)
-        priors = [(i, p.prior) for i, p in enumerate(base_free.values()) if p.prior is not None]
         self.n_slots = n_slots
         self.base_free = tuple(base_free)
-        self.measured = data.bsdf_per_sr[used]
-        self.sigma = np.asarray(noise.sigma_per_sr, float)
-        self.scan, self.n_scans = scan.reshape(-1), int(scan.max()) + 1
-        self.scan_relative = float(noise.scan_relative)
         self._engine: GradientSearch | None = None
-        self._objective = SlotObjective(
-            model=model,
-            measured=self.measured,
-            sigma=self.sigma,
-            scan=self.scan,
-            weight=np.ones(len(self.measured)),
-            scale=UnitScale.of((_UNUSED,) * n_slots),
-            prior_mean=np.array([prior.mean for _, prior in priors]),
-            prior_deviation=np.array([prior.standard_deviation for _, prior in priors]),
-            prior_position=np.array([i for i, _ in priors], int),
-            scan_relative=self.scan_relative,
-            n_scans=self.n_scans,
+        self.objective = compose(
+            SlotObjective,
+            model,
+            data,
+            sample,
+            noise,
             kind="chi_square",
+            scale=UnitScale.of((_UNUSED,) * n_slots),
             free=tuple(f"slot{i}" for i in range(n_slots)),
             constants=np.array([self.start[n] for n in names]),
             position=np.full(n_slots, len(names)),
             names=names,
         )
+
+    @property
+    def measured(self) -> Float[np.ndarray, " points"]:
+        """What is to be met, 1/sr."""
+        return self.objective.measured
 
     def _with_slots(
         self, values: dict[str, float], free: tuple[str, ...], left_out: Bool[np.ndarray, " points"] | None
@@ -152,7 +145,7 @@ class Workbench:
         physical = np.array([*(whole[name] for name in free), *[0.5] * (self.n_slots - len(free))])
         position = [self._index[n] for n in free] + [len(self._index)] * (self.n_slots - len(free))
         objective = dataclasses.replace(
-            self._objective,
+            self.objective,
             scale=scale,
             constants=np.array([whole[n] for n in self._index]),
             position=np.array(position),
@@ -173,8 +166,7 @@ class Workbench:
 
     def replace_measured(self, measured: Float[np.ndarray, " points"]) -> None:
         """Take other measured values at the same points, of the same noise."""
-        self.measured = measured
-        self._objective = dataclasses.replace(self._objective, measured=measured)
+        self.objective = dataclasses.replace(self.objective, measured=measured)
 
     def scale_of(self, free: tuple[str, ...]) -> UnitScale:
         """How the ranges of some parameters are divided."""
@@ -246,7 +238,12 @@ class Workbench:
         return np.stack(columns, axis=1), residual
 
     def whiten(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
-        """A change of the prediction in units of the noise, rows of priors appended."""
-        common = self.scan_relative * predicted / self.sigma
-        rows = np.asarray(whiten_scans(change / self.sigma, common, self.scan, self.n_scans))
-        return np.concatenate([rows, np.zeros(len(self._objective.prior_mean))])
+        """A change of the prediction as a fit counts it: in units of the noise, weighted, priors appended."""
+        rows = self.objective.weight * self.in_noise(predicted, change)
+        return np.concatenate([rows, np.zeros(len(self.objective.prior_mean))])
+
+    def in_noise(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
+        """A change of the prediction in units of the noise, whatever its weight."""
+        of = self.objective
+        common = of.scan_relative * predicted / of.sigma
+        return np.asarray(whiten_scans(change / of.sigma, common, of.scan, of.n_scans))

@@ -184,6 +184,8 @@ def wave_boundary(
         As `facet_boundary`.
     """
     with computing():
+        # Its user may have made it in 32 bits.
+        spectrum = jax.tree.map(lambda number: jnp.asarray(number, float), spectrum)
 
         def sides(wavelength_nm, here, there, axes):
             surface = WaveSurface(spectrum, here, there, wavelength_nm, options.amplitude)

@@ -5,7 +5,7 @@ from jaxink.fitting.loading import load_result
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective, noise_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.run import FitOptions, fit, predict, prepare_data
+from jaxink.fitting.run import FitOptions, fit, marked, predict, prepare_data
 
 __all__ = [
     "OBJECTIVES",
@@ -16,6 +16,7 @@ __all__ = [
     "fit",
     "load_result",
     "make_objective",
+    "marked",
     "noise_of",
     "predict",
     "predict_left_out",

@@ -1,8 +1,9 @@
 """Fit by gradient: optimistix's Gauss-Newton family with a bounded descent, driven step by step."""
 
 import copy
+import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax
@@ -95,7 +96,6 @@ class GradientSearch:
         residual, self._arrays = program_of(objective)
         self._compiled = _programs(residual)
         self.max_jacobians = max_jacobians
-        self.compile_seconds = 0.0
 
     def on(self, objective: Objective) -> "GradientSearch":
         """The same programs on another objective of the same structure."""
@@ -166,11 +166,12 @@ class GradientSearch:
         unit, box = jnp.asarray(unit), (jnp.asarray(lower), jnp.asarray(upper))
         compiled, arrays = self._compiled, self._arrays
         advance = compiled.advance.now()
+        compile_seconds = 0.0
         if advance not in compiled.ready:
             began = time.perf_counter()
             state = compiled.initial(arrays, unit, *box)
             jax.block_until_ready(advance(arrays, unit, *box, state))
-            self.compile_seconds = time.perf_counter() - began
+            compile_seconds = time.perf_counter() - began
             compiled.ready.add(advance)
         began = time.perf_counter()
         state = compiled.initial(arrays, unit, *box)
@@ -204,7 +205,7 @@ class GradientSearch:
             jacobians=len(path),
             evaluations=0,
             run_seconds=time.perf_counter() - began,
-            compile_seconds=self.compile_seconds,
+            compile_seconds=compile_seconds,
             decrement=float(descent.decrement),
             triangle=np.asarray(descent.triangle),
             gradient=np.asarray(descent.triangle).T @ np.asarray(descent.projected),
@@ -218,7 +219,7 @@ def scan(
     first: np.ndarray,
     position: int,
     progress: Callable[[int, float], None] | None = None,
-) -> tuple[list[np.ndarray], int]:
+) -> tuple[list[np.ndarray], Search]:
     """Starts near the lowest minima along a parameter whose misfit has many.
 
     Parameters
@@ -235,25 +236,54 @@ def scan(
 
     Returns
     -------
-    starts, jacobians
-        Up to `_SCAN_KEPT` starts, lowest first, and how many Jacobians the scan took.
+    starts, whole
+        Up to `_SCAN_KEPT` starts, lowest first, and the scan as one search that ends at the lowest.
     """
     grid = np.linspace(0.0, 1.0, _SCAN_VALUES)
     found: dict[int, Search] = {}
-    jacobians, at = 0, first
+    every: list[Search] = []
+    at = first
     for number, i in enumerate([*range(_SCAN_VALUES), *reversed(range(_SCAN_VALUES))]):
         search = engine.run(at, {position: float(grid[i])}, max_jacobians=_SCAN_JACOBIANS)
-        jacobians += search.jacobians
+        every.append(search)
         at = search.unit if np.isfinite(search.loss) else first
         if i not in found or search.loss < found[i].loss:
             found[i] = search
         if progress is not None:
             progress(number + 1, search.loss)
     loss = np.array([found[i].loss for i in range(_SCAN_VALUES)])
+    loss = np.where(np.isfinite(loss), loss, np.inf)
     padded = np.concatenate([[np.inf], loss, [np.inf]])
     minima = [i for i in range(_SCAN_VALUES) if loss[i] <= min(padded[i], padded[i + 2])]
     best = sorted(minima, key=lambda i: loss[i])[:_SCAN_KEPT]
-    return [found[i].unit for i in best], jacobians
+    return [found[i].unit for i in best], together("scan", every, found[best[0]])
+
+
+def together(method: str, every: Sequence[Search], end: Search) -> Search:
+    """Many searches of one purpose as one: the effort of all, from the start of the first to the best end.
+
+    Parameters
+    ----------
+    method
+        What they are called.
+    every
+        The searches.
+    end
+        Where they end.
+
+    Returns
+    -------
+    Search
+    """
+    return dataclasses.replace(
+        end,
+        method=method,
+        start=every[0].start,
+        loss_start=every[0].loss_start,
+        jacobians=sum(s.jacobians for s in every),
+        run_seconds=sum(s.run_seconds for s in every),
+        compile_seconds=sum(s.compile_seconds for s in every),
+    )
 
 
 def starts(first: np.ndarray, count: int, seed: int) -> list[np.ndarray]:

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -317,28 +317,67 @@ def make_objective(
             f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
             "not: mask them, or choose chi_square."
         )
-    _, scan = np.unique(data.scan_index[used], return_inverse=True)
-    priors = [(i, p.prior) for i, p in enumerate(free) if p.prior is not None]
     directions = (column[used] for column in data.directions)
     model = ForwardModel(sample, *directions, config, accuracy, layer_method)
-    return Objective(
+    names = tuple(p.name for p in free)
+    return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
+
+
+ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
+
+
+def compose(
+    form: type[ObjectiveT], model: eqx.Module, data: GonioData, sample: Sample, noise: FitNoise, **fields
+) -> ObjectiveT:
+    """What any model of a sample has to meet: the values and their noise, the weights and the priors.
+
+    Parameters
+    ----------
+    form
+        Class of the objective.
+    model
+        Predicts the used points.
+    data, sample, noise
+        As of `make_objective`; priors are those of the sample's free parameters, which come first.
+    **fields
+        What is left of the fields of the class.
+
+    Returns
+    -------
+    Objective
+    """
+    used = data.used
+    _, scan = np.unique(data.scan_index[used], return_inverse=True)
+    priors = [(i, p.prior) for i, p in enumerate(sample.parameters.free) if p.prior is not None]
+    return form(
         model=model,
-        measured=measured,
+        measured=data.bsdf_per_sr[used],
         sigma=np.asarray(noise.sigma_per_sr, float),
-        scan=scan,
-        weight=np.sqrt(_weights(data, sample)),
-        scale=UnitScale.of(free),
+        scan=scan.reshape(-1),
+        weight=np.sqrt(weights_of(data, sample)),
         prior_mean=np.array([prior.mean for _, prior in priors]),
         prior_deviation=np.array([prior.standard_deviation for _, prior in priors]),
         prior_position=np.array([i for i, _ in priors], int),
         scan_relative=float(noise.scan_relative),
         n_scans=int(scan.max()) + 1,
-        kind=kind,
-        free=tuple(p.name for p in free),
+        **fields,
     )
 
 
-def _weights(data: GonioData, sample: Sample) -> np.ndarray:
+def weights_of(data: GonioData, sample: Sample) -> Float[np.ndarray, " points"]:
+    """Factor of the squared residual of each used point, the same for all points of a scan.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    sample
+        Names incidences and sides with their weights.
+
+    Returns
+    -------
+    Float[np.ndarray, " points"]
+    """
     used = data.used
     weight = np.ones(int(used.sum()))
     for angle, side, factor in sample.weights:

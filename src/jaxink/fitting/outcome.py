@@ -30,7 +30,7 @@ class Search:
     Parameters
     ----------
     method
-        ``gradient`` or ``simplex``.
+        ``gradient`` or ``simplex``; ``scan`` or ``profile`` for all searches of such a purpose together.
     outcome
         How it ended.
     start, unit
@@ -41,7 +41,7 @@ class Search:
         How often the Jacobian, and the objective alone, was computed. Each trial point of the gradient
         search is a Jacobian, accepted or not.
     run_seconds, compile_seconds
-        Wall time of the search and of what was compiled for it before.
+        Wall time of the search and of what was compiled for it before, 0 where that was there.
     decrement
         How much lower the undamped step promises to bring the loss; the first-order test.
     triangle, gradient

@@ -102,6 +102,11 @@ class SearchSummary:
     run_seconds: float
     compile_seconds: float
 
+    @property
+    def is_single(self) -> bool:
+        """Whether it is one search from one start, not many of one purpose together."""
+        return self.method in ("gradient", "simplex")
+
 
 @dataclasses.dataclass(frozen=True)
 class ProfileCurve:

@@ -13,7 +13,7 @@ import numpy as np
 
 from jaxink.accuracy import DEFAULT_ACCURACY, require_accuracy
 from jaxink.errors import InputRefusedError, require_integer, require_kind, require_one_of
-from jaxink.fitting.gradient import GradientSearch, scan, starts
+from jaxink.fitting.gradient import GradientSearch, scan, starts, together
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.objective import (
     OBJECTIVES,
@@ -35,6 +35,8 @@ from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
+from jaxink.measurement.masks import mask_bits
+from jaxink.numerics.forking import refuse_in_fork
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample, load_sample
 from jaxink.slab import LAYER_METHODS, layer_method
@@ -47,6 +49,8 @@ _WIDE = 0.1
 _CORRELATED = 0.98
 # A minimum this much higher in chi-square is three standard errors away.
 _RIVAL_RISE = 9.0
+# A search along a profile that ends by so much in chi-square below the minimum has found a lower one.
+_LOWER = 1e-3
 # The sizes that a solution asks for are at rest after one refinement, unless it moves far.
 _MOST_REFINEMENTS = 2
 
@@ -168,7 +172,10 @@ def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tu
     ------
     InputRefusedError
         If one is neither, cannot be read, or a value of the sample is outside its range.
+    ForkedProcessError
+        In a process that was forked off one that had computed.
     """
+    refuse_in_fork()
     require_kind("data", data, GonioData, str, Path)
     require_kind("sample", sample, Sample, str, Path)
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
@@ -204,12 +211,31 @@ def prepare_data(data: GonioData, sample: Sample) -> GonioData:
                     f"{', '.join(f'{w:g}' for w in known)} nm only."
                 )
         data = data.select(wavelength_nm=sample.wavelengths_nm)
+    return data.with_masks(_limits(sample))
+
+
+def marked(data: GonioData, sample: Sample) -> GonioData:
+    """A measurement with the masks that a sample asks for, all rows kept, be none of them used.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    sample
+        Names masks.
+
+    Returns
+    -------
+    GonioData
+    """
+    return data.replace(mask=mask_bits(data, _limits(sample)))
+
+
+def _limits(sample: Sample) -> MaskLimits:
     limits = dict(sample.masks)
-    return data.with_masks(
-        MaskLimits(
-            **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},
-            grazing_theta_o_deg=limits.get("grazing_theta_o_deg"),
-        )
+    return MaskLimits(
+        **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},
+        grazing_theta_o_deg=limits.get("grazing_theta_o_deg"),
     )
 
 
@@ -223,7 +249,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )
-    engine, searches, scan_jacobians = _search(objective, sample, options, progress)
+    engine, searches, further = _search(objective, sample, options, progress)
     best = _lowest(searches, sample)
     for _ in range(_MOST_REFINEMENTS):
         config = _larger_sizes(objective, best, options)
@@ -236,10 +262,9 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     profiles: list[Profile] = []
     spread = _covariance(best) if options.objective == "chi_square" else None
     if engine is not None and spread is not None and options.profile != "none":
-        best, spread, profiles = _profiles(engine, best, spread, options.profile, searches, progress)
-    return _assemble(
-        data, sample, options, noise, objective, best, spread, searches, profiles, scan_jacobians
-    )
+        best, spread, profiles, along = _profiles(engine, best, spread, options.profile, searches, progress)
+        further = (*further, *along)
+    return _assemble(data, sample, options, noise, objective, best, spread, searches, profiles, further)
 
 
 def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> SolverConfig | None:
@@ -253,21 +278,21 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
 
 
 def _search(objective, sample, options, progress):
-    """Search from several starts: the gradient engine if any, the searches, and the Jacobians of scans."""
+    """Search from several starts: the gradient engine if any, the searches, and the scan, if any, as one."""
     free = sample.parameters.free
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     if options.method == "simplex":
-        return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], 0
-    engine, scan_jacobians = GradientSearch(objective), 0
+        return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], ()
+    engine, scans = GradientSearch(objective), ()
     points = starts(first, options.n_starts, options.seed)
     rugged = [i for i, p in enumerate(free) if p.multimodal]
     if rugged and options.scan:
-        more, scan_jacobians = scan(engine, first, rugged[0], _named(progress, "scan"))
-        points = more + points[1:]
+        more, whole = scan(engine, first, rugged[0], _named(progress, "scan"))
+        points, scans = more + points[1:], (whole,)
     searches = [
         engine.run(start, progress=_named(progress, f"start {i + 1}")) for i, start in enumerate(points)
     ]
-    return engine, searches, scan_jacobians
+    return engine, searches, scans
 
 
 def _search_on(objective, unit, options, progress):
@@ -300,14 +325,20 @@ def _covariance(best: Search) -> Covariance | None:
 
 
 def _profiles(engine, best, spread, which, searches, progress):
-    """Profiles of the weak parameters; starts again where one of them finds a lower minimum."""
+    """Profiles of the weak parameters; starts again where one of them finds a lower minimum.
+
+    The best search, its covariance, the profiles, and all searches along them as one.
+    """
+    along: list[Search] = []
     for _ in range(3):
-        lower: list[Search] = []
         profiles = []
         for position in range(len(best.unit)):
             if which == "all" or _is_weak(spread, position):
                 progress("profile", position + 1, best.loss)
-                profiles.append(profile(engine, best, position, spread.deviation[position], lower.append))
+                profiles.append(profile(engine, best, position, spread.deviation[position]))
+        here = [search for one in profiles for search in one.searches]
+        along += here
+        lower = [search for search in here if search.loss < best.loss - _LOWER]
         if not lower:
             break
         start = min(lower, key=lambda s: s.loss)
@@ -316,7 +347,7 @@ def _profiles(engine, best, spread, which, searches, progress):
         if improved.loss >= best.loss:
             break
         best, spread = improved, _covariance(improved)
-    return best, spread, profiles
+    return best, spread, profiles, (together("profile", along, best),) if along else ()
 
 
 def _is_weak(spread: Covariance, position: int) -> bool:
@@ -327,8 +358,9 @@ def _is_weak(spread: Covariance, position: int) -> bool:
     return bool(np.any(np.abs(others[np.isfinite(others)]) > _CORRELATED))
 
 
-def _assemble(data, sample, options, noise, objective, best, spread, searches, profiles, scan_jacobians):
+def _assemble(data, sample, options, noise, objective, best, spread, searches, profiles, further):
     free = sample.parameters.free
+    first = objective.scale.to_unit(np.array([p.value for p in free]))
     values = {n: float(v) for n, v in objective.values(jnp.asarray(best.unit)).items()}
     fitted_sample = dataclasses.replace(sample, parameters=_with_values(sample.parameters, values))
     whitened = _whitened(objective, noise, best.predicted)
@@ -355,7 +387,7 @@ def _assemble(data, sample, options, noise, objective, best, spread, searches, p
             "scan_relative": noise.scan_relative,
             "known": noise.known,
         },
-        searches=tuple(_summary(s, objective) for s in searches),
+        searches=tuple(_summary(s, objective) for s in (*searches, *further)),
         profiles=tuple(
             ProfileCurve(
                 free[p.position].name,
@@ -369,7 +401,7 @@ def _assemble(data, sample, options, noise, objective, best, spread, searches, p
         versions={name: version(name) for name in _PACKAGES},
         seed=options.seed,
         notes=tuple(data.notes)
-        + _notes(options, spread, best, scan_jacobians)
+        + _notes(options, spread, best, first)
         + _rivals(objective, best, searches, spread),
     )
 
@@ -506,15 +538,14 @@ def _summary(search: Search, objective: Objective) -> SearchSummary:
     )
 
 
-def _notes(options: FitOptions, spread, best: Search, scan_jacobians: int) -> tuple[str, ...]:
+def _notes(options: FitOptions, spread, best: Search, first: np.ndarray) -> tuple[str, ...]:
     notes = []
-    if scan_jacobians:
-        notes.append(f"The scan for the lowest minima took {scan_jacobians} further Jacobians.")
     if spread is None and options.method == "simplex":
         notes.append("The simplex has no Jacobian: no standard errors.")
     elif spread is None:
         notes.append(f"The objective '{options.objective}' is not chi-square: no standard errors are given.")
-    if best.path and np.allclose(best.unit, best.start):
+    # A search that goes on from another's end, and stays there, has moved all the same.
+    if np.allclose(best.unit, first):
         notes.append("No parameter moved from its start value.")
     return tuple(notes)
 
@@ -546,14 +577,18 @@ def predict(
     config: SolverConfig | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> np.ndarray:
-    """Predict the BSDF of a sample, without a fit, at the points of a measurement.
+    """Predict the BSDF of a sample, without a fit, at every point of a measurement.
+
+    Masks and the wavelengths that the sample names say what a fit takes; a prediction leaves nothing out.
+    `jaxink.fitting.marked` masks what the sample's file masks, all points kept.
 
     Parameters
     ----------
     sample
         Sample, or its file.
     data
-        Measurement, or its file; only its directions, sides and wavelengths are used.
+        Measurement, or its file; only its directions, sides and wavelengths are used. At a wavelength that
+        the sample does not name, its parameters must hold, too; one given by wavelength needs a value there.
     config
         Sizes of the discretisation; None: those for the accuracy.
     accuracy
@@ -562,7 +597,7 @@ def predict(
     Returns
     -------
     np.ndarray
-        1/sr, shape ``(points,)``, masked points included.
+        1/sr, shape ``(points,)``, in the order of the measurement.
 
     Raises
     ------

@@ -1,7 +1,6 @@
 """Standard errors, correlations, and what the data leave open."""
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 
@@ -102,6 +101,8 @@ class Profile:
         Ends of the interval in which it rises by less than 1, in the unit variable.
     open_below, open_above
         True where the end of the range was reached before.
+    searches
+        Fits of the others, in the order in which they were made.
     """
 
     position: int
@@ -111,6 +112,7 @@ class Profile:
     upper: float
     open_below: bool
     open_above: bool
+    searches: tuple[Search, ...]
 
     @property
     def determined(self) -> bool:
@@ -123,7 +125,6 @@ def profile(
     best: Search,
     position: int,
     deviation: float,
-    found_lower: Callable[[Search], None],
 ) -> Profile:
     """Follow chi-square along one parameter in both directions.
 
@@ -137,8 +138,6 @@ def profile(
         Which parameter.
     deviation
         Its standard error in the unit variable; sets the first step.
-    found_lower
-        Called with a search that ended below ``best``.
 
     Returns
     -------
@@ -149,7 +148,7 @@ def profile(
     Venzon, Moolgavkar 1988 Appl. Stat. 37, 87.
     """
     centre = float(best.unit[position])
-    samples = {centre: 0.0}
+    samples, searches = {centre: 0.0}, []
     for direction in (-1.0, 1.0):
         room = centre if direction < 0 else 1 - centre
         step = deviation if np.isfinite(deviation) and deviation > 0 else 0.02
@@ -160,10 +159,9 @@ def profile(
                 break
             at = float(np.clip(centre + direction * min(step, room), 0.0, 1.0))
             found = search.run(start, held={position: at})
+            searches.append(found)
             if not np.isfinite(found.loss):
                 break
-            if found.loss < best.loss - 1e-3:
-                found_lower(found)
             samples[at] = found.loss - best.loss
             if samples[at] > _RISE or step >= room:
                 break
@@ -174,7 +172,7 @@ def profile(
     rise = np.array([samples[u] for u in unit])
     lower, open_below = _crossing(unit, rise, centre, -1)
     upper, open_above = _crossing(unit, rise, centre, 1)
-    return Profile(position, unit, rise, lower, upper, open_below, open_above)
+    return Profile(position, unit, rise, lower, upper, open_below, open_above, tuple(searches))
 
 
 def _crossing(unit, rise, centre, direction):

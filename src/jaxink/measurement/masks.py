@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt32
 
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
@@ -123,6 +123,28 @@ def apply_masks(
     InputRefusedError
         ``user`` has another shape, or no point is left.
     """
+    masked = data.replace(mask=mask_bits(data, limits, user))
+    if not masked.used.any():
+        counts = ", ".join(f"{name} {count}" for name, count in mask_counts(masked).items() if count)
+        raise InputRefusedError(f"{data.source or 'GonioData'}: every point is masked ({counts}).")
+    return masked
+
+
+def mask_bits(
+    data: GonioData, limits: MaskLimits, user: Bool[np.ndarray, " points"] | None = None
+) -> UInt32[np.ndarray, " points"]:
+    """Why each point is masked, as of `apply_masks`, where none need be left.
+
+    Parameters
+    ----------
+    data, limits, user
+        As of `apply_masks`.
+
+    Returns
+    -------
+    UInt32[np.ndarray, " points"]
+        Bits of `MASK_FLAGS`.
+    """
     user = np.zeros(len(data), bool) if user is None else np.asarray(user)
     if user.shape != (len(data),) or user.dtype != bool:
         text = f"user has shape {user.shape} and type {user.dtype}; it must be ({len(data)},) bool"
@@ -143,17 +165,17 @@ def apply_masks(
         GRAZING: data.theta_o_deg > grazing + _ROUNDING_DEG,
         USER: user | (data.mask & USER.bit > 0),
     }
-    mask = sum(flag.bit * where.astype(np.uint32) for flag, where in hits.items())
-    masked = data.replace(mask=mask)
-    if not masked.used.any():
-        counts = ", ".join(f"{name} {count}" for name, count in mask_counts(masked).items() if count)
-        raise InputRefusedError(f"{data.source or 'GonioData'}: every point is masked ({counts}).")
-    return masked
+    return sum(flag.bit * where.astype(np.uint32) for flag, where in hits.items())
 
 
 def mask_counts(data: GonioData) -> dict[str, int]:
     """Number of points under each flag; a point may stand under several."""
     return {flag.name: int((data.mask & flag.bit > 0).sum()) for flag in MASK_FLAGS}
+
+
+def mask_names(data: GonioData) -> list[str]:
+    """Names of the flags of each point, separated by blanks; empty where it is used."""
+    return [" ".join(flag.name for flag in MASK_FLAGS if bits & flag.bit) for bits in data.mask.tolist()]
 
 
 def mask_sentences(data: GonioData) -> tuple[str, ...]:

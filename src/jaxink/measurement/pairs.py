@@ -57,6 +57,13 @@ def direction_groups(data: GonioData) -> Int[np.ndarray, " points"]:
     return group.reshape(-1)
 
 
+def stated_groups(data: GonioData) -> Int[np.ndarray, " points"]:
+    """As `direction_groups`, but along the normal of exit the azimuth that is stated counts, too."""
+    columns = [direction_groups(data), _labels(np.abs(data.phi_deg)), np.sign(data.phi_deg).astype(int)]
+    _, group = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
+    return group.reshape(-1)
+
+
 def _labels(values: np.ndarray) -> np.ndarray:
     """Numbers the distinct values, those within the tolerance of the first of them alike."""
     distinct, inverse = np.unique(values, return_inverse=True)

@@ -9,6 +9,7 @@ import numpy as np
 from jaxink.files import require_readable
 from jaxink.measurement import checks
 from jaxink.measurement.columns import ANGLES, match_columns
+from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import NEGATIVE
 from jaxink.measurement.netcdf import MOST_BYTES, read_netcdf
@@ -61,7 +62,9 @@ def read_csv(
     """Read a tidy CSV table: one row is one BSDF value of one pair of directions.
 
     Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are
-    needed, sigma_per_sr is optional, others are kept. The order of rows is kept and free.
+    needed, sigma_per_sr is optional, others are kept. The order of rows is kept and free. Rows of equal
+    directions are repeats, unless another column says that they were measured under different conditions
+    (`jaxink.measurement.conditions`): those are refused.
 
     Parameters
     ----------
@@ -108,6 +111,7 @@ def read_csv(
         attrs=attrs,
     )
     checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
+    refuse_several_conditions(table.source, data)
     notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
     return data.replace(notes=notes)
 

@@ -9,6 +9,7 @@ import jax
 import jaxlib
 
 from jaxink.errors import PrecisionError, UnsafeVersionError
+from jaxink.numerics.forking import claim_process
 
 _LOG = logging.getLogger("jaxink")
 
@@ -46,8 +47,11 @@ def require_float64() -> None:
     ------
     PrecisionError
         With the two ways to switch 64 bits on.
+    ForkedProcessError
+        As `refuse_in_fork`.
     """
     require_safe_jaxlib()
+    claim_process()
     if not jax.config.jax_enable_x64:
         raise PrecisionError(
             "jaxink needs 64-bit floats and JAX is in 32 bits: call "
@@ -96,8 +100,11 @@ def computing() -> Iterator[None]:
     ------
     UnsafeVersionError
         For a jaxlib that can hang.
+    ForkedProcessError
+        As `refuse_in_fork`.
     """
     require_safe_jaxlib()
+    claim_process()
     # Loads the BLAS that jaxlib calls, so that its threads can be limited before the first call.
     import scipy.linalg  # noqa: F401
     from threadpoolctl import threadpool_limits

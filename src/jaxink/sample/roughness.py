@@ -109,20 +109,22 @@ def read_roughness(
 def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):
     """What the rays or waves need of a measured map."""
     # Reading a sample needs no JAX, unless it has a map.
+    from jaxink.numerics.precision import computing
     from jaxink.surfaces.height_map import HeightMap
 
     heights = read_heights(given.get("heights_um"), f"{where}.heights_um", folder)
     pitch = read_pitch(given.get("pitch_um"), f"{where}.pitch_um", heights.ndim)
     try:
         surface = HeightMap(heights, pitch)
-        if by_waves:
-            spectrum = surface.power_spectrum()
-            variance = float(spectrum.height_variance_um2)
-            columns = spectrum.log_frequency, spectrum.log_shape
-        else:
-            density = surface.slope_density()
-            variance, columns = surface.height_variance_um2, (density.slopes, density.log_density)
+        with computing():
+            if by_waves:
+                spectrum = surface.power_spectrum()
+                variance = float(spectrum.height_variance_um2)
+                columns = spectrum.log_frequency, spectrum.log_shape
+            else:
+                density = surface.slope_density()
+                variance, columns = surface.height_variance_um2, (density.slopes, density.log_density)
+            first, second = (tuple(np.asarray(column, float).tolist()) for column in columns)
     except InputRefusedError as problem:
         raise InputRefusedError(f"{where}.heights_um: {problem}") from None
-    first, second = (tuple(np.asarray(column, float).tolist()) for column in columns)
     return first, second, variance

@@ -1,0 +1,119 @@
+"""Rows of equal directions that differ in a further column: repeats, or several conditions in one file.
+
+Values of a direction that was measured twice tell of the noise, if nothing else was changed. A further column
+either records what happened (a time, the number of a run, a remark) or states a condition (the lit side, the
+polarisation). Its name tells where it holds one of the words below. If not, its values do: a condition is
+set to the same few values again and again, so that at most of the directions at which the column differs,
+it takes the same ones. Readings scatter instead, and whole numbers from 1 count the repeats.
+"""
+
+import re
+from collections import Counter
+
+import numpy as np
+from jaxtyping import Int
+
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.pairs import stated_groups
+from jaxink.measurement.table import refusal
+
+_CONDITIONS = {"lit", "illuminated", "polarisation", "polarization", "polariser", "polarizer"}
+_RECORDS = {
+    *(
+        "repeat",
+        "repeats",
+        "repetition",
+        "replicate",
+        "run",
+        "scan",
+        "pass",
+        "sweep",
+        "frame",
+        "shot",
+        "cycle",
+    ),
+    *("series", "index", "number", "no", "nr", "id", "row", "file", "filename", "operator"),
+    *("time", "timestamp", "datetime", "date", "day", "hour"),
+    *(
+        "comment",
+        "comments",
+        "note",
+        "notes",
+        "remark",
+        "remarks",
+        "mask",
+        "masked",
+        "flag",
+        "quality",
+        "valid",
+    ),
+}
+
+
+def refuse_several_conditions(path, data: GonioData) -> None:
+    """Refuse a file whose rows of equal directions were measured under different conditions.
+
+    Parameters
+    ----------
+    path
+        The file, for the message.
+    data
+        What was read from it.
+
+    Raises
+    ------
+    InputRefusedError
+        Naming the column, two rows, and what differs.
+    """
+    group = stated_groups(data)
+    if np.unique(group).size == group.size:
+        return
+    for name, values in data.extra.items():
+        pair = _pair(name, values, group)
+        if pair is None:
+            continue
+        first, second = (_shown(value) for value in values[list(pair)].tolist())
+        raise refusal(
+            path,
+            f"{first} in row {data.row[pair[0]]} and {second} here, at equal angles, wavelength and side: "
+            "two conditions, which cannot be fitted together; keep the rows of one. Where these are repeats "
+            "of one measurement, name the column 'repeat'",
+            data.row[pair[1]],
+            name,
+        )
+
+
+def _shown(value: str | float) -> str:
+    if value == "" or value != value:
+        return "a blank cell"
+    return f"'{value}'" if isinstance(value, str) else f"{value:g}"
+
+
+def _pair(name: str, values: np.ndarray, group: Int[np.ndarray, " points"]) -> tuple[int, int] | None:
+    """Two rows of one direction that differ in a condition."""
+    words = set(re.split(r"[^a-z]+", name.lower()))
+    if words & _RECORDS:
+        return None
+    held, label = np.unique(values, return_inverse=True)
+    label = label.reshape(-1)
+    differing = _differing(group, label)
+    if not differing:
+        return None
+    if not words & _CONDITIONS:
+        taken = [frozenset(label[rows].tolist()) for rows in differing]
+        usual, count = Counter(taken).most_common(1)[0]
+        is_counter = values.dtype.kind == "f" and np.array_equal(held, np.arange(1, held.size + 1))
+        if is_counter or count < max(2, len(taken) / 2):
+            return None
+        differing = [rows for rows, here in zip(differing, taken, strict=True) if here == usual]
+    rows = min(differing, key=lambda rows: rows[0])
+    return int(rows[0]), int(rows[np.argmax(label[rows] != label[rows[0]])])
+
+
+def _differing(group, label) -> list[np.ndarray]:
+    """Rows, ascending, of each group with more than one label."""
+    order = np.argsort(group, kind="stable")
+    starts = np.flatnonzero(np.diff(group[order], prepend=-1))
+    several = np.maximum.reduceat(label[order], starts) > np.minimum.reduceat(label[order], starts)
+    ends = np.append(starts[1:], order.size)
+    return [order[a:b] for a, b in zip(starts[several], ends[several], strict=True)]

@@ -1,0 +1,60 @@
+"""What a result says of the way to it: every search counts, and what did not move is said."""
+
+import dataclasses
+
+import pytest
+
+import jaxink
+from jaxink.data import simulated_example
+from jaxink.fitting.gradient import GradientSearch
+
+UNMOVED = "No parameter moved from its start value."
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    """All searches that were made."""
+    searches, run = [], GradientSearch.run
+
+    def recorded(*arguments, **options):
+        searches.append(run(*arguments, **options))
+        return searches[-1]
+
+    monkeypatch.setattr(GradientSearch, "run", recorded)
+    return searches
+
+
+@pytest.fixture(scope="module")
+def inputs():
+    data, sample = simulated_example()
+    return jaxink.read(data), jaxink.load_sample(sample)
+
+
+def test_scan_and_profiles_count(inputs, coarse, ran):
+    data, sample = inputs
+    table = sample.parameters.replace("ink.asymmetry_parameter", multimodal=True)
+    options = jaxink.FitOptions(config=coarse, profile="all")
+    result = jaxink.fit(data, dataclasses.replace(sample, parameters=table), options)
+    methods = [search.method for search in result.searches]
+    assert methods == [*["gradient"] * (len(methods) - 2), "scan", "profile"]
+    for effort in ("jacobians", "run_seconds", "compile_seconds"):
+        told = sum(getattr(search, effort) for search in result.searches)
+        assert told == pytest.approx(sum(getattr(search, effort) for search in ran)), effort
+    assert result.searches[-2].jacobians > 96
+    again = result.to_dict()["searches"]
+    assert [search["method"] for search in again] == methods
+
+
+def test_going_on_from_what_was_found_is_no_standing_still(inputs, coarse, monkeypatch):
+    sizes = iter([coarse])
+    # Larger sizes that are the same ones: the search ends where it begins.
+    monkeypatch.setattr("jaxink.fitting.run._larger_sizes", lambda *_: next(sizes, None))
+    result = jaxink.fit(*inputs, jaxink.FitOptions(config=coarse))
+    first, refined = (search for search in result.searches if search.method == "gradient")
+    assert refined.values == pytest.approx(first.values)
+    assert UNMOVED not in result.notes
+
+
+def test_what_did_not_move_is_said(inputs, example_result, coarse):
+    found = jaxink.fit(inputs[0], example_result.sample, jaxink.FitOptions(config=coarse, profile="none"))
+    assert UNMOVED in found.notes
