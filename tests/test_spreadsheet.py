@@ -60,12 +60,13 @@ def test_predictions_hold_no_formula_of_the_users(coarse, tmp_path, monkeypatch)
     assert (done.exit_code, done.stderr) == (0, "")
     with open(out, encoding="utf-8", newline="") as file:
         head, *rows = csv.reader(file)
-    assert head[-4:-1] == ["'=note", "mixed", "'-level"]
+    # The values measured and why a row is masked come last.
+    assert head[-5:-2] == ["'=note", "mixed", "'-level"]
     assert not [text for row in rows for text in row if text[:1] in "=@" and text]
     # Numbers of a column of text, and of a column of numbers.
-    assert {row[-3] for row in rows} == {"-1.5", "n/a", "-2.5"}
-    assert {row[-2] for row in rows} == {*(f"{k}.0" for k in range(len(FORMULAS))), "-1.5", "-0.5"}
-    assert {row[-4] for row in rows} == {
+    assert {row[-4] for row in rows} == {"-1.5", "n/a", "-2.5"}
+    assert {row[-3] for row in rows} == {*(f"{k}.0" for k in range(len(FORMULAS))), "-1.5", "-0.5"}
+    assert {row[-5] for row in rows} == {
         "-1.5",
         "plain",
         *(f"'{text.strip()}" for text in FORMULAS if text != "\n1"),
