@@ -20,6 +20,10 @@ from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.wave_face import WaveFace, broadened_for, wave_lobes
 
+# A BSDF is never negative. Less than this is the fault of a discretisation too coarse for a narrow peak;
+# what lies above is rounding, as at thickness 0, where the slope is that of what a thin layer scatters.
+_ROUNDING = 1e-12
+
 
 def diffuse_bsdf(
     stack: Stack, directions: Directions, config: SolverConfig | None = None
@@ -65,8 +69,7 @@ def _diffuse_bsdf(stack, directions, config):
         smooth, once = _seen_in_the_field(stack, directions, config)
     index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
     bsdf = index_out**2 * (smooth + once)
-    # What is left of rounding where hardly any light comes through may have either sign.
-    return jnp.where(bsdf < 0, 0.0, bsdf)
+    return jnp.where(bsdf < -_ROUNDING, 0.0, bsdf + jax.lax.stop_gradient(jnp.maximum(-bsdf, 0.0)))
 
 
 def _seen_in_the_field(stack, directions, config):
