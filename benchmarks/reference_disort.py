@@ -1,10 +1,11 @@
 """Converged radiances of DISORT's test problems 1 to 5 and 9: the last columns of disort_problems.csv.
 
-The problems are those of DISORT's test programme; column ``published`` holds the radiances printed there (of 8
-to 48 streams, six digits, in the programme's units) where it prints any of light that leaves. Each problem is
-solved by cdisort (nanodisort) with 96 to 236 streams. Every row keeps the radiance that changed least from one
-number of streams to the next, over the irradiance, and that relative change: rounding limits it where the beam
-lies close to a computational angle, or where hardly any light comes through.
+The problems are those of DISORT's test programme; column ``published`` holds the radiances printed there
+(of 8 to 48 streams, six digits, in the programme's units) where it prints any of light that leaves. Each
+problem is solved by cdisort (nanodisort) with 96 to 236 streams. Every row keeps the radiance that
+changed least from one number of streams to the next, over the irradiance, and that relative change:
+rounding limits it where the beam lies close to a computational angle, or where hardly any light comes
+through.
 
 Needs nanodisort (requirements-peers.txt) and nothing of jaxink. About a minute.
 
