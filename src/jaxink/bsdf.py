@@ -123,14 +123,11 @@ def _smooth_and_once(stack, directions, config, frequency=None):
     grid_kappa = response.grid.kappa
     # Roughness has no degree of its own; its orders are chosen for light at grazing angles.
     degree = max(config.n_moments, 4 * config.n_orders if stack.rough else 0)
-    into = kappa_in, from_front[0]
-    reflected, through = (
-        _at_points(kernel, grid_kappa, out, into, directions, degree)
-        for kernel, out in (
-            (response.reflection, (kappa_front, from_front[1])),
-            (response.transmission, (kappa_back, from_back[2])),
-        )
-    )
+    shares = jnp.split(_share_of_orders(config.n_orders, degree, kappa), parts, axis=1)
+    into = kappa_in, from_front[0], shares[0]
+    to_front, to_back = (kappa_front, from_front[1], shares[1]), (kappa_back, from_back[2], shares[2])
+    reflected = _at_points(response.reflection, grid_kappa, to_front, into, directions)
+    through = _at_points(response.transmission, grid_kappa, to_back, into, directions)
     if stack.exposed:
         sums = [
             jnp.sqrt(1 - (kappa / response.grid.block_index[0]) ** 2) for kappa in (kappa_front, kappa_in)
@@ -167,21 +164,18 @@ def _smooth_and_once(stack, directions, config, frequency=None):
 _compiled_bsdf = eqx.filter_jit(_diffuse_bsdf)
 
 
-def _at_points(kernel, grid_kappa, out, into, directions, degree):
+def _at_points(kernel, grid_kappa, out, into, directions):
     """Interpolate a kernel of the channels to the points and sum its cosine series in azimuth.
 
     Order m of the kernel varies as sin^m towards the normal, so that odd orders are smooth in the cosine
     only after one sine has been divided out. Orders that the layers do not send towards the normal are kept
     from it: what interpolation leaves of them there is large beside dim grazing radiance.
     """
-    (kappa_out, to_out), (kappa_in, to_in) = out, into
+    (kappa_out, to_out, share_out), (kappa_in, to_in, share_in) = out, into
     orders = jnp.arange(kernel.shape[0])
     odd = (orders % 2 == 1)[:, None]
     at_nodes = jnp.where(odd, 1 / grid_kappa, 1.0)
-    at_out, at_in = (
-        jnp.where(odd, kappa, 1.0) * _share_of_orders(kernel.shape[0], degree, kappa)
-        for kappa in (kappa_out, kappa_in)
-    )
+    at_out, at_in = jnp.where(odd, kappa_out, 1.0) * share_out, jnp.where(odd, kappa_in, 1.0) * share_in
     smooth = at_nodes[:, :, None] * kernel * at_nodes[:, None, :]
     pairs = jnp.einsum("jo,moi,ki->mjk", to_out, smooth, to_in)
     pairs = at_out[:, :, None] * pairs * at_in[:, None, :]

@@ -21,6 +21,8 @@ _THINNEST = 1e-14
 # Eigenvalues run from 0 to 1/mu^2 of the most grazing node, and `eigh` is exact to the rounding of the
 # largest: it is given (S + shift)^-1, in which slow modes, on which thick layers depend, are the large ones.
 _SHIFT = 1.0
+# sqrt(s) h of the slowest mode from which on less than 1e-5 of the light comes through.
+_DIM = 6.0
 
 
 def _even(root, half):
@@ -91,9 +93,20 @@ def _layer_primal(a_matrix, b_matrix, half):
     z_even = (w_basis * _even(root, half)[..., None, :]) @ transpose(w_basis)
     z_odd = (w_basis * _odd(root, half)[..., None, :]) @ transpose(w_basis)
     x_even, x_odd = _inverted(z_even, z_odd)
-    # X_e (Z_odd - Z_even) X_o: what a thick layer transmits would be lost in the difference.
-    passed = (x_even @ w_basis * _odd_minus_even(root, half)[..., None, :]) @ (transpose(w_basis) @ x_odd)
+    passed = jax.lax.cond(
+        jnp.min(root) * half > _DIM, _dim_transmission, _transmission, x_even, x_odd, w_basis, root, half
+    )
     return x_even, x_odd, passed, root, w_basis, factor @ vectors
+
+
+def _transmission(x_even, x_odd, *_):
+    """T = X_e - X_o."""
+    return x_even - x_odd
+
+
+def _dim_transmission(x_even, x_odd, w_basis, root, half):
+    """The same as X_e (Z_odd - Z_even) X_o, which keeps the digits that the difference loses."""
+    return (x_even @ w_basis * _odd_minus_even(root, half)[..., None, :]) @ (transpose(w_basis) @ x_odd)
 
 
 def _inverted(z_even, z_odd):
@@ -252,7 +265,7 @@ def doubled_response(
 
     (even, odd), _ = jax.lax.scan(step, (even, odd), jnp.arange(_MOST_DOUBLINGS))
     x_even, x_odd = _inverted(even, odd)
-    return _reflection(x_even, x_odd), x_even - x_odd
+    return _reflection(x_even, x_odd), _transmission(x_even, x_odd)
 
 
 def layer_method(name: str) -> str:
