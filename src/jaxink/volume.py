@@ -8,7 +8,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
@@ -124,7 +124,7 @@ def _largest(sample: Sample, name: str) -> tuple[float, float]:
 
 
 def volume_scattering(
-    layer: Layer, values: Mapping[str, Float[Array, ""]], wavelength_nm, sizes: MieSizes = MieSizes()
+    layer: Layer, values: Mapping[str, Float[ArrayLike, ""]], wavelength_nm, sizes: MieSizes = MieSizes()
 ) -> VolumeScattering:
     """Phase function and coefficients of a scattering layer at one wavelength.
 

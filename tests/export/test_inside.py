@@ -4,6 +4,7 @@ import dataclasses
 
 import jax
 import jax.numpy as jnp
+import jaxtyping
 import numpy as np
 import pytest
 
@@ -260,7 +261,9 @@ def test_roughness_stays_with_its_interface():
         ({"wavelengths_nm": [450, 450], "options": TableOptions(inside="back")}, "names a wavelength twice"),
     ],
 )
-def test_what_is_not_clear_is_refused(arguments, sentence):
+def test_what_is_not_clear_is_refused(arguments, sentence, monkeypatch):
+    # As for users, for whom no one else checks types before.
+    monkeypatch.setattr(jaxtyping.config, "jaxtyping_disable", True)
     with pytest.raises(InputRefusedError, match=sentence):
         jaxink.ink_table(jaxink.parse_sample(PRIMED), **arguments)
 

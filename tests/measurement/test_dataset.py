@@ -1,3 +1,4 @@
+import dataclasses
 import pickle
 import re
 
@@ -35,6 +36,13 @@ def full_data() -> GonioData:
         notes=("One thing was handled.", "Ünd another."),
         attrs={"sample": "z307", "aperture_deg": 0.1, "readings": 3},
     )
+
+
+@pytest.mark.parametrize("data", [full_data(), GonioData(**fields())], ids=["full", "bare"])
+def test_fields_are_of_their_types_whatever_was_given(data):
+    containers = ("extra", "notes", "attrs")
+    fields_of_one_type = [field for field in dataclasses.fields(data) if field.name not in containers]
+    assert all(isinstance(getattr(data, field.name), field.type) for field in fields_of_one_type)
 
 
 def test_arrays_are_frozen_copies():

@@ -1,5 +1,6 @@
 import re
 
+import jaxtyping
 import numpy as np
 import pytest
 
@@ -105,7 +106,9 @@ def test_negative_is_always_masked():
     assert names(data.with_masks(NONE)) == [set(), {"negative"}]
 
 
-def test_refuses():
+def test_refuses(monkeypatch):
+    # As for users, for whom no one else checks types before.
+    monkeypatch.setattr(jaxtyping.config, "jaxtyping_disable", True)
     data = points([(30, 30, 180, "R"), (30, 60, 0, "R")])
     cases = [
         (lambda: MaskLimits(retro_half_angle_deg=-1), "retro_half_angle_deg is -1; it must lie in"),

@@ -43,7 +43,7 @@ def simulated(relative, scan_relative=0.0, *, phis=(0, 45, 90, 135, 180, -45, -9
 
 def test_noise_model():
     model = NoiseModel(0.03, 0.004)
-    np.testing.assert_allclose(model.sigma([0.1, 0.0, -0.1]), [0.005, 0.004, 0.005])
+    np.testing.assert_allclose(model.sigma(np.array([0.1, 0.0, -0.1])), [0.005, 0.004, 0.005])
     for arguments, sentence in [
         ((-0.1,), "relative is -0.1; it must be finite and not negative."),
         ((0.1, np.inf), "floor_per_sr is inf; it must be finite and not negative."),

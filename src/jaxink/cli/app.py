@@ -29,10 +29,11 @@ def main() -> None:
     app()
 
 
-def _version(wanted: bool) -> None:
+def _version(wanted: bool) -> bool:
     if wanted:
         typer.echo(f"jaxink {installed_version()}")
         raise typer.Exit
+    return wanted
 
 
 @app.callback()

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 # Angles of the grid in the plane of a scan, on which derivatives and convolutions are computed.
@@ -159,7 +159,7 @@ class Field(NamedTuple):
     lower: Float[Array, " points"] | None
     upper: Float[Array, " points"] | None
 
-    def along(self, matrix: Float[np.ndarray, "points grid"]) -> Float[Array, " points"]:
+    def along(self, matrix: Float[ArrayLike, "points grid"]) -> Float[Array, " points"]:
         """A matrix of the scene applied to the grid of each point's plane."""
         return jnp.sum(matrix * self.grid[self.scene.plane], axis=1)
 

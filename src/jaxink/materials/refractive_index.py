@@ -3,7 +3,7 @@
 Plain arithmetic, so that numbers, arrays and traced values serve alike and are differentiated through.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def cauchy_index(wavelength_nm, a, b_um2=0.0, c_um4=0.0):
     return a + inverse_square * (b_um2 + c_um4 * inverse_square)
 
 
-def sellmeier_index(wavelength_nm, strengths: Sequence, resonances_um2: Sequence):
+def sellmeier_index(wavelength_nm, strengths: Iterable, resonances_um2: Iterable):
     """Sellmeier's formula, n^2 = 1 + sum of B wavelength^2 / (wavelength^2 - C).
 
     Parameters

@@ -116,7 +116,7 @@ def azimuths(table: TextTable, values: np.ndarray, notes: list[str]) -> np.ndarr
     return np.where(values == -180, 180.0, values) + 0.0
 
 
-def wavelengths(source: str, values: np.ndarray, lines: np.ndarray) -> np.ndarray:
+def wavelengths(source: str, values: np.ndarray, lines: np.ndarray | list[None]) -> np.ndarray:
     """Wavelengths in nm, recognising micrometres and metres."""
     low, high = WAVELENGTH_RANGE_NM
     bad = np.flatnonzero((values < low) | (values > high))

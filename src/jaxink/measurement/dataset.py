@@ -1,7 +1,7 @@
 """One goniometer measurement as a frozen, checked set of arrays."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -81,6 +81,10 @@ class GonioData:
     InputRefusedError
         An array is empty, of another length, not finite or out of its range.
     """
+
+    # Its types say what it holds. What it is given it converts, or refuses in a sentence: while testing,
+    # no one else refuses it before. Methods are checked.
+    __no_type_check__ = True
 
     theta_i_deg: Float[np.ndarray, " points"]
     theta_o_deg: Float[np.ndarray, " points"]
@@ -201,9 +205,9 @@ class GonioData:
     def select(
         self,
         *,
-        wavelength_nm: float | tuple[float, ...] | None = None,
+        wavelength_nm: float | Sequence[float] | None = None,
         side: str | None = None,
-        theta_i_deg: float | tuple[float, ...] | None = None,
+        theta_i_deg: float | Sequence[float] | None = None,
         used_only: bool = False,
     ) -> "GonioData":
         """The points of some wavelengths, sides or incidences.

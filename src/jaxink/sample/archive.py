@@ -35,7 +35,7 @@ def sample_to_dict(sample: Sample) -> dict[str, Any]:
     return plain
 
 
-def sample_from_dict(plain: dict[str, Any], key: str = "sample") -> Sample:
+def sample_from_dict(plain: Any, key: str = "sample") -> Sample:
     """Sample from the data of `sample_to_dict`.
 
     Parameters

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Real
 
 from jaxink.errors import InputRefusedError
 from jaxink.files import read_bounded, utf8_text
@@ -18,7 +18,7 @@ from jaxink.sample.entries import bounded
 _MOST_BYTES = 1_000_000_000
 
 
-def read_heights(given: Any, where: str, folder: Path) -> Float[np.ndarray, "..."]:
+def read_heights(given: Any, where: str, folder: Path) -> Real[np.ndarray, "..."]:
     """Heights of a file: two axes, or one for a profile.
 
     Parameters
@@ -32,7 +32,7 @@ def read_heights(given: Any, where: str, folder: Path) -> Float[np.ndarray, "...
 
     Returns
     -------
-    Float[np.ndarray, "..."]
+    Real[np.ndarray, "..."]
         In um; not a number where a cell is empty.
     """
     if not isinstance(given, str):
@@ -79,7 +79,7 @@ def _either() -> str:
     return " or ".join(_READERS)
 
 
-def _npy_heights(content: bytes, path: str) -> Float[np.ndarray, "..."]:
+def _npy_heights(content: bytes, path: str) -> Real[np.ndarray, "..."]:
     file = io.BytesIO(content)
     try:
         # NumPy warns of what Python 2 wrote, and of types that it will give up.

@@ -12,7 +12,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Real
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
@@ -108,7 +108,7 @@ class HeightMap:
         Distance of neighbouring heights: one number, or that along rows (y) and along columns (x).
     """
 
-    heights_um: Float[np.ndarray, "..."]
+    heights_um: Real[np.ndarray, "..."]
     pitch_um: float | tuple[float, float]
 
     def __post_init__(self):

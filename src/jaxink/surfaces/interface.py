@@ -35,14 +35,15 @@ class RoughResponse(eqx.Module):
     ----------
     outer_reflection, inner_reflection
         Light that comes from the outer, or the inner side and leaves there, shape
-        ``(orders, channels, channels)``, incident channel last.
+        ``(orders, channels, channels)``, incident channel last, without the first axis for a single order;
+        ``(channels,)`` where each channel goes to itself.
     leaving
         Light that comes from the inner side and leaves on the outer one.
     """
 
-    outer_reflection: Float[Array, "orders channels channels"]
-    inner_reflection: Float[Array, "orders channels channels"]
-    leaving: Float[Array, "orders channels channels"]
+    outer_reflection: Float[Array, "*shape"]
+    inner_reflection: Float[Array, "*shape"]
+    leaving: Float[Array, "*shape"]
 
 
 class RoughInterface(eqx.Module):

@@ -11,7 +11,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.quadrature import gauss_legendre_unit
 
@@ -65,7 +65,7 @@ class SlopeDensity(eqx.Module):
         step = weight * reach * jnp.sqrt(self.scale**2 + slope**2)
         return 2 * jnp.pi * jnp.sum(step * self._shape(slope))
 
-    def radial(self, slope: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def radial(self, slope: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """P(s) s, of which 2 pi times the integral over s is 1; 0 beyond the largest slope.
 
         Parameters
@@ -79,7 +79,7 @@ class SlopeDensity(eqx.Module):
         """
         return jnp.where(slope <= self.largest_slope, self._shape(slope), 0.0) / self._norm
 
-    def density(self, slope: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def density(self, slope: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """P(s) at slopes above 0."""
         return self.radial(slope) / slope
 

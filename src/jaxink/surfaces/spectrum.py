@@ -12,7 +12,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
@@ -50,22 +50,22 @@ class PowerSpectrum(eqx.Module):
         """Correlation of two heights: autocovariance over the height variance, 1 at distance 0."""
 
     @abc.abstractmethod
-    def shape(self, frequency_per_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def shape(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """PSD over the height variance, um^2."""
 
     @abc.abstractmethod
-    def slope_variance_below(self, frequency_per_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Slope variance along one axis of what varies more slowly than a spatial frequency."""
 
     @abc.abstractmethod
-    def height_variance_below(self, frequency_per_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def height_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Height variance of what varies more slowly than a spatial frequency, um^2."""
 
     @abc.abstractmethod
     def covered_per_um(self) -> tuple[float, float]:
         """Lowest and highest spatial frequency at which the spectrum is known, 1/um."""
 
-    def density_um4(self, frequency_per_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def density_um4(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """PSD at spatial frequencies.
 
         Parameters
@@ -96,25 +96,25 @@ class GaussianSpectrum(PowerSpectrum):
     correlation_length_um: Float[Array, ""] = eqx.field(converter=jnp.asarray)
 
     @property
-    def length_um(self):
+    def length_um(self) -> Float[Array, ""]:
         """L."""
         return self.correlation_length_um
 
-    def correlation(self, distance_um):
+    def correlation(self, distance_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
         """exp(-(r/L)^2)."""
         return jnp.exp(-((distance_um / self.correlation_length_um) ** 2))
 
-    def shape(self, frequency_per_um):
+    def shape(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """PSD over the height variance, um^2."""
         length = self.correlation_length_um
         return jnp.pi * length**2 * jnp.exp(-((jnp.pi * length * frequency_per_um) ** 2))
 
-    def height_variance_below(self, frequency_per_um):
+    def height_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Height variance below a frequency, um^2."""
         x = (jnp.pi * self.correlation_length_um * frequency_per_um) ** 2
         return -self.height_variance_um2 * jnp.expm1(-x)
 
-    def slope_variance_below(self, frequency_per_um):
+    def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Slope variance below a frequency."""
         x = (jnp.pi * self.correlation_length_um * frequency_per_um) ** 2
         whole = 2 * self.height_variance_um2 / self.correlation_length_um**2
@@ -125,7 +125,7 @@ class GaussianSpectrum(PowerSpectrum):
         """Slope variance of all frequencies."""
         return 2 * self.height_variance_um2 / self.correlation_length_um**2
 
-    def covered_per_um(self):
+    def covered_per_um(self) -> tuple[float, float]:
         """All frequencies."""
         return 0.0, float("inf")
 
@@ -153,7 +153,7 @@ class KCorrelation(PowerSpectrum):
     exponent: Float[Array, ""] = eqx.field(converter=jnp.asarray)
 
     @property
-    def length_um(self):
+    def length_um(self) -> Float[Array, ""]:
         """Distance B / (2 pi) over which the correlation decays."""
         return self.length_b_um / (2 * jnp.pi)
 
@@ -178,7 +178,7 @@ class KCorrelation(PowerSpectrum):
         variance = 2 * jnp.pi * jnp.asarray(amplitude_um4) / (length_b_um**2 * (exponent - 2))
         return cls(variance, length_b_um, exponent)
 
-    def correlation(self, distance_um):
+    def correlation(self, distance_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
         """z^nu K_nu(z) 2^(1-nu) / Gamma(nu), z = 2 pi r / B, nu = C/2 - 1, as a mixture of Gaussians."""
         nu = self.exponent / 2 - 1
         quarter = (distance_um / self.length_um)[..., None] ** 2 / 4
@@ -187,17 +187,17 @@ class KCorrelation(PowerSpectrum):
         # The mixture ends at Gaussians too narrow for any distance but 0.
         return jnp.where(distance_um > 0, mixed * jnp.exp(-jax.scipy.special.gammaln(nu)), 1.0)
 
-    def shape(self, frequency_per_um):
+    def shape(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """PSD over the height variance, um^2."""
         whole = self.length_b_um**2 * (self.exponent - 2) / (2 * jnp.pi)
         return whole * (1 + (self.length_b_um * frequency_per_um) ** 2) ** (-self.exponent / 2)
 
-    def height_variance_below(self, frequency_per_um):
+    def height_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Height variance below a frequency, um^2."""
         logarithm = jnp.log1p((self.length_b_um * frequency_per_um) ** 2)
         return -self.height_variance_um2 * jnp.expm1((1 - self.exponent / 2) * logarithm)
 
-    def slope_variance_below(self, frequency_per_um):
+    def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Slope variance below a frequency, finite for any exponent."""
         logarithm = jnp.log1p((self.length_b_um * frequency_per_um) ** 2)
 
@@ -217,7 +217,7 @@ class KCorrelation(PowerSpectrum):
         finite = 4 * jnp.pi**2 * self.height_variance_um2 / self.length_b_um**2
         return jnp.where(excess > 0, finite / jnp.where(excess > 0, excess, 1.0), jnp.inf)
 
-    def covered_per_um(self):
+    def covered_per_um(self) -> tuple[float, float]:
         """All frequencies."""
         return 0.0, float("inf")
 
@@ -241,7 +241,7 @@ class TabulatedSpectrum(PowerSpectrum):
     log_shape: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
 
     @property
-    def length_um(self):
+    def length_um(self) -> Float[Array, ""]:
         """Inverse of 2 pi times the geometric mean of the nodes' frequencies."""
         return jnp.exp(-jnp.mean(self.log_frequency)) / (2 * jnp.pi)
 
@@ -273,21 +273,21 @@ class TabulatedSpectrum(PowerSpectrum):
     def _norm(self):
         return 2 * jnp.pi * self._integral(2.0, jnp.asarray(jnp.inf))
 
-    def shape(self, frequency_per_um):
+    def shape(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """PSD over the height variance, um^2."""
         return self._unnormalised(jnp.log(jnp.maximum(frequency_per_um, 1e-300))) / self._norm
 
-    def height_variance_below(self, frequency_per_um):
+    def height_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Height variance below a frequency, um^2."""
         share = 2 * jnp.pi * self._integral(2.0, jnp.asarray(frequency_per_um)) / self._norm
         return self.height_variance_um2 * share
 
-    def slope_variance_below(self, frequency_per_um):
+    def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Slope variance below a frequency."""
         moment = 4 * jnp.pi**3 * self._integral(4.0, jnp.asarray(frequency_per_um)) / self._norm
         return self.height_variance_um2 * moment
 
-    def correlation(self, distance_um):
+    def correlation(self, distance_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
         """Correlation, from the transform of the density on a logarithmic grid."""
         scale = self.length_um
         shape = self.shape(jnp.exp(log_nodes()) / (2 * jnp.pi * scale))
@@ -298,13 +298,13 @@ class TabulatedSpectrum(PowerSpectrum):
         at = 1 - (1 - at) * jnp.exp(2 * jnp.minimum(position - _LEAST_LOG_DISTANCE, 0.0))
         return jnp.minimum(at, 1.0).reshape(jnp.shape(distance_um))
 
-    def covered_per_um(self):
+    def covered_per_um(self) -> tuple[float, float]:
         """First and last node."""
         return float(np.exp(self.log_frequency[0])), float(np.exp(self.log_frequency[-1]))
 
 
 def tabulated_spectrum(
-    frequency_per_um: Float[np.ndarray, " nodes"], density_um4: Float[np.ndarray, " nodes"]
+    frequency_per_um: Float[ArrayLike, " nodes"], density_um4: Float[ArrayLike, " nodes"]
 ) -> TabulatedSpectrum:
     """Spectrum through measured nodes.
 

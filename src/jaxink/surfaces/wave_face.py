@@ -5,11 +5,13 @@ reflected back to the outer side stays as the theory has it; what crosses, and w
 scaled by a factor of either direction, which keeps reciprocity, until no light is lost or made.
 """
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.channels import ChannelGrid
 from jaxink.interfaces import fresnel_reflectance, propagating_cosine
@@ -76,7 +78,7 @@ class BroadenedSpectrum(eqx.Module):
     log_density: Float[Array, "phases frequencies"]
 
     @classmethod
-    def of(cls, spectrum: PowerSpectrum, largest_phase_per_um: Float[Array, ""]) -> "BroadenedSpectrum":
+    def of(cls, spectrum: PowerSpectrum, largest_phase_per_um: Float[ArrayLike, ""]) -> "BroadenedSpectrum":
         """Table of a spectrum up to a phase per height."""
         last = jnp.log(largest_phase_per_um)
         step = -np.log(_LEAST_PHASE) / (_N_PHASES - 1)
@@ -93,7 +95,7 @@ class BroadenedSpectrum(eqx.Module):
         )
 
     def density_um4(
-        self, phase_per_um: Float[Array, "*shape"], frequency_per_um: Float[Array, "*shape"]
+        self, phase_per_um: Float[ArrayLike, "*#shape"], frequency_per_um: Float[ArrayLike, "*#shape"]
     ) -> Float[Array, "*shape"]:
         """Broadened PSD, cubic in the logarithms of both."""
         first, step = self.log_phase
@@ -124,7 +126,7 @@ def _cubic(position, n_nodes: int):
     return first, cubic_weights(inside - first - 1)
 
 
-def kept_regular(face: WaveFace, indices: tuple, cosines: tuple) -> tuple:
+def kept_regular(face: WaveFace, indices: Sequence, cosines: Sequence) -> tuple:
     """Factors exp(-A^2 sigma^2) of regular light that is reflected in front, behind, and passes.
 
     Parameters
@@ -280,7 +282,7 @@ def wave_lobes(
     index: tuple[Float[Array, ""], Float[Array, ""]],
     cosines_out: tuple[Float[Array, " points"], Float[Array, " points"]],
     cosine_in: Float[Array, " points"],
-    azimuth_rad: Float[Array, " points"],
+    azimuth_rad: Float[ArrayLike, " points"],
 ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
     """Reflected and transmitted lobes at given directions, without `RoughInterface.lobe_factors`.
 

@@ -73,7 +73,10 @@ class WaveSurface(eqx.Module):
 
 
 def phase_per_height(
-    surface: WaveSurface, cosine_out: Float[ArrayLike, "*shape"], cosine_in, is_transmission: bool
+    surface: WaveSurface,
+    cosine_out: Float[ArrayLike, "*#shape"],
+    cosine_in: Float[ArrayLike, "*#shape"],
+    is_transmission: bool | Bool[Array, ""],
 ) -> Float[Array, "*shape"]:
     """A, the phase by which light changes for each um of height.
 
@@ -101,7 +104,10 @@ def phase_per_height(
 
 
 def spatial_frequency(
-    surface: WaveSurface, kappa_out: Float[ArrayLike, "*shape"], kappa_in, azimuth_rad
+    surface: WaveSurface,
+    kappa_out: Float[ArrayLike, "*#shape"],
+    kappa_in: Float[ArrayLike, "*#shape"],
+    azimuth_rad: Float[ArrayLike, "*#shape"],
 ) -> Float[Array, "*shape"]:
     """Frequency of the heights that scatter light from one direction into another.
 
@@ -168,11 +174,11 @@ def _surface_fields(index_here, index_there, cosine):
 
 def perturbation_factor(
     surface: WaveSurface,
-    cosine_out: Float[Array, " points"],
-    cosine_in: Float[Array, " points"],
-    azimuth_rad: Float[Array, " points"],
-    is_transmission: bool,
-) -> Float[Array, " points"]:
+    cosine_out: Float[Array, "*#points"],
+    cosine_in: Float[Array, "*#points"],
+    azimuth_rad: Float[ArrayLike, "*#points"],
+    is_transmission: bool | Bool[Array, ""],
+) -> Float[Array, "*points"]:
     """BSDF over the PSD to first order in the height, unpolarised: Rayleigh-Rice for both sides.
 
     Heights act as a sheet of polarisation (n_i^2 - n_t^2) h, driven by the field at the smooth interface: its
@@ -192,7 +198,7 @@ def perturbation_factor(
 
     Returns
     -------
-    Float[Array, " points"]
+    Float[Array, "*points"]
         um^-4 / sr. In reflection 16 pi^2 n_i^4 cos_i cos_o Q / lambda^4.
 
     References
@@ -232,11 +238,11 @@ def _fresnel_factor(surface, cosine_out, cosine_in, is_transmission):
 
 def amplitude_factor(
     surface: WaveSurface,
-    cosine_out: Float[Array, " points"],
-    cosine_in: Float[Array, " points"],
-    azimuth_rad: Float[Array, " points"],
-    is_transmission: bool,
-) -> Float[Array, " points"]:
+    cosine_out: Float[Array, "*#points"],
+    cosine_in: Float[Array, "*#points"],
+    azimuth_rad: Float[ArrayLike, "*#points"],
+    is_transmission: bool | Bool[Array, ""],
+) -> Float[Array, "*#points"]:
     """BSDF over the broadened PSD, um^-4 / sr, as the surface's ``amplitude`` chooses it.
 
     Parameters
@@ -246,7 +252,8 @@ def amplitude_factor(
 
     Returns
     -------
-    Float[Array, " points"]
+    Float[Array, "*#points"]
+        With an axis of 1 over azimuths on which it does not depend.
     """
     if surface.amplitude == "perturbation":
         return perturbation_factor(surface, cosine_out, cosine_in, azimuth_rad, is_transmission)
@@ -293,9 +300,9 @@ def _bsdf(surface, cosine_out, cosine_in, azimuth_rad, is_transmission):
 
 def scattered_bsdf(
     surface: WaveSurface,
-    cosine_out: Float[Array, " pairs"],
-    cosine_in: Float[Array, " pairs"],
-    azimuth_rad: Float[Array, "pairs azimuths"],
+    cosine_out: Float[ArrayLike, " pairs"],
+    cosine_in: Float[ArrayLike, " pairs"],
+    azimuth_rad: Float[ArrayLike, "pairs azimuths"],
     is_transmission: bool,
 ) -> Float[Array, "pairs azimuths"]:
     """BSDF of scattered light, without the regular part, no cosine.
