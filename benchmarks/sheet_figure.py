@@ -45,10 +45,6 @@ def lines(result: FitResult, of_ink: Sheet, theta_i_deg: tuple[float, ...]) -> L
         The sheet.
     theta_i_deg
         Incidences.
-
-    Returns
-    -------
-    Lines
     """
     theta_o, phi = np.abs(SIGNED_DEG), np.where(SIGNED_DEG < 0, 0.0, 180.0)
     side, incidence, _ = np.meshgrid([False, True], theta_i_deg, SIGNED_DEG, indexing="ij")

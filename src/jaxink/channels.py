@@ -79,10 +79,6 @@ class ChannelGrid(eqx.Module):
         ----------
         refractive_index
             Of the medium, or of several as a column, shape ``(media, 1)``.
-
-        Returns
-        -------
-        Float[Array, "*media channels"]
         """
         # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines where n = n_b.
         index, cosine, _ = self._nodes

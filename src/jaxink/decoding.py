@@ -45,10 +45,6 @@ def read_json(path, limit_bytes: int, what: str) -> Any:
     what
         What it should be, such as ``result``.
 
-    Returns
-    -------
-    Any
-
     Raises
     ------
     InputRefusedError
@@ -72,10 +68,6 @@ def json_of(text: str, refusal: str) -> Any:
         The text.
     refusal
         What precedes the reason of a refusal.
-
-    Returns
-    -------
-    Any
 
     Raises
     ------
@@ -227,10 +219,6 @@ def described(value: Any) -> str:
     ----------
     value
         Plain data.
-
-    Returns
-    -------
-    str
     """
     if isinstance(value, dict | list | tuple):
         return f"a {'table' if isinstance(value, dict) else 'list'} of {len(value)}"

@@ -48,10 +48,6 @@ def shown(value: object) -> str:
     ----------
     value
         What was given.
-
-    Returns
-    -------
-    str
     """
     if isinstance(value, Integral):
         return str(value)
@@ -67,10 +63,6 @@ def unknown_name(name: str, known: Iterable[str]) -> str:
         What was given.
     known
         The names that exist.
-
-    Returns
-    -------
-    str
     """
     near = difflib.get_close_matches(name, list(known), n=1)
     hint = f"; did you mean {near[0]}?" if near else f"; known are: {', '.join(known)}."

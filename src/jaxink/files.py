@@ -61,10 +61,6 @@ def shown_path(path: str | Path) -> str:
     ----------
     path
         The path.
-
-    Returns
-    -------
-    str
     """
     text = str(path)
     text = text if text.isprintable() else ascii(text)
@@ -121,10 +117,6 @@ def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
     path, limit_bytes, what
         As of `open_bounded`.
 
-    Returns
-    -------
-    bytes
-
     Raises
     ------
     InputRefusedError
@@ -148,10 +140,6 @@ def utf8_text(content: bytes, name: str) -> str:
         Of the file.
     name
         How to call it in the sentence.
-
-    Returns
-    -------
-    str
 
     Raises
     ------

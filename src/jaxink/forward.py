@@ -243,10 +243,6 @@ class ForwardModel(eqx.Module):
             Wavelength in vacuum.
         rough_tables
             Those of the model at this wavelength; empty: rough interfaces are computed when needed.
-
-        Returns
-        -------
-        Stack
         """
         sizes = self.mie_sizes
         layers = tuple(_layer(layer, values, wavelength_nm, sizes)[0] for layer in self.sample.layers)
@@ -293,10 +289,6 @@ class ForwardModel(eqx.Module):
             Known values by name that replace those of the sample's table.
         accuracy, layer_method
             As of `choose_sizes`.
-
-        Returns
-        -------
-        SolverConfig
         """
         with computing():
             values = self._at_each_wavelength(self.sample.parameters.values_with(free_values))

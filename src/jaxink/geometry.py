@@ -45,10 +45,6 @@ class Directions(eqx.Module):
             source's.
         is_transmission
             False for reflection, True for transmission.
-
-        Returns
-        -------
-        Directions
         """
         theta_i, theta_o, phi = (np.asarray(angle, float) for angle in (theta_i_deg, theta_o_deg, phi_deg))
         distinct_i, incidence = np.unique(theta_i, return_inverse=True)

@@ -87,10 +87,6 @@ def cone_rays(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, is_transmission) 
     theta_i_deg, theta_o_deg, phi_deg, is_transmission
         Nominal directions, shape ``(points,)``.
 
-    Returns
-    -------
-    ConeRays
-
     Notes
     -----
     Seven points a disc, exact for polynomials of degree 5. A regular beam is a disc of the source's

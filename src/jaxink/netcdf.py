@@ -65,10 +65,6 @@ def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
     ----------
     dataset
         The Dataset.
-
-    Returns
-    -------
-    memoryview
     """
     content = BytesIO()
     encoding = {name: {"_FillValue": None} for name in dataset.variables}
@@ -86,10 +82,6 @@ def read_dataset(path: Path) -> "xarray.Dataset":
     ----------
     path
         The file.
-
-    Returns
-    -------
-    xarray.Dataset
 
     Raises
     ------

@@ -84,10 +84,6 @@ def sizes_for(
     layer_method
         As of `SolverConfig`.
 
-    Returns
-    -------
-    SolverConfig
-
     Raises
     ------
     InputRefusedError
@@ -163,10 +159,6 @@ def choose_sizes(
         The stack, with known numbers.
     accuracy, layer_method
         As of `sizes_for`.
-
-    Returns
-    -------
-    SolverConfig
 
     Raises
     ------

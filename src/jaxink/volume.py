@@ -73,10 +73,6 @@ def mie_sizes(sample: Sample, wavelengths_nm: tuple[float, ...]) -> MieSizes:
     wavelengths_nm
         Wavelengths in vacuum.
 
-    Returns
-    -------
-    MieSizes
-
     Raises
     ------
     InputRefusedError
@@ -138,10 +134,6 @@ def volume_scattering(
         Wavelength in vacuum.
     sizes
         Of the Mie series, for Mie particles.
-
-    Returns
-    -------
-    VolumeScattering
     """
     if layer.phase_function == "mie":
         return _mie(layer, values, wavelength_nm, sizes)

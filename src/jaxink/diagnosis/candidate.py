@@ -169,10 +169,6 @@ def untestable(candidate: Candidate, reason: str, absorbed_fraction: float) -> S
         Why.
     absorbed_fraction
         1 where the parameters imitate it, nan where there is no direction.
-
-    Returns
-    -------
-    ScreenedCandidate
     """
     nothing = np.full(candidate.directions.shape[1], np.nan)
     return ScreenedCandidate(
@@ -239,10 +235,6 @@ class ScreenResult:
         ----------
         name
             Its identifier.
-
-        Returns
-        -------
-        int
 
         Raises
         ------

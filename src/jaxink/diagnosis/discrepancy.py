@@ -68,10 +68,6 @@ def smooth_part(
     residual, jacobian, points, at_bound, options
         As of `find_structure`.
 
-    Returns
-    -------
-    SmoothPart
-
     References
     ----------
     Kennedy, O'Hagan 2001 JRSS B 63, 425; Tuo, Wu 2015 Ann. Stat. 43, 2331; Plumlee 2017 JASA 112, 1274.

@@ -56,10 +56,6 @@ def further_measurements(
     first, second
         Their refits.
 
-    Returns
-    -------
-    tuple[Further, ...]
-
     References
     ----------
     Atkinson, Fedorov 1975 Biometrika 62, 57 (T-optimal designs).

@@ -46,10 +46,6 @@ class Observations:
         held_out
             Which points those are.
 
-        Returns
-        -------
-        float
-
         References
         ----------
         Sherman, Morrison 1950 Ann. Math. Stat. 21, 124, and the determinant lemma.
@@ -107,10 +103,6 @@ def block_folds(points: Points, n_blocks: int = 6) -> Bool[np.ndarray, "folds po
         Where the points lie; blocks follow each other along the scans.
     n_blocks
         Blocks of each scan.
-
-    Returns
-    -------
-    Bool[np.ndarray, "folds points"]
 
     Raises
     ------
@@ -177,10 +169,6 @@ def held_out_gain(
         True where a point is held out.
     before_per_sr, after_per_sr
         Predictions of all points by either model, fitted without those of the fold.
-
-    Returns
-    -------
-    HeldOutGain
     """
     gains = [
         observations.log_density(after, fold) - observations.log_density(before, fold)

@@ -60,10 +60,6 @@ def joint_drop(
     options
         Number of draws and seed; None for the defaults.
 
-    Returns
-    -------
-    JointDrop
-
     References
     ----------
     Self, Liang 1987 JASA 82, 605; Shapiro 1988 Int. Stat. Rev. 56, 49 (chi-bar-square).

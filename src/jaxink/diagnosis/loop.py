@@ -137,10 +137,6 @@ def diagnose(
     progress
         Called with what is done, the step and the misfit.
 
-    Returns
-    -------
-    Diagnosis
-
     Raises
     ------
     InputRefusedError

@@ -61,10 +61,6 @@ def tree_links(correlation: Float[np.ndarray, "inner inner"], sign: int) -> Floa
         Of the deviates of one candidate.
     sign
         As of `maximum_tail`.
-
-    Returns
-    -------
-    Float[np.ndarray, " links"]
     """
     strength = np.clip(correlation if sign != 0 else np.abs(correlation), -1.0, 1.0)
     # A distance of exactly 0 would mean no link to scipy.
@@ -136,10 +132,6 @@ class NullLaw:
         ----------
         p
             Between 0 and 0.5.
-
-        Returns
-        -------
-        float
         """
         if self.links.size == 0 and self.draws.size == 0:
             return float(-ndtri(p if self.sign != 0 else p / 2))
@@ -165,9 +157,5 @@ def admissible(scores: Float[np.ndarray, "*shape"] | float, sign: int) -> Float[
         z, positive where the strength would be.
     sign
         +1, -1, or 0 for either.
-
-    Returns
-    -------
-    Float[np.ndarray, "*shape"]
     """
     return np.abs(scores) if sign == 0 else sign * scores

@@ -56,10 +56,6 @@ def ljung_box(
     lags
         Largest lag; in a scan of n points at most n - 1.
 
-    Returns
-    -------
-    Float[np.ndarray, "vectors scans"]
-
     References
     ----------
     Ljung, Box 1978 Biometrika 65, 297.

@@ -281,10 +281,6 @@ class Diagnosis:
         directory
             Made if it does not exist.
 
-        Returns
-        -------
-        Path
-
         Raises
         ------
         InputRefusedError
@@ -362,10 +358,6 @@ def summary_of(
         Predictions of all points by the fit without each fold.
     folds
         Which points each fold left out.
-
-    Returns
-    -------
-    Summary
     """
     n = len(observations.measured_per_sr)
     predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]

@@ -47,10 +47,6 @@ class Points:
         ----------
         data
             A measurement.
-
-        Returns
-        -------
-        Points
         """
         used = data.used
         _, scan = np.unique(data.scan_index[used], return_inverse=True)
@@ -79,10 +75,6 @@ class Points:
         ----------
         scan
             Its number.
-
-        Returns
-        -------
-        str
         """
         first = int(np.argmax(self.scan == scan))
         side = "T" if self.is_transmission[first] else "R"

@@ -63,10 +63,6 @@ class Projection:
         ----------
         columns
             Shape ``(rows,)`` or ``(rows, columns)``.
-
-        Returns
-        -------
-        Float[np.ndarray, "rows *columns"]
         """
         return columns - self.basis @ (self.basis.T @ columns)
 
@@ -203,10 +199,6 @@ class TangentCone:
             -1 where a parameter sits on its lower bound or cannot be told from it (within about one
             standard error), +1 on its upper, 0 inside; None for none on a bound.
 
-        Returns
-        -------
-        TangentCone
-
         Raises
         ------
         InputRefusedError
@@ -235,10 +227,6 @@ class TangentCone:
         ----------
         active
             The edges that count as free.
-
-        Returns
-        -------
-        Projection
         """
         if not active.any():
             return Projection(self.basis)
@@ -251,10 +239,6 @@ class TangentCone:
         ----------
         vectors
             Residuals.
-
-        Returns
-        -------
-        ConeFit
         """
         return cone_fit(vectors @ self.edges, self.edges.T @ self.edges)
 
@@ -306,10 +290,6 @@ class TangentCone:
         ----------
         vectors
             Noise.
-
-        Returns
-        -------
-        Float[np.ndarray, "vectors rows"]
         """
         left = np.empty_like(vectors)
         for active, members in self.groups(vectors):

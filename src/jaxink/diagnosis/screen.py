@@ -152,10 +152,6 @@ class PreparedScreen:
         residual
             Whitened measured minus predicted, rows of priors included.
 
-        Returns
-        -------
-        ScreenResult
-
         Raises
         ------
         InputRefusedError
@@ -223,10 +219,6 @@ def prepare_screen(
     options
         None for the defaults.
 
-    Returns
-    -------
-    PreparedScreen
-
     Raises
     ------
     InputRefusedError
@@ -277,10 +269,6 @@ def screen(
     clusters
         Only where the noise is not known: scan of each row, -1 for priors. The variance of a score is then
         its scatter over whole scans, and signs of whole scans are drawn at random instead of noise.
-
-    Returns
-    -------
-    ScreenResult
 
     Raises
     ------

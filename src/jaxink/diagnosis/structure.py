@@ -137,10 +137,6 @@ class PreparedStructure:
         ----------
         residual
             Whitened measured minus predicted: the points, then the rows of priors.
-
-        Returns
-        -------
-        StructureResult
         """
         projection = self.cone.projection(self.cone.active(residual[None, :])[0])
         left = projection.remove(residual)
@@ -195,10 +191,6 @@ def prepare_structure(
     options
         Number of draws and seed; None for the defaults.
 
-    Returns
-    -------
-    PreparedStructure
-
     References
     ----------
     Westfall, Young 1993 Resampling-Based Multiple Testing (min-p).
@@ -239,10 +231,6 @@ def find_structure(
         Whitened measured minus predicted at the minimum: the points, then the rows of priors.
     jacobian, points, at_bound, is_noise_known, options
         As of `prepare_structure`.
-
-    Returns
-    -------
-    StructureResult
     """
     prepared = prepare_structure(
         jacobian, points, at_bound=at_bound, is_noise_known=is_noise_known, options=options

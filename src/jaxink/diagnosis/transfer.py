@@ -51,10 +51,6 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
     is_refitted
         Whether all free parameters are fitted anew, or stay as they were found.
 
-    Returns
-    -------
-    Transfer
-
     Raises
     ------
     InputRefusedError

@@ -31,10 +31,6 @@ def is_met(summary: Summary, structure: StructureResult) -> bool:
         Its size.
     structure
         Its order.
-
-    Returns
-    -------
-    bool
     """
     figures = summary.fitted
     if figures.probability is None:
@@ -78,10 +74,6 @@ def judge(
         Of the readings with each other.
     undetermined
         Parameters that the misfit leaves open.
-
-    Returns
-    -------
-    Verdict
     """
     verdict = _judged(steps, before, after, structure, location, candidates, further)
     if verdict.code == "not_testable":

@@ -91,10 +91,6 @@ def locate(
     ----------
     residual, jacobian, points, at_bound, options
         As of `find_structure`.
-
-    Returns
-    -------
-    Location
     """
     options = ScreenOptions() if options is None else options
     smooth = smooth_part(residual, jacobian, points, at_bound=at_bound, options=options)

@@ -199,10 +199,6 @@ class Workbench:
             Limit of the search.
         measured
             Values in the place of those measured.
-
-        Returns
-        -------
-        Solution
         """
         objective, unit = self._with_slots(values, free, left_out)
         if measured is not None:

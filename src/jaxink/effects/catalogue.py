@@ -36,10 +36,6 @@ def effects_for(case: Case, catalogue: tuple[type[Effect], ...] = CATALOGUE) -> 
         Sample and points.
     catalogue
         Classes of effects.
-
-    Returns
-    -------
-    Listed
     """
     forms: list[Effect] = []
     not_testable = {}

@@ -61,10 +61,6 @@ class Scene(eqx.Module):
         ----------
         theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, time
             Shape ``(points,)``; ``time`` in any unit.
-
-        Returns
-        -------
-        Scene
         """
         phi = np.mod(phi_deg, 360.0)
         forward = np.cos(np.deg2rad(phi)) < -1e-9

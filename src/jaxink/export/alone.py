@@ -67,10 +67,6 @@ def find_ink(
     index_inside, index_outside
         Refractive indices on the plate's and on the other side; None: of what the sample has there.
 
-    Returns
-    -------
-    InkLayers
-
     Raises
     ------
     InputRefusedError
@@ -214,10 +210,6 @@ def reversed_stack(stack: Stack) -> Stack:
     ----------
     stack
         The stack.
-
-    Returns
-    -------
-    Stack
     """
     last = len(stack.layers) + 1
     return Stack(

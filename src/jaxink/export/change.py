@@ -79,10 +79,6 @@ class TableChange:
             Of `jaxink.export.table.COMPONENTS`.
         wavelength
             Position of the wavelength.
-
-        Returns
-        -------
-        ComponentChange
         """
         theta = self.before.theta_deg[self.before.theta_deg <= LARGEST_THETA_DEG]
         axes = np.meshgrid(theta, theta, self.before.phi_deg, indexing="ij")
@@ -115,10 +111,6 @@ def table_change(before: Sample, after: Sample, wavelengths_nm: Sequence[float])
         The sample; only the values of its layers count, not its backing, beam or instrument.
     wavelengths_nm
         Wavelengths.
-
-    Returns
-    -------
-    TableChange
 
     Raises
     ------

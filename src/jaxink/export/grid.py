@@ -19,10 +19,6 @@ def critical_angles_deg(index_ratios) -> list[float]:
     ----------
     index_ratios
         Refractive indices of the other media over that of the medium.
-
-    Returns
-    -------
-    list[float]
     """
     return [math.degrees(math.asin(ratio)) for ratio in index_ratios if ratio < 1]
 

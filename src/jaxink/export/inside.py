@@ -102,10 +102,6 @@ def ink_table(
     options
         Choices; None for the defaults.
 
-    Returns
-    -------
-    InkTable
-
     Raises
     ------
     InputRefusedError

@@ -130,10 +130,6 @@ def from_dataset(dataset: "xarray.Dataset", source: str = "the Dataset") -> InkT
     source
         How to call it in an error.
 
-    Returns
-    -------
-    InkTable
-
     Raises
     ------
     InputRefusedError

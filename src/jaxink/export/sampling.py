@@ -134,10 +134,6 @@ def writable(table: InkTable) -> InkTable:
     table
         The table.
 
-    Returns
-    -------
-    InkTable
-
     Raises
     ------
     InputRefusedError

@@ -42,10 +42,6 @@ class Spread:
         ----------
         result
             The fit.
-
-        Returns
-        -------
-        Spread
         """
         rows = [result[name] for name in result.correlation_names]
         silent = [p for p in rows if p.standard_error is None]
@@ -70,10 +66,6 @@ class Spread:
         ----------
         slopes
             Derivatives by each parameter, parameters first.
-
-        Returns
-        -------
-        np.ndarray
         """
         variance = np.einsum("p...,pq,q...->...", slopes, self.matrix, slopes, optimize=True)
         return np.sqrt(np.maximum(variance, 0.0))

@@ -80,10 +80,6 @@ def load_boundary(path: str | Path) -> RoughBoundary:
     path
         TOML file, as `docs/surfaces.md` describes it; a height map is looked for beside it.
 
-    Returns
-    -------
-    RoughBoundary
-
     Raises
     ------
     InputRefusedError

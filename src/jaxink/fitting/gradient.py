@@ -154,10 +154,6 @@ class GradientSearch:
             Called after each step with its number and the loss.
         max_jacobians
             Limit of this search, None for that of the engine.
-
-        Returns
-        -------
-        Search
         """
         lower, upper = np.zeros_like(start), np.ones_like(start)
         unit = np.clip(start, lower, upper)
@@ -270,10 +266,6 @@ def together(method: str, every: Sequence[Search], end: Search) -> Search:
         The searches.
     end
         Where they end.
-
-    Returns
-    -------
-    Search
     """
     return dataclasses.replace(
         end,
@@ -297,10 +289,6 @@ def starts(first: np.ndarray, count: int, seed: int) -> list[np.ndarray]:
         How many in all.
     seed
         Of the random ones.
-
-    Returns
-    -------
-    list[np.ndarray]
     """
     if count == 1:
         return [np.asarray(first, float)]

@@ -81,10 +81,6 @@ def load_result(path: str | Path) -> FitResult:
     path
         The folder, or its ``result.json``.
 
-    Returns
-    -------
-    FitResult
-
     Raises
     ------
     InputRefusedError

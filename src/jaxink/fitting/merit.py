@@ -90,10 +90,6 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         Residuals whitened by the noise, or None.
     n_parameters
         Number of parameters that were fitted.
-
-    Returns
-    -------
-    Merit
     """
     used = data.used
     measured = data.bsdf_per_sr[used]

@@ -174,10 +174,6 @@ def program_of(objective: Objective) -> Program:
     ----------
     objective
         The objective.
-
-    Returns
-    -------
-    Program
     """
     arrays, static = _split(objective)
     leaves, treedef = jax.tree.flatten(static)
@@ -290,10 +286,6 @@ def make_objective(
     accuracy, layer_method
         As of `ForwardModel`.
 
-    Returns
-    -------
-    Objective
-
     Raises
     ------
     InputRefusedError
@@ -341,10 +333,6 @@ def compose(
         As of `make_objective`; priors are those of the sample's free parameters, which come first.
     **fields
         What is left of the fields of the class.
-
-    Returns
-    -------
-    Objective
     """
     used = data.used
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
@@ -373,10 +361,6 @@ def weights_of(data: GonioData, sample: Sample) -> Float[np.ndarray, " points"]:
         The measurement.
     sample
         Names incidences and sides with their weights.
-
-    Returns
-    -------
-    Float[np.ndarray, " points"]
     """
     used = data.used
     weight = np.ones(int(used.sum()))

@@ -225,10 +225,6 @@ class FitResult:
         ----------
         data
             Where to predict; None: the fitted measurement, masked points included.
-
-        Returns
-        -------
-        ForwardModel
         """
         from jaxink.forward import ForwardModel
         from jaxink.stack import SolverConfig

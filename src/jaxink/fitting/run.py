@@ -132,10 +132,6 @@ def fit(
     progress
         Called with what is done, the step and the loss.
 
-    Returns
-    -------
-    FitResult
-
     Raises
     ------
     InputRefusedError
@@ -193,10 +189,6 @@ def prepare_data(data: GonioData, sample: Sample) -> GonioData:
     sample
         Names wavelengths and masks.
 
-    Returns
-    -------
-    GonioData
-
     Raises
     ------
     InputRefusedError
@@ -223,10 +215,6 @@ def marked(data: GonioData, sample: Sample) -> GonioData:
         The measurement.
     sample
         Names masks.
-
-    Returns
-    -------
-    GonioData
     """
     return data.replace(mask=mask_bits(data, _limits(sample)))
 

@@ -42,10 +42,6 @@ class UnitScale(eqx.Module):
         ----------
         parameters
             With minimum, maximum and scale.
-
-        Returns
-        -------
-        UnitScale
         """
         rows = []
         for p in parameters:

@@ -55,10 +55,6 @@ def covariance(triangle: np.ndarray, unit: np.ndarray, gradient: np.ndarray) -> 
         The minimum.
     gradient
         J^T r there.
-
-    Returns
-    -------
-    Covariance
     """
     n = len(unit)
     held = ((unit <= 0) & (gradient > 0)) | ((unit >= 1) & (gradient < 0))
@@ -138,10 +134,6 @@ def profile(
         Which parameter.
     deviation
         Its standard error in the unit variable; sets the first step.
-
-    Returns
-    -------
-    Profile
 
     References
     ----------

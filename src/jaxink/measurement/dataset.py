@@ -221,10 +221,6 @@ class GonioData:
         used_only
             Drop the masked points.
 
-        Returns
-        -------
-        GonioData
-
         Raises
         ------
         InputRefusedError

@@ -110,10 +110,6 @@ def from_dataset(dataset, source: str | None = None) -> GonioData:
     source
         How to call it in an error, the file for instance.
 
-    Returns
-    -------
-    GonioData
-
     Raises
     ------
     InputRefusedError

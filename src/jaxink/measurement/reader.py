@@ -29,10 +29,6 @@ def read(path, **overrides) -> GonioData:
     **overrides
         As of ``read_csv``; a netCDF file takes none.
 
-    Returns
-    -------
-    GonioData
-
     Raises
     ------
     InputRefusedError

@@ -74,10 +74,6 @@ def read_table(path) -> TextTable:
     path
         The file: UTF-8, a header row, cells separated by commas, semicolons or tabs.
 
-    Returns
-    -------
-    TextTable
-
     Raises
     ------
     InputRefusedError

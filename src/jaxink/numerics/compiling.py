@@ -35,10 +35,6 @@ def hastily(function: Callable, level: int = _NONE) -> Callable:
         Not for use within other compiled functions.
     level
         Of optimisation.
-
-    Returns
-    -------
-    Callable
     """
     return jax.jit(function, compiler_options=_options(level))
 
@@ -65,10 +61,6 @@ class Tiered:
         ----------
         runs
             So many that were made since this was last asked.
-
-        Returns
-        -------
-        Callable
         """
         self._left -= runs
         return self._tiers[self._left <= 0]

@@ -74,10 +74,6 @@ def interpolate_log(
         At the nodes.
     log_position
         Logarithm of the radius or frequency over its scale.
-
-    Returns
-    -------
-    Float[Array, "*shape points"]
     """
     position = jnp.clip(jnp.maximum(log_position, _LEAST_LOG) / STEP + N_NODES // 2, 1.0, N_NODES - 3.0)
     first = jnp.floor(position).astype(int) - 1

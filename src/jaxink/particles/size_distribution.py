@@ -56,10 +56,6 @@ def monodisperse(radius_nm: Float[ArrayLike, ""]) -> SizeDistribution:
     radius_nm
         The radius.
 
-    Returns
-    -------
-    SizeDistribution
-
     Raises
     ------
     InputRefusedError
@@ -150,10 +146,6 @@ def discrete(radii_nm, number_weights) -> SizeDistribution:
         The radii, shape ``(sizes,)``.
     number_weights
         Relative number of spheres of each, shape ``(sizes,)``; their sum is of no account.
-
-    Returns
-    -------
-    SizeDistribution
 
     Raises
     ------

@@ -95,10 +95,6 @@ def nodes_needed(max_size_parameter: float) -> int:
     ----------
     max_size_parameter
         Of the largest sphere.
-
-    Returns
-    -------
-    int
     """
     wanted = min(_NODES_PER_SIZE_PARAMETER * max_size_parameter, _MOST_NODES)
     return _PANEL * ceil(wanted / _PANEL)

@@ -34,10 +34,6 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
     side
         ``R`` or ``T``.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     InputRefusedError
@@ -65,10 +61,6 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
     ----------
     result, wavelength_nm, side
         As for `cut_figure`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------

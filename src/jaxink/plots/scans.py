@@ -69,10 +69,6 @@ def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[Sca
         The fit.
     wavelength_nm, side
         Which scans.
-
-    Returns
-    -------
-    list[ScanView]
     """
     return views_of(result.data, result.predicted_per_sr, result.whitened, wavelength_nm, side)
 
@@ -94,10 +90,6 @@ def views_of(
         Prediction and whitened residual at its used points; residuals are in per cent where there are none.
     wavelength_nm, side
         Which scans.
-
-    Returns
-    -------
-    list[ScanView]
     """
     fitted, residual = np.full((2, len(data)), np.nan)
     fitted[data.used] = predicted_per_sr

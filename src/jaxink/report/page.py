@@ -69,10 +69,6 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Ite
         Cells.
     text_columns
         Positions of the columns that are words, not numbers.
-
-    Returns
-    -------
-    str
     """
     words = set(text_columns)
 

@@ -45,10 +45,6 @@ def sample_from_dict(plain: Any, key: str = "sample") -> Sample:
     key
         How they are called in a refusal.
 
-    Returns
-    -------
-    Sample
-
     Raises
     ------
     InputRefusedError

@@ -22,10 +22,6 @@ def parameter_entry(given: Any, name: str, quantity: schema.Quantity) -> dict[st
         Dotted name.
     quantity
         What it may be.
-
-    Returns
-    -------
-    dict
     """
     entry = given if isinstance(given, dict) else {"value": given}
     only(entry, PARAMETER_KEYS, name)
@@ -55,10 +51,6 @@ def parameter_of(name: str, entry: dict[str, Any], quantity: schema.Quantity) ->
         What the file says of it, keys of `PARAMETER_KEYS`.
     quantity
         What it may be.
-
-    Returns
-    -------
-    Parameter
     """
     unit = quantity.unit
     tie, free = entry.get("tie"), entry.get("free", False)

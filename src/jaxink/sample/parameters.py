@@ -193,10 +193,6 @@ class ParameterTable(Mapping[str, Parameter]):
         **changes
             Fields of `Parameter` to replace.
 
-        Returns
-        -------
-        ParameterTable
-
         Raises
         ------
         InputRefusedError

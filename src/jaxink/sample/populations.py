@@ -39,10 +39,6 @@ def population_tables(table: dict[str, Any], layer: str, taken) -> list[dict[str
         Its name.
     taken
         Keys of the layer, which a population may not be named as.
-
-    Returns
-    -------
-    list[dict]
     """
     tables, where = table.get("populations", []), f"layer '{layer}'"
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):

@@ -33,10 +33,6 @@ def load_sample(path: str | Path) -> Sample:
     path
         TOML file, as `docs/sample-file.md` describes it.
 
-    Returns
-    -------
-    Sample
-
     Raises
     ------
     InputRefusedError
@@ -57,10 +53,6 @@ def parse_sample(text: str, source: str = "sample", folder: str | Path | None = 
         Name for messages.
     folder
         Where files that it names are looked for; None: the working folder.
-
-    Returns
-    -------
-    Sample
     """
     document = document_of(text, source)
     try:

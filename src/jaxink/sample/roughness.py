@@ -66,10 +66,6 @@ def read_roughness(
         Where files that it names are looked for.
     quantity
         Called with (first part of the name, key, `schema.Quantity`, table) for each number.
-
-    Returns
-    -------
-    Roughness
     """
     where = f"{layer}.{face}"
     if not isinstance(given, dict):

@@ -65,10 +65,6 @@ def names_in(expression: str) -> set[str]:
     expression
         As `evaluate_tie` takes it.
 
-    Returns
-    -------
-    set[str]
-
     Raises
     ------
     InputRefusedError

@@ -134,10 +134,6 @@ def views(
     rule
         Numbers of nodes.
 
-    Returns
-    -------
-    Views
-
     References
     ----------
     Walter, Marschner, Li, Torrance 2007 EGSR, eqs. 38 to 40.
@@ -206,10 +202,6 @@ def mean_transmittance(
         Refractive index on the receiving side and on the other.
     density
         Of the facets' slopes.
-
-    Returns
-    -------
-    Float[Array, " receivers"]
     """
     propagates = cosine > 0
     cosine, sine = jnp.where(propagates, cosine, 0.5), jnp.where(propagates, sine, 0.5)

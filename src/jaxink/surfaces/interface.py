@@ -88,10 +88,6 @@ class RoughInterface(eqx.Module):
             Root of the channels' etendue weights, above 0.
         outer, inner
             Whether each channel propagates on the outer and on the inner side.
-
-        Returns
-        -------
-        RoughInterface
         """
         one, several = jax.tree.map(lambda matrix: scale[:, None] * matrix / scale, (self.one, self.several))
         total = RoughInterface(one, several, self.regular).total
@@ -193,10 +189,6 @@ def rows_of_samples(
         Of the samples.
     n_orders
         Azimuthal orders.
-
-    Returns
-    -------
-    Float[Array, "weights orders receivers channels"]
     """
     series = _chebyshev(cos_azimuth, n_orders)
     # Odd orders vanish towards the normal as the sine: interpolated without it.
@@ -295,10 +287,6 @@ def rough_interface(
         Azimuthal orders.
     sizes
         Of the quadratures.
-
-    Returns
-    -------
-    RoughInterface
 
     References
     ----------

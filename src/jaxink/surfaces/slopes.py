@@ -72,10 +72,6 @@ class SlopeDensity(eqx.Module):
         ----------
         slope
             Slopes, 0 or more.
-
-        Returns
-        -------
-        Float[Array, "*shape"]
         """
         return jnp.where(slope <= self.largest_slope, self._shape(slope), 0.0) / self._norm
 
@@ -249,10 +245,6 @@ def slope_density(name: str, sigma_deg) -> SlopeDensity:
         One of `DENSITIES`.
     sigma_deg
         Its angle, 0 for a flat surface; differentiable.
-
-    Returns
-    -------
-    SlopeDensity
     """
     tangent = jnp.tan(jnp.deg2rad(sigma_deg))
     return Beckmann(tangent**2) if name == "beckmann" else _BY_NAME[name](tangent)

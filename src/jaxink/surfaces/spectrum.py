@@ -170,10 +170,6 @@ class KCorrelation(PowerSpectrum):
         ----------
         amplitude_um4, length_b_um, exponent
             A, B and C, C above 2.
-
-        Returns
-        -------
-        KCorrelation
         """
         variance = 2 * jnp.pi * jnp.asarray(amplitude_um4) / (length_b_um**2 * (exponent - 2))
         return cls(variance, length_b_um, exponent)

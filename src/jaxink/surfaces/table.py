@@ -42,10 +42,6 @@ class RoughTable(eqx.Module):
         ----------
         sigma_deg
             The angle; differentiable.
-
-        Returns
-        -------
-        RoughInterface
         """
         n_nodes = jax.tree.leaves(self.interface)[0].shape[0]
         if n_nodes == 1:
@@ -88,10 +84,6 @@ def rough_table(
         Azimuthal orders.
     n_outer
         As of `RoughSizes`.
-
-    Returns
-    -------
-    RoughTable
     """
     low, high = (math.log(limit + _SMOOTH_DEG) for limit in sigma_deg)
     if low == high:

@@ -160,10 +160,6 @@ def broadened_for(face: WaveFace, index_1: Float[Array, ""], index_2: Float[Arra
         The interface.
     index_1, index_2
         Refractive indices on either side.
-
-    Returns
-    -------
-    BroadenedSpectrum
     """
     wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
     return BroadenedSpectrum.of(face.spectrum, 2 * wavenumber * jnp.maximum(index_1, index_2))

@@ -143,10 +143,6 @@ def regular_power(
         Of incidence.
     is_transmission
         Whether light leaves on the other side; 0 beyond the critical angle.
-
-    Returns
-    -------
-    Float[Array, " angles"]
     """
     n_i, n_t = surface.index_front, surface.index_back
     beyond = refracted_cosine(n_i, n_t, cosine_in)

@@ -109,10 +109,6 @@ def balance(surface: WaveSurface, cosine_in: Float[ArrayLike, ""]) -> PowerBalan
         The interface.
     cosine_in
         Of incidence.
-
-    Returns
-    -------
-    PowerBalance
     """
     require_float64()
     cosine = jnp.atleast_1d(jnp.asarray(cosine_in))
