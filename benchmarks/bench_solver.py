@@ -22,7 +22,7 @@ import numpy as np  # noqa: E402
 from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf  # noqa: E402
 from jaxink.numerics.precision import computing  # noqa: E402
 from jaxink.particles.phase_function import HenyeyGreenstein  # noqa: E402
-from jaxink.slab import layer_response  # noqa: E402
+from jaxink.solver.layer_response import layer_response  # noqa: E402
 from report_common import machine, table, write_page  # noqa: E402
 
 TEMPLATE = Path(__file__).with_name("performance.md.in")

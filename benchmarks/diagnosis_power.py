@@ -19,7 +19,6 @@ import json
 import numpy as np
 
 import jaxink
-from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.diagnosis import (
     Candidate,
     DiagnosisOptions,
@@ -33,7 +32,8 @@ from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
 from jaxink.fitting.objective import noise_of
 from jaxink.numerics.precision import computing
-from jaxink.stack import SolverConfig
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.stack import SolverConfig
 from power_cases import ACCURACY, case_of
 from report_common import REPOSITORY, machine, table, write_section
 

@@ -54,9 +54,9 @@ def phase_moments(name: str, at_least: int = 1) -> np.ndarray:
 
 def stack_of(rows: list[dict], from_behind: bool = False):
     """The layers as jaxink takes them."""
-    from jaxink.optics import ScatteringLayer
+    from jaxink.optics.layers import ScatteringLayer
     from jaxink.particles.phase_function import HenyeyGreenstein, TabulatedByMoments
-    from jaxink.stack import Stack
+    from jaxink.solver.stack import Stack
 
     name = rows[0]["phase"]
     if name.startswith(HENYEY_GREENSTEIN):
@@ -77,8 +77,8 @@ def radiances(rows: list[dict], config) -> np.ndarray:
     config
         Sizes of the discretisation.
     """
-    from jaxink.bsdf import diffuse_bsdf, hemispherical_power
-    from jaxink.geometry import Directions
+    from jaxink.optics.directions import Directions
+    from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
 
     theta_o_deg = np.rad2deg(np.arccos(column(rows, "mu")))
     if rows[0]["mu0"]:

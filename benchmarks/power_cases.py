@@ -8,7 +8,7 @@ import numpy as np
 
 import jaxink
 from declared import sample_toml
-from jaxink.forward import ForwardModel
+from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from jaxink.sample import ParameterTable
 from report_common import data_folder
@@ -91,7 +91,8 @@ def _dense_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
     known |= {"ink.particle_absorption_index": 0.0}
     free = ("ink.radius_nm", "ink.volume_fraction")
     parameters = [
-        dataclasses.replace(p, value=known.get(n, p.value), free=n in free) for n, p in sample.parameters.items()
+        dataclasses.replace(p, value=known.get(n, p.value), free=n in free)
+        for n, p in sample.parameters.items()
     ]
     sample = dataclasses.replace(sample, parameters=ParameterTable(parameters))
     return _drawn(np.stack([*data.directions], axis=1), sample)

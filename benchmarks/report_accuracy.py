@@ -14,7 +14,8 @@ from disort_problems import column, phase_moments, radiances, read_problems, sta
 from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, choose_sizes, diffuse_bsdf  # noqa: E402
 from jaxink.numerics.legendre import legendre_series  # noqa: E402
 from jaxink.numerics.precision import computing  # noqa: E402
-from jaxink.particles.phase_function import HenyeyGreenstein, PhaseFunction, TabulatedByMoments  # noqa: E402
+from jaxink.optics.phase_function import PhaseFunction  # noqa: E402
+from jaxink.particles.phase_function import HenyeyGreenstein, TabulatedByMoments  # noqa: E402
 from report_common import table, write_page  # noqa: E402
 
 ASYMMETRIES = (0.0, 0.35, 0.5, 0.7, 0.8, 0.85, 0.9, 0.95)

@@ -12,8 +12,9 @@ import miepython
 import numpy as np
 
 import jaxink
-from jaxink.particles.phase_function import HenyeyGreenstein, PhaseFunction, TwoTermHenyeyGreenstein
-from jaxink.stack import block_media
+from jaxink.optics.phase_function import PhaseFunction
+from jaxink.particles.phase_function import HenyeyGreenstein, TwoTermHenyeyGreenstein
+from jaxink.solver.stack import block_media
 from jaxink.surfaces.slopes import slope_density
 from monte_carlo import Result, simulate
 from monte_carlo_facets import Facets
@@ -105,7 +106,7 @@ def _slopes_of(face: Facets | None):
 
 def _layer_of(layer: Layer):
     extinction = layer.scattering_per_mm + layer.absorption_per_mm
-    thickness = min(extinction * layer.thickness_mm, jaxink.optics.OPAQUE_OPTICAL_THICKNESS)
+    thickness = min(extinction * layer.thickness_mm, jaxink.optics.layers.OPAQUE_OPTICAL_THICKNESS)
     if layer.phase is None:
         return jaxink.ClearLayer(layer.index, thickness)
     return jaxink.ScatteringLayer(

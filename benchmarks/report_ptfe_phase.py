@@ -17,14 +17,14 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 import jaxink
-from jaxink.bsdf import diffuse_bsdf
 from jaxink.fitting.objective import noise_of
-from jaxink.geometry import Directions
 from jaxink.measurement import symmetry_repeatability
 from jaxink.numerics.precision import computing
-from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
 from jaxink.particles.phase_function import TabulatedByAngle, TwoTermHenyeyGreenstein
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf
+from jaxink.solver.stack import SolverConfig, Stack
 from report_common import SAMPLES
 from report_measured_diagnosis import PHASE_STUDY, measured, rms, write
 

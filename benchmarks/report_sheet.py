@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import jaxink
-from jaxink.export import COMPONENTS, InkTable, TableOptions, verify_sheet
-from jaxink.export.sheet import sheets
 from jaxink.fitting import FitResult
-from jaxink.forward import ForwardModel, evaluate
+from jaxink.ink import COMPONENTS, InkTable, TableOptions, verify_sheet
+from jaxink.ink.sheet import sheets
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample
 from report_common import REPOSITORY, machine, table, write_page
 from report_simulated import fit_declared

@@ -16,10 +16,10 @@ import jaxink
 from jaxink.diagnosis import Points, locate
 from jaxink.diagnosis.stage import Setup
 from jaxink.effects import Scene
-from jaxink.files import plain
+from jaxink.files.reading import plain
 from jaxink.fitting.objective import noise_of
 from jaxink.fitting.run import prepare_data
-from jaxink.forward import ForwardModel
+from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from report_measured_diagnosis import REPORTS, SAMPLES, declared, save, write
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.export.sheet import Sheet
 from jaxink.fitting import FitResult
-from jaxink.forward import ForwardModel, evaluate
+from jaxink.ink.sheet import Sheet
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.plots.scans import IN_PLANE_DEG
-from jaxink.plots.sheet import DPI, sheet
+from jaxink.plots.thin_sheet import DPI, sheet
 
 # Signed polar angles of the lines: positive on the side of the specular and of the undeviated direction.
 SIGNED_DEG = np.arange(-87.5, 87.6, 0.5)

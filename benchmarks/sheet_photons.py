@@ -8,7 +8,7 @@ import dataclasses
 
 import numpy as np
 
-from jaxink.export import InkTable
+from jaxink.ink import InkTable
 
 _ROULETTE_BELOW = 0.02
 

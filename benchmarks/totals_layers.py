@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import jaxink
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.stack import block_media
+from jaxink.solver.stack import block_media
 from report_common import data_folder
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import jaxink
-from jaxink.lateral import LateralField
+from jaxink.solver.lateral import LateralField
 from monte_carlo import simulate
 from monte_carlo_sample import HenyeyGreenstein as DrawnHenyeyGreenstein
 from monte_carlo_sample import Layer, Sample

@@ -11,28 +11,18 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 # From the bottom to the top; rooms of one floor do not import each other.
 FLOORS = (
     ("errors",),
-    ("files", "spreadsheet"),
-    ("output", "decoding"),
-    ("materials", "netcdf", "accuracy", "digits"),
-    ("numerics", "measurement"),
-    ("geometry", "interfaces", "particles"),
-    ("channels", "optics"),
-    ("slab", "surfaces", "lateral"),
+    ("files", "numerics"),
+    ("measurement",),
+    ("optics",),
+    ("particles",),
+    ("surfaces",),
     # Surfaces turn a measured height map that a sample names into a few numbers.
     ("sample",),
-    ("data", "volume"),
-    ("adding",),
-    ("regular",),
-    ("stack",),
-    ("solve",),
-    ("resolution",),
-    ("bsdf",),
-    ("instrument",),
-    ("forward",),
-    ("fitting",),
-    ("effects",),
+    ("data", "solver"),
+    ("model",),
+    ("effects", "fitting"),
+    ("diagnosis", "ink"),
     ("export",),
-    ("diagnosis",),
     ("plots",),
     ("report",),
     ("cli",),
@@ -72,7 +62,7 @@ def test_imports_point_down(path):
         assert allowed, f"{path.relative_to(SOURCE)} imports {other}, which is not below {room}"
 
 
-@pytest.mark.parametrize("room", ["measurement", "sample", "materials", "errors"])
+@pytest.mark.parametrize("room", ["measurement", "sample", "optics.refractive_index", "errors"])
 def test_reading_needs_no_jax(room):
     code = (
         f"import sys, jaxink.{room}; sys.exit(any(m in sys.modules for m in ('jax', 'xarray', 'matplotlib')))"

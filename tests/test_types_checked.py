@@ -42,7 +42,7 @@ def test_no_function_or_class_opts_out():
     ("place", "arguments"),
     [
         ("surfaces.spectrum:tabulated_spectrum", (jnp.ones((3, 1)), jnp.ones(3))),
-        ("export.sampling:azimuth_weights", (np.zeros((2, 2)),)),
+        ("ink.totals:azimuth_weights", (np.zeros((2, 2)),)),
         ("measurement.pairs:direction_groups", ("a measurement",)),
     ],
 )

@@ -5,12 +5,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink import ForwardModel, parse_sample
-from jaxink.bsdf import diffuse_bsdf
-from jaxink.geometry import Directions
-from jaxink.optics import ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.mie import mie_sphere
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf
+from jaxink.solver.stack import SolverConfig, Stack
 from peers.units import SIZE_PARAMETERS, SLABS, SPHERE_COSINES, SPHERE_INDEX, SPHERE_MOMENTS
 
 SAMPLE = """

@@ -16,13 +16,13 @@ _HOMES = {
     ),
     "jaxink.measurement": ("GonioData", "MaskLimits", "NoiseModel", "estimate_noise", "read"),
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
-    "jaxink.forward": ("ForwardModel",),
-    "jaxink.stack": ("SolverConfig", "Stack"),
-    "jaxink.resolution": ("choose_sizes",),
-    "jaxink.optics": ("ClearLayer", "ScatteringLayer"),
-    "jaxink.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
-    "jaxink.geometry": ("Directions",),
-    "jaxink.export": ("InkTable", "ink_table", "read_ink_table"),
+    "jaxink.model.forward": ("ForwardModel",),
+    "jaxink.solver.stack": ("SolverConfig", "Stack"),
+    "jaxink.solver.resolution": ("choose_sizes",),
+    "jaxink.optics.layers": ("ClearLayer", "ScatteringLayer"),
+    "jaxink.solver.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
+    "jaxink.optics.directions": ("Directions",),
+    "jaxink.ink": ("InkTable", "ink_table", "read_ink_table"),
     "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose"),
     "jaxink.effects": ("Effect",),
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict"),
@@ -30,7 +30,6 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 if TYPE_CHECKING:
-    from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
     from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose
     from jaxink.effects import Effect
     from jaxink.errors import (
@@ -40,15 +39,16 @@ if TYPE_CHECKING:
         PrecisionError,
         UnsafeVersionError,
     )
-    from jaxink.export import InkTable, ink_table, read_ink_table
     from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict
-    from jaxink.forward import ForwardModel
-    from jaxink.geometry import Directions
+    from jaxink.ink import InkTable, ink_table, read_ink_table
     from jaxink.measurement import GonioData, MaskLimits, NoiseModel, estimate_noise, read
-    from jaxink.optics import ClearLayer, ScatteringLayer
-    from jaxink.resolution import choose_sizes
+    from jaxink.model.forward import ForwardModel
+    from jaxink.optics.directions import Directions
+    from jaxink.optics.layers import ClearLayer, ScatteringLayer
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
-    from jaxink.stack import SolverConfig, Stack
+    from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+    from jaxink.solver.resolution import choose_sizes
+    from jaxink.solver.stack import SolverConfig, Stack
 
 __all__ = sorted(_HOME_OF)
 

@@ -11,11 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from jaxink.cli.app import app
-from jaxink.export import read_ink_table
-from jaxink.export.boundary import BoundaryOptions, boundary_table, facet_boundary
-from jaxink.export.boundary_validity import validity_checks
-from jaxink.export.sampling import power_sent_out
-from jaxink.export.surface_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_boundary
+from jaxink.ink import read_ink_table
+from jaxink.ink.boundary import BoundaryOptions, boundary_table, facet_boundary
+from jaxink.ink.boundary_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_boundary
+from jaxink.ink.boundary_validity import validity_checks
+from jaxink.ink.totals import power_sent_out
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.slopes import Beckmann
 
@@ -32,7 +32,7 @@ COARSE = ("--n-theta", "31", "--n-phi", "13")
 def short_and_in_place(monkeypatch):
     monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
     # The ends are worst; between them is only time.
-    monkeypatch.setattr("jaxink.export.boundary_validity.INCIDENCES_DEG", (0.0, 75.0))
+    monkeypatch.setattr("jaxink.ink.boundary_validity.INCIDENCES_DEG", (0.0, 75.0))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from export.analytic_tables import smooth_table
 from jaxink.cli.app import app
 
-pytest.importorskip("jaxink.export.netcdf")
+pytest.importorskip("jaxink.ink.table_file")
 
 
 def run(*arguments):
@@ -50,7 +50,7 @@ def test_each_format_is_written(format, loss, names, file, tmp_path):
 
 
 def test_netcdf_comes_back_to_the_last_bit(file, tmp_path):
-    from jaxink.export.netcdf import read_ink_table
+    from jaxink.ink.table_file import read_ink_table
 
     assert run(file, "--format", "netcdf", "--out", tmp_path, "--name", "red", "--quiet").stdout == ""
     first, again = read_ink_table(file), read_ink_table(tmp_path / "red.nc")
@@ -93,7 +93,7 @@ def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, exam
         asked.append((result.values, layers))
         return smooth_table()
 
-    monkeypatch.setattr("jaxink.export.inside.ink_table", table_of)
+    monkeypatch.setattr("jaxink.ink.tabulate.ink_table", table_of)
     monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
     example_result.save(tmp_path / "result")
     done = run(tmp_path / "result", "--format", "csv", "--out", tmp_path / "out", "--layer", "ink")

@@ -14,7 +14,7 @@ import jaxink
 from export.analytic_tables import smooth_table
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.output import exchange
+from jaxink.files.reading import exchange
 
 DATA, SAMPLE = map(str, simulated_example())
 SURFACE = (
@@ -30,7 +30,7 @@ def tree(folder):
 def run(monkeypatch, coarse):
     for module in ("commands", "diagnose", "export"):
         monkeypatch.setattr(f"jaxink.cli.{module}.prepare_jax", lambda: None)
-    monkeypatch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
 
@@ -41,7 +41,7 @@ def nothing_is_computed(monkeypatch):
 
     for name in ("jaxink.fit", "jaxink.diagnose", "jaxink.predict"):
         monkeypatch.setattr(name, computed, raising=False)
-    for name in ("jaxink.export.netcdf.read_ink_table", "jaxink.export.boundary.boundary_table"):
+    for name in ("jaxink.ink.table_file.read_ink_table", "jaxink.ink.boundary.boundary_table"):
         monkeypatch.setattr(name, computed)
 
 
@@ -156,7 +156,7 @@ def test_what_the_disk_refuses_is_one_sentence_and_leaves_the_old_files(
 
 KILLED = """
 import os, pathlib, signal, sys
-from jaxink.output import exchange
+from jaxink.files.reading import exchange
 
 kill_at, names = sys.argv[1], []
 write, swap = pathlib.Path.write_text, exchange._exchange

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from jaxink.diagnosis.cross_validation import HeldOutGain
 from jaxink.diagnosis.discrepancy import SmoothPart
-from jaxink.diagnosis.further import Further, menu_of
-from jaxink.diagnosis.heldout import HeldOutGain
+from jaxink.diagnosis.further_measurements import Further, menu_of
+from jaxink.diagnosis.location import Location
 from jaxink.diagnosis.outcome import CandidateRow, Figures, Step, Summary
 from jaxink.diagnosis.structure import StructureResult, StructureStatistic
 from jaxink.diagnosis.verdict import CODES, is_met, judge
-from jaxink.diagnosis.where import Location
 from jaxink.effects.instrument import StrayLight
 from jaxink.effects.sample import UndeclaredBacking
 

@@ -11,7 +11,7 @@ from jaxink.diagnosis.discrepancy import (
     _modes,
     misfit_deviation,
 )
-from jaxink.diagnosis.where import _divisions, _p_value
+from jaxink.diagnosis.location import _divisions, _p_value
 
 FEW = ScreenOptions(n_bootstrap=400)
 

@@ -39,7 +39,7 @@ def table_after(marker):
 @pytest.fixture
 def coarsely(monkeypatch, coarse):
     """Fits with a coarse discretisation: the documents shall run, accuracy is tested elsewhere."""
-    monkeypatch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
 
 
 def test_notebook_example_runs(coarsely):
@@ -112,7 +112,7 @@ def test_complete_sample_file_can_be_predicted():
 
 
 def test_example_of_particles_has_all_of_them_and_optics():
-    from jaxink.volume import mie_sizes, volume_scattering
+    from jaxink.model.volume import mie_sizes, volume_scattering
 
     (text,) = blocks(PARTICLES, "toml")
     sample = jaxink.parse_sample(text)

@@ -21,11 +21,11 @@ from jaxink.effects.sample import (
     WaveSurface,
 )
 from jaxink.fitting.objective import FitNoise
-from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
-from jaxink.stack import SolverConfig
+from jaxink.solver.stack import SolverConfig
 
 SIZES = SolverConfig(10, 8, 16, 8)
 

@@ -6,7 +6,7 @@ the source, or along the outgoing light.
 
 import numpy as np
 
-from jaxink.export import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable
 
 INDEX_INSIDE = 1.5
 CRITICAL_DEG = np.degrees(np.arcsin(1 / INDEX_INSIDE))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import jaxink
-from jaxink.export import TableOptions, read_ink_table
+from jaxink.ink import TableOptions, read_ink_table
 
 # A plate that is not matched to the binder and absorbs; an ink without absorption.
 UNMATCHED = """

@@ -5,14 +5,15 @@ import numpy as np
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.export import read_ink_table, write
-from jaxink.export.boundary import (
+from jaxink.export import write
+from jaxink.ink import read_ink_table
+from jaxink.ink.boundary import (
     BoundaryOptions,
     facet_boundary,
     wave_boundary,
     within_incident_power,
 )
-from jaxink.export.sampling import diffuse_totals, power_sent_out
+from jaxink.ink.totals import diffuse_totals, power_sent_out
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import Beckmann

@@ -20,8 +20,9 @@ from export.analytic_tables import (
     tilted_lobe,
     vector,
 )
-from jaxink.export import COMPONENTS, ExportOptions, write
-from jaxink.export.sampling import diffuse_totals
+from jaxink.export import ExportOptions, write
+from jaxink.ink import COMPONENTS
+from jaxink.ink.totals import diffuse_totals
 
 EVERYTHING = ("regular", "beyond_critical", "standard_errors", "index_step")
 # Format, options, reader.

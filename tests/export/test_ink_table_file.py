@@ -8,7 +8,7 @@ import xarray
 
 import jaxink
 from jaxink.errors import InputRefusedError
-from jaxink.export import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable
 
 ANGLES = np.array([0.0, 40.0, 90.0])
 AZIMUTHS = np.array([0.0, 90.0, 180.0])

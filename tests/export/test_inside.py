@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
 from jaxink.errors import InputRefusedError
-from jaxink.export import COMPONENTS, TableOptions
-from jaxink.export.alone import find_ink, ink_alone, ink_stacks, reversed_sample
-from jaxink.export.grid import polar_grid
-from jaxink.export.spread import Spread
-from jaxink.geometry import Directions
+from jaxink.ink import COMPONENTS, TableOptions
+from jaxink.ink.extraction import find_ink, ink_alone, ink_stacks, reversed_sample
+from jaxink.ink.polar_grid import polar_grid
+from jaxink.ink.uncertainty import Spread
 from jaxink.numerics.precision import computing
-from jaxink.optics import ClearLayer, ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.stack import Stack
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+from jaxink.solver.stack import Stack
 
 
 def component(table, name, wavelength=0):

@@ -11,16 +11,17 @@ import pytest
 import jaxink
 from export.conftest import UNMATCHED
 from jaxink.errors import InputRefusedError
-from jaxink.export import ExportOptions, TableOptions, read_ink_table, write
-from jaxink.export.netcdf import from_dataset
-from jaxink.export.passages import facet_lobes
-from jaxink.export.sampling import azimuth_weights, diffuse_totals, projected_weights
-from jaxink.export.sheet import sheets
-from jaxink.forward import ForwardModel, evaluate
+from jaxink.export import ExportOptions, write
+from jaxink.ink import TableOptions, read_ink_table
+from jaxink.ink.lobe_tables import facet_lobes
+from jaxink.ink.sheet import sheets
+from jaxink.ink.table_file import from_dataset
+from jaxink.ink.totals import azimuth_weights, diffuse_totals, projected_weights
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
-from jaxink.optics import ScatteringLayer
+from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
 
 REFERENCE = Path(__file__).resolve().parents[2] / "benchmarks" / "reference_interface.json"

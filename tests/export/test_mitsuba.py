@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from export.analytic_tables import CRITICAL_DEG, INDEX_INSIDE, smooth_table, vector
-from jaxink.export import COMPONENTS, ExportOptions, write
-from jaxink.export.sampling import diffuse_totals
+from jaxink.export import ExportOptions, write
+from jaxink.ink import COMPONENTS
+from jaxink.ink.totals import diffuse_totals
 
 mi = pytest.importorskip("mitsuba")
-pytest.importorskip("jaxink.export.netcdf")
+pytest.importorskip("jaxink.ink.table_file")
 
 
 def regular_part():

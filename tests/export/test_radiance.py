@@ -10,8 +10,9 @@ import pytest
 
 from export.analytic_tables import INDEX_INSIDE, LAMBERTIAN, lambertian, smooth_table, tilted_lobe, vector
 from export.tracer_files import radiance
-from jaxink.export import COMPONENTS, ExportOptions, write
-from jaxink.export.sampling import diffuse_totals
+from jaxink.export import ExportOptions, write
+from jaxink.ink import COMPONENTS
+from jaxink.ink.totals import diffuse_totals
 
 pyradiance = pytest.importorskip("pyradiance")
 

@@ -11,8 +11,8 @@ from export.analytic_tables import lambertian, smooth_table, table_of
 from export.tracer_files import lighttools, read_zemax, zemax
 from jaxink.errors import InputRefusedError
 from jaxink.export import FORMATS, LOSSES, ExportOptions, write
-from jaxink.export.sampling import diffuse_totals, regular_in_bins
 from jaxink.export.writing import _FORMATS
+from jaxink.ink.totals import diffuse_totals, regular_in_bins
 
 TITLES = {
     "zemax": "Zemax .bsdf",

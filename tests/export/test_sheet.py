@@ -7,8 +7,8 @@ import pytest
 
 import jaxink
 from jaxink.errors import InputRefusedError
-from jaxink.export import TableOptions, verify_sheet
-from jaxink.export.sheet import sheets
+from jaxink.ink import TableOptions, verify_sheet
+from jaxink.ink.sheet import sheets
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import pytest
 
 import jaxink
 from jaxink.errors import InputRefusedError
-from jaxink.netcdf import read_dataset, write_dataset
+from jaxink.files.netcdf import read_dataset, write_dataset
 
 CHECKSUM_BYTES = len(b"jaxink sha256 ") + 64
 

@@ -16,7 +16,7 @@ import pytest
 import jaxink
 from fuzz import mutations
 from jaxink.data import simulated_example
-from jaxink.export.surface_file import load_boundary
+from jaxink.ink.boundary_file import load_boundary
 from jaxink.sample import sample_from_dict, sample_to_dict
 from sample.test_bad_samples import GOOD
 

@@ -8,7 +8,7 @@ import pytest
 from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
 from jaxink.errors import PrecisionError
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.slab import LAYER_METHODS, layer_response
+from jaxink.solver.layer_response import LAYER_METHODS, layer_response
 
 CONFIG = SolverConfig(6, 4, 12, 3)
 DIRECTIONS = Directions.from_degrees(

@@ -2,7 +2,7 @@
 
 import gc
 
-from jaxink.numerics.kept import Kept
+from jaxink.numerics.weak_cache import Kept
 
 
 class Thing:

@@ -7,11 +7,11 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from jaxink.bsdf import diffuse_bsdf, regular_power
-from jaxink.geometry import Directions
-from jaxink.optics import ClearLayer, ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf, regular_power
+from jaxink.solver.stack import SolverConfig, Stack
 
 SMALL = SolverConfig(12, 8, 24, 8)
 # Azimuths of the totals; midpoints integrate all orders below twice their number.

@@ -6,15 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
 from jaxink.errors import InputRefusedError
-from jaxink.export.alone import reversed_stack
-from jaxink.forward import ForwardModel, evaluate
-from jaxink.geometry import Directions
+from jaxink.ink.extraction import reversed_stack
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.quadrature import gauss_legendre_unit
-from jaxink.optics import ClearLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ClearLayer
 from jaxink.sample import parse_sample
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
 from physics.probe import ink, printed
 from physics.simulated import PLATE_AND_INK, simulated

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxink.optics import OPAQUE_OPTICAL_THICKNESS
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS
 from physics.probe import Light, film, ink, matched, printed, two_inks
 
 # The vanishing eigenvalue of a layer without absorption has a rounding, which counts times its thickness.

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf
-from jaxink.forward import ForwardModel, evaluate
-from jaxink.geometry import Directions
-from jaxink.lateral import LateralField, bessel_j0
+from jaxink.model.forward import ForwardModel, evaluate
+from jaxink.optics.directions import Directions
 from jaxink.sample import parse_sample
-from jaxink.stack import SolverConfig, Stack, block_media
+from jaxink.solver.bsdf import diffuse_bsdf
+from jaxink.solver.lateral import LateralField, bessel_j0
+from jaxink.solver.stack import SolverConfig, Stack, block_media
 from physics.probe import ink, printed
 from physics.simulated import PLATE_AND_INK, simulated
 

@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from jaxink.geometry import Directions
-from jaxink.optics import OPAQUE_OPTICAL_THICKNESS
-from jaxink.stack import SolverConfig, Stack
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+from jaxink.solver.stack import SolverConfig, Stack
 from physics.probe import Light, film, ink, matched, pair_angles, printed, two_inks
 
 

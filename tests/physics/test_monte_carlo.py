@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from jaxink.geometry import Directions
+from jaxink.optics.directions import Directions
 from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
 from physics.probe import SMALL, ink, printed
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"

@@ -4,9 +4,9 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer
-from jaxink.solve import solve_stack
-from jaxink.stack import SolverConfig, Stack, block_media
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ClearLayer
+from jaxink.solver.solve import solve_stack
+from jaxink.solver.stack import SolverConfig, Stack, block_media
 from jaxink.surfaces.slopes import slope_density
 from physics.probe import ink
 

@@ -6,12 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf, hemispherical_power
-from jaxink.geometry import Directions
-from jaxink.optics import ClearLayer, ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.slab import LAYER_METHODS, layer_method
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
+from jaxink.solver.layer_response import LAYER_METHODS, layer_method
+from jaxink.solver.stack import SolverConfig, Stack
 from physics.probe import pair_angles
 
 CONFIG = SolverConfig(10, 8, 20, 6)

@@ -6,11 +6,11 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf
-from jaxink.geometry import Directions
-from jaxink.optics import ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf
+from jaxink.solver.stack import SolverConfig, Stack
 
 # Fine discretisations: for a layer without interfaces (exposed), and for one behind refracting faces.
 MATCHED = SolverConfig(32, 12, 64, 32)

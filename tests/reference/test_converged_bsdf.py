@@ -6,11 +6,11 @@ W1, W2: matched slab, W2 at full azimuth. W3: the same slabs with index 1.5 in a
 import numpy as np
 import pytest
 
-from jaxink.geometry import Directions
-from jaxink.optics import ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.resolution import choose_sizes
-from jaxink.stack import Stack
+from jaxink.solver.resolution import choose_sizes
+from jaxink.solver.stack import Stack
 from reference.conftest import bsdf_points, column, predict
 
 OPTICS = {

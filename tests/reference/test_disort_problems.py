@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jaxink.resolution import choose_sizes
+from jaxink.solver.resolution import choose_sizes
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 

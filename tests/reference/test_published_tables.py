@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.bsdf import regular_power
-from jaxink.geometry import Directions
-from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
 from jaxink.particles.phase_function import TabulatedByMoments
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import regular_power
+from jaxink.solver.stack import SolverConfig, Stack
 from reference.conftest import (
     MATCHED,
     TOTALS_MATCHED,

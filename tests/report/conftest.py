@@ -14,7 +14,7 @@ from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 from jaxink.plots.diagnosis import diagnosis_figures
 from jaxink.report import write_report
-from jaxink.report.inside import inside_change
+from jaxink.report.ink_table import inside_change
 from report.truth import STRAY_PER_SR, TRUTH
 
 TOML = """
@@ -66,7 +66,7 @@ def found(coarse):
 def change(found, coarse):
     """Tables of the ink before and after, coarse."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
+        patch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
         return inside_change(found)
 
 

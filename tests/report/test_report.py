@@ -18,13 +18,13 @@ from jaxink.diagnosis.verdict import CODES
 from jaxink.effects import Effect
 from jaxink.effects.instrument import StrayLight
 from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking
-from jaxink.export.change import table_change
 from jaxink.fitting.outcome import Outcome
+from jaxink.ink.comparison import table_change
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
 from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
-from jaxink.plots.inside import FROM_INSIDE
+from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.report import write_report
-from jaxink.report.inside import inside_change, is_in_table
+from jaxink.report.ink_table import inside_change, is_in_table
 from report.page_reader import Page
 from report.truth import STRAY_PER_SR, TRUTH
 
@@ -254,7 +254,7 @@ def test_the_same_sample_changes_nothing_and_absorption_darkens(change):
 def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
     from jaxink.effects.sample import with_clear
 
-    monkeypatch.setattr("jaxink.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     sample = found.result.sample
     change = table_change(sample, with_clear(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
@@ -385,7 +385,7 @@ def test_failed_writing_leaves_nothing(run, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jaxink.output.whole.os.rename", full)
+    monkeypatch.setattr("jaxink.files.writing.os.rename", full)
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 5
     assert "No space left on device" in done.stderr

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.channels import ChannelGrid
-from jaxink.interfaces import fresnel_reflectance
+from jaxink.optics.channels import ChannelGrid
+from jaxink.optics.fresnel import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.slopes import Beckmann, Cauchy, slope_density

@@ -18,7 +18,7 @@ from jaxink import (
     diffuse_bsdf,
     hemispherical_power,
 )
-from jaxink.interfaces import propagating_cosine
+from jaxink.optics.fresnel import propagating_cosine
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface

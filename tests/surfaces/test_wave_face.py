@@ -6,11 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.bsdf import diffuse_bsdf, hemispherical_power
-from jaxink.geometry import Directions
-from jaxink.optics import ScatteringLayer
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.stack import SolverConfig, Stack
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
+from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 from jaxink.surfaces.wave_face import BroadenedSpectrum, WaveFace

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.cli.session import installed_version, one_sentence, silence_xla
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 app = typer.Typer(
     name="jaxink",

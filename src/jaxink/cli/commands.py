@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jaxink
-from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.cli.folder import require_folder, require_writable_file
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
-from jaxink.output import whole_folder, written_whole
-from jaxink.spreadsheet import cell
+from jaxink.files.spreadsheet import cell
+from jaxink.files.writing import whole_folder, written_whole
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
     from jaxink import FitResult, GonioData, Sample

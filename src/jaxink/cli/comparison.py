@@ -11,7 +11,7 @@ from rich.table import Table
 
 from jaxink.cli.tables import console, merit_lines, parameter_notes, show_files
 from jaxink.data import SIMULATED_TRUTH
-from jaxink.digits import with_uncertainty
+from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink import FitResult

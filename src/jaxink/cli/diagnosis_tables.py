@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxink.cli.tables import plain_table, show_files, show_lines, show_outcome
-from jaxink.digits import with_uncertainty
+from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Figures

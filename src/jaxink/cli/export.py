@@ -12,8 +12,9 @@ from jaxink.cli.session import EXIT_FITTED, prepare_jax
 from jaxink.errors import InputRefusedError
 
 if TYPE_CHECKING:
-    from jaxink.export import ExportOptions, InkTable
-    from jaxink.export.surface_file import RoughBoundary
+    from jaxink.export import ExportOptions
+    from jaxink.ink import InkTable
+    from jaxink.ink.boundary_file import RoughBoundary
 
 
 def run_export(
@@ -76,7 +77,7 @@ def run_boundary(
     out
         Folder for the files.
     sampling
-        Keywords of `jaxink.export.boundary.boundary_table`.
+        Keywords of `jaxink.ink.boundary.boundary_table`.
     choices
         Fields of `ExportOptions`.
     quiet
@@ -88,9 +89,9 @@ def run_boundary(
         Exit code.
     """
     prepare_jax()
-    from jaxink.export.boundary import boundary_table
-    from jaxink.export.sampling import excess_of_power
-    from jaxink.export.surface_file import load_boundary
+    from jaxink.ink.boundary import boundary_table
+    from jaxink.ink.boundary_file import load_boundary
+    from jaxink.ink.totals import excess_of_power
 
     options = _options(format, out, choices)
     boundary = load_boundary(source)
@@ -120,14 +121,14 @@ def _options(format: str, out: Path, choices: dict[str, Any]) -> "ExportOptions"
 
 
 def _read(source: Path) -> "InkTable":
-    from jaxink.export.netcdf import read_ink_table
+    from jaxink.ink.table_file import read_ink_table
 
     return read_ink_table(source)
 
 
 def _compute(source: Path, layers: Sequence[str]) -> "InkTable":
     import jaxink
-    from jaxink.export.inside import ink_table
+    from jaxink.ink.tabulate import ink_table
 
     return ink_table(jaxink.load_result(source), list(layers) or None)
 
@@ -147,7 +148,7 @@ def _written(table: "InkTable", format: str, out: Path, options: "ExportOptions"
 
 def _judged(boundary: "RoughBoundary") -> list[str]:
     """Lines that say whether the theory holds for a boundary."""
-    from jaxink.export.boundary_validity import INCIDENCES_DEG, validity_checks
+    from jaxink.ink.boundary_validity import INCIDENCES_DEG, validity_checks
 
     checks = validity_checks(boundary)
     if not checks:

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import shown_path
-from jaxink.output import require_room, staging_place
+from jaxink.files.reading import shown_path
+from jaxink.files.writing import require_room, staging_place
 
 
 def require_folder(out: Path, owned: Collection[str] = ()) -> None:
@@ -18,7 +18,7 @@ def require_folder(out: Path, owned: Collection[str] = ()) -> None:
     out
         Where results shall go.
     owned
-        As of `jaxink.output.whole_folder`.
+        As of `jaxink.files.writing.whole_folder`.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.digits import interval, plain, share, with_uncertainty
+from jaxink.numerics.digits import interval, plain, share, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult

@@ -1,9 +1,16 @@
 """What a model lacks: the residual, the effect it resembles, and the error before and after that is added."""
 
 from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.cross_validation import (
+    HeldOutGain,
+    Observations,
+    block_folds,
+    held_out_gain,
+    scan_folds,
+)
 from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part
-from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.diagnosis.joint import ImitatingPair, JointDrop, joint_drop, pairs_that_imitate
+from jaxink.diagnosis.location import Factor, Location, locate
 from jaxink.diagnosis.loop import DiagnosisOptions, diagnose
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Figures, Step, Summary, Verdict
 from jaxink.diagnosis.points import Points
@@ -17,7 +24,6 @@ from jaxink.diagnosis.structure import (
     prepare_structure,
 )
 from jaxink.diagnosis.transfer import Transfer, transfer
-from jaxink.diagnosis.where import Factor, Location, locate
 
 __all__ = [
     "diagnose",

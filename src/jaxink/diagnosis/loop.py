@@ -10,9 +10,16 @@ from jaxtyping import Bool, Float
 
 from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
 from jaxink.diagnosis.consistency import consistency_of
+from jaxink.diagnosis.cross_validation import (
+    HeldOutGain,
+    Observations,
+    block_folds,
+    held_out_gain,
+    scan_folds,
+)
 from jaxink.diagnosis.discrepancy import SmoothPart, misfit_deviation
-from jaxink.diagnosis.further import Further, further_measurements
-from jaxink.diagnosis.heldout import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
+from jaxink.diagnosis.further_measurements import Further, further_measurements
+from jaxink.diagnosis.location import locate
 from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
 from jaxink.diagnosis.points import Points
 from jaxink.diagnosis.stage import (
@@ -28,18 +35,17 @@ from jaxink.diagnosis.stage import (
 )
 from jaxink.diagnosis.structure import StructureResult, find_structure
 from jaxink.diagnosis.verdict import is_met, judge
-from jaxink.diagnosis.where import locate
 from jaxink.effects import CATALOGUE, Effect, Scene
 from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting import FitOptions, FitResult, fit
 from jaxink.fitting.objective import noise_of, weights_of
 from jaxink.fitting.run import read_inputs
-from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import USER
+from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
-from jaxink.stack import SolverConfig
+from jaxink.solver.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 # Effects with a program of their own are refitted where they promise this share of what others give, less

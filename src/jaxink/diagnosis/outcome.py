@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jaxink.diagnosis.consistency import Consistency
-from jaxink.diagnosis.heldout import HeldOutGain, Observations
+from jaxink.diagnosis.cross_validation import HeldOutGain, Observations
+from jaxink.diagnosis.location import Location
 from jaxink.diagnosis.structure import StructureResult
-from jaxink.diagnosis.where import Location
 from jaxink.effects import CATALOGUE_VERSION, Effect
-from jaxink.files import plain
+from jaxink.files.reading import plain
+from jaxink.files.writing import whole_folder
 from jaxink.fitting import FitResult
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
-from jaxink.output import whole_folder
 from jaxink.sample import Sample
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis.further import Further
+    from jaxink.diagnosis.further_measurements import Further
     from jaxink.diagnosis.stage import Refit, Stage
 
 REPORT_VERSION = 1

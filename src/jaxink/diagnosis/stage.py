@@ -10,7 +10,6 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
@@ -20,7 +19,8 @@ from jaxink.fitting.uncertainty import covariance
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample
-from jaxink.stack import SolverConfig
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 # Slots beyond those of the declared sample's free parameters, so that all stages share a program.

@@ -12,9 +12,9 @@ from jaxtyping import Float, Int
 from scipy.special import chdtrc
 
 from jaxink.diagnosis.candidate import ScreenOptions
-from jaxink.diagnosis.order import ljung_box, moran, runs_z
 from jaxink.diagnosis.points import Points
 from jaxink.diagnosis.projection import TangentCone
+from jaxink.diagnosis.serial_correlation import ljung_box, moran, runs_z
 
 # Shorter scans have no order to speak of.
 _SHORTEST_SCAN = 8

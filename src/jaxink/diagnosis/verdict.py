@@ -4,12 +4,12 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 from jaxink.diagnosis.consistency import LEFT, TOLERANCE, Consistency
+from jaxink.diagnosis.location import Location
 from jaxink.diagnosis.outcome import CandidateRow, Step, Summary, Verdict
 from jaxink.diagnosis.structure import StructureResult
-from jaxink.diagnosis.where import Location
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis.further import Further
+    from jaxink.diagnosis.further_measurements import Further
 
 CODES = (
     "no_misfit",

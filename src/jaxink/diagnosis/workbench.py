@@ -12,14 +12,14 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxink.effects import AugmentedModel, Effect, Scene
+from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.held_out import without
 from jaxink.fitting.objective import FitNoise, Objective, compose, whiten_scans
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import GonioData
 from jaxink.sample import Parameter, Sample
-from jaxink.stack import SolverConfig
+from jaxink.solver.stack import SolverConfig
 
 _UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
 

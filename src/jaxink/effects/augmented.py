@@ -5,12 +5,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.effects.effect import Effect
 from jaxink.effects.scene import GRID_DEG, Field, Scene
-from jaxink.forward import ForwardModel
+from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
-from jaxink.stack import SolverConfig
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.stack import SolverConfig
 
 
 class AugmentedModel(eqx.Module):

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.export.losses import ExportOptions
-from jaxink.export.sampling import diffuse_totals
-from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import comments
-from jaxink.spreadsheet import comment
+from jaxink.files.spreadsheet import comment
+from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink.totals import diffuse_totals
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:

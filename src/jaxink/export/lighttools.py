@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.export.losses import ExportOptions
-from jaxink.export.sampling import diffuse_totals
-from jaxink.export.table import COMPONENTS, InkTable
+from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, comments, row, stem, write_lines
+from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink.totals import diffuse_totals
 
 # Light comes from the side that the outward normal of the plate points to: front.
 _SIDES = {"I": "Back", "A": "Front"}

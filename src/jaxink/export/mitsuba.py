@@ -3,9 +3,9 @@
 from importlib.resources import files
 from pathlib import Path
 
-from jaxink.export.losses import ExportOptions
-from jaxink.export.netcdf import table_bytes
-from jaxink.export.table import InkTable
+from jaxink.export.limitations import ExportOptions
+from jaxink.ink.table import InkTable
+from jaxink.ink.table_file import table_bytes
 
 _PROGRAMS = ("jaxink_table.py", "example_scene.py")
 

@@ -6,9 +6,9 @@ from xml.sax.saxutils import escape
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.export.losses import ExportOptions
-from jaxink.export.table import InkTable
+from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, provenance, stem
+from jaxink.ink.table import InkTable
 
 # The inside of the plate is the front of Radiance, where theta < 90. The XML calls that its back.
 _DIRECTIONS = {

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.export.table import InkTable
+from jaxink.ink.table import InkTable
 
 # Nine digits: a value comes back to better than 1e-8 of itself.
 _DIGITS = "%.9g"

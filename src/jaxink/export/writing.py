@@ -7,15 +7,15 @@ from typing import NamedTuple
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.flat_csv import write_csv
 from jaxink.export.lighttools import write_lighttools
-from jaxink.export.losses import ExportOptions, refuse_losses
+from jaxink.export.limitations import ExportOptions, refuse_losses
 from jaxink.export.mitsuba import write_mitsuba
-from jaxink.export.netcdf import table_bytes
 from jaxink.export.radiance import write_radiance
-from jaxink.export.sampling import regular_in_bins, writable
 from jaxink.export.speos import write_speos
-from jaxink.export.table import InkTable
 from jaxink.export.zemax import write_zemax
-from jaxink.output import whole_folder
+from jaxink.files.writing import whole_folder
+from jaxink.ink.table import InkTable
+from jaxink.ink.table_file import table_bytes
+from jaxink.ink.totals import regular_in_bins, writable
 
 
 class _Format(NamedTuple):

@@ -1,6 +1,6 @@
 """Fitting a sample to a measurement, by gradient or by simplex."""
 
-from jaxink.fitting.held_out import predict_left_out
+from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective, noise_of
 from jaxink.fitting.outcome import Outcome

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from jaxink.decoding import Rules, decode, described, read_json
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.files import shown_path
+from jaxink.files.decoding import Rules, decode, described, read_json
+from jaxink.files.moves import settle
+from jaxink.files.netcdf import read_dataset
+from jaxink.files.reading import shown_path
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome
@@ -26,11 +28,9 @@ from jaxink.fitting.result import (
 )
 from jaxink.measurement import GonioData
 from jaxink.measurement.netcdf import column_of, from_dataset
-from jaxink.netcdf import read_dataset
-from jaxink.output import settle
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.stack import SolverConfig
+from jaxink.solver.stack import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
 # Where a fit did not start, or a model is not finite, null stands for what is not known.

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from jaxink.accuracy import DEFAULT_ACCURACY
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
-from jaxink.forward import ForwardModel
 from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
-from jaxink.numerics.kept import Kept
+from jaxink.model.forward import ForwardModel
+from jaxink.numerics.weak_cache import Kept
 from jaxink.sample import Sample
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
 

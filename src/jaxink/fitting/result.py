@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
-from jaxink.files import plain as as_plain
+from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.reading import plain as as_plain
+from jaxink.files.writing import whole_folder
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
-from jaxink.netcdf import netcdf_bytes
-from jaxink.output import whole_folder
 from jaxink.sample import Sample, sample_to_dict
 
 if TYPE_CHECKING:
-    from jaxink.forward import ForwardModel
+    from jaxink.model.forward import ForwardModel
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
@@ -226,8 +226,8 @@ class FitResult:
         data
             Where to predict; None: the fitted measurement, masked points included.
         """
-        from jaxink.forward import ForwardModel
-        from jaxink.stack import SolverConfig
+        from jaxink.model.forward import ForwardModel
+        from jaxink.solver.stack import SolverConfig
 
         at = self.data if data is None else data
         return ForwardModel(self.sample, *at.directions, SolverConfig(**self.solver))
@@ -245,7 +245,7 @@ class FitResult:
         np.ndarray
             1/sr, shape ``(points,)``.
         """
-        from jaxink.forward import evaluate
+        from jaxink.model.forward import evaluate
 
         return evaluate(self.forward_model(data))
 

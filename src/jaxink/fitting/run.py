@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxink.accuracy import DEFAULT_ACCURACY, require_accuracy
 from jaxink.errors import InputRefusedError, require_integer, require_kind, require_one_of
 from jaxink.fitting.gradient import GradientSearch, scan, starts, together
 from jaxink.fitting.merit import merit, merit_by_scan
@@ -33,14 +32,15 @@ from jaxink.fitting.result import (
 )
 from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
-from jaxink.forward import ForwardModel, evaluate
 from jaxink.measurement import GonioData, MaskLimits, read
 from jaxink.measurement.masks import mask_bits
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.forking import refuse_in_fork
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample, load_sample
-from jaxink.slab import LAYER_METHODS, layer_method
-from jaxink.stack import SolverConfig
+from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
+from jaxink.solver.layer_response import LAYER_METHODS, layer_method
+from jaxink.solver.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 _PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from jaxink.fitting.objective import Objective, program_of
 from jaxink.fitting.outcome import Outcome, Search
-from jaxink.numerics.kept import Kept
+from jaxink.numerics.weak_cache import Kept
 
 
 @Kept

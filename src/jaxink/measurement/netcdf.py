@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.decoding import decode, json_of
 from jaxink.errors import InputRefusedError
-from jaxink.files import require_readable
+from jaxink.files.decoding import decode, json_of
+from jaxink.files.netcdf import read_dataset, write_dataset
+from jaxink.files.reading import require_readable
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS
 from jaxink.measurement.table import refusal
-from jaxink.netcdf import read_dataset, write_dataset
 
 SCHEMA = "jaxink.measurement"
 SCHEMA_VERSION = 1

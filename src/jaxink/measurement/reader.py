@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.files import require_readable
+from jaxink.files.reading import require_readable
 from jaxink.measurement import checks
 from jaxink.measurement.columns import ANGLES, match_columns
 from jaxink.measurement.conditions import refuse_several_conditions

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import read_bounded, utf8_text
+from jaxink.files.reading import read_bounded, utf8_text
 
 # A few million rows.
 _MOST_BYTES = 300_000_000

@@ -17,8 +17,8 @@ from jax.typing import ArrayLike
 from jaxtyping import Array, Complex, Float
 
 from jaxink.numerics.legendre import moments_of_function
-from jaxink.particles.phase_function import PhaseFunction
-from jaxink.particles.requirement import require
+from jaxink.numerics.validity import require
+from jaxink.optics.phase_function import PhaseFunction
 
 DEFAULT_MAX_SIZE_PARAMETER = 40.0
 # The recurrence inside the sphere is started for Re(m) x up to this times the largest size parameter.

@@ -11,6 +11,8 @@ from jaxtyping import Array, ArrayLike, Complex, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series
+from jaxink.numerics.validity import is_known, require
+from jaxink.optics.phase_function import PhaseFunction
 from jaxink.particles.mie import (
     DEFAULT_MAX_SIZE_PARAMETER,
     MAX_RELATIVE_INDEX,
@@ -18,8 +20,6 @@ from jaxink.particles.mie import (
     mie_orders,
     mie_sphere,
 )
-from jaxink.particles.phase_function import PhaseFunction
-from jaxink.particles.requirement import is_known, require
 from jaxink.particles.size_distribution import SizeDistribution
 from jaxink.particles.structure_factor import InterferingPhaseFunction, interfering, nodes_needed
 

@@ -1,6 +1,4 @@
-"""Phase functions: the abstract interface, Henyey-Greenstein, Rayleigh and tabulated ones."""
-
-import abc
+"""Phase functions: Henyey-Greenstein, Rayleigh and tabulated ones."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,45 +9,12 @@ from scipy.interpolate import CubicSpline
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series, moments_of_function
-from jaxink.particles.requirement import is_known, require
+from jaxink.numerics.validity import is_known, require
+from jaxink.optics.phase_function import PhaseFunction
 
 
 def _as_float(value) -> Array:
     return jnp.asarray(value, float)
-
-
-class PhaseFunction(eqx.Module):
-    """Angular distribution of one scattering; its mean over the sphere is 1 (integral 4 pi)."""
-
-    @abc.abstractmethod
-    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
-        """Phase function at given cosines of the scattering angle.
-
-        Parameters
-        ----------
-        scattering_cosine
-            1 is straight on, -1 is back, any shape.
-
-        Returns
-        -------
-        Float[Array, "*points"]
-            Dimensionless, mean over the sphere 1.
-        """
-
-    @abc.abstractmethod
-    def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """Legendre moments, without the factor 2l + 1.
-
-        Parameters
-        ----------
-        n_moments
-            Number of moments.
-
-        Returns
-        -------
-        Float[Array, " moments"]
-            chi_0 = 1, chi_1 is the asymmetry parameter.
-        """
 
 
 def _henyey_greenstein(g, cosine):

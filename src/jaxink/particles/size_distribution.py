@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.particles.requirement import require
+from jaxink.numerics.validity import require
 
 # The sizes reach to this many standard deviations of ln(radius) on either side of the volume's median.
 REACH = 5.0

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.legendre import legendre_series
-from jaxink.particles.phase_function import PhaseFunction
-from jaxink.particles.requirement import require
+from jaxink.numerics.validity import require
+from jaxink.optics.phase_function import PhaseFunction
 
 # Below this squared phase the closed forms lose digits to cancellation and their series are summed.
 _SMALL = 4.0

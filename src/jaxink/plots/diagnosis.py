@@ -9,7 +9,7 @@ import numpy as np
 from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
 from jaxink.plots.cuts import CutLayout, draw_cuts
 from jaxink.plots.discs import DiscLayout, draw_discs
-from jaxink.plots.inside import InsideLayout, draw_inside
+from jaxink.plots.ink_table import InsideLayout, draw_inside
 from jaxink.plots.scans import (
     SIDES,
     ScanView,
@@ -18,12 +18,12 @@ from jaxink.plots.scans import (
     residual_limit,
     views_of,
 )
-from jaxink.plots.sheet import Sheet, sheet
 from jaxink.plots.strips import StripLayout, draw_strips
+from jaxink.plots.thin_sheet import Sheet, sheet
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
-    from jaxink.export.change import TableChange
+    from jaxink.ink.comparison import TableChange
 
 # Beyond as many, a report would be a catalogue of pages.
 MOST_WAVELENGTHS = 3

@@ -40,7 +40,7 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
         If the result holds no such scan, or fewer than five points in the plane at every incidence.
     """
     from jaxink.plots.cuts import CutLayout, draw_cuts
-    from jaxink.plots.sheet import sheet
+    from jaxink.plots.thin_sheet import sheet
 
     views = _views(result, wavelength_nm, side)
     if not any(view.has_cut for view in views):
@@ -68,7 +68,7 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
         If the result holds no such scan.
     """
     from jaxink.plots.discs import DiscLayout, draw_discs
-    from jaxink.plots.sheet import sheet
+    from jaxink.plots.thin_sheet import sheet
 
     views = _views(result, wavelength_nm, side)
     what = "residual over all directions of view"
@@ -133,7 +133,7 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
             raise InputRefusedError(
                 f"figures cannot be written as '{suffix}'; choose of: {', '.join(FORMATS)}."
             )
-    from jaxink.plots.sheet import DPI
+    from jaxink.plots.thin_sheet import DPI
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

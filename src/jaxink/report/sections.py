@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxink.digits import plain, with_uncertainty
-from jaxink.export.change import LARGEST_THETA_DEG, TableChange
-from jaxink.plots.inside import FROM_INSIDE
+from jaxink.ink.comparison import LARGEST_THETA_DEG, TableChange
+from jaxink.numerics.digits import plain, with_uncertainty
+from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.plots.scans import measurement_name
-from jaxink.report.inside import inside_sentences
+from jaxink.report.ink_table import inside_sentences
 from jaxink.report.page import bullets, chance, number, paragraph, section, table, verdict
 
 if TYPE_CHECKING:

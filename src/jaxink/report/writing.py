@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.diagnosis.outcome import REPORT_FILE
-from jaxink.output import whole_folder
+from jaxink.files.writing import whole_folder
 from jaxink.plots.diagnosis import Plate, diagnosis_figures
-from jaxink.plots.sheet import DPI
+from jaxink.plots.thin_sheet import DPI
 from jaxink.report import page, sections
-from jaxink.report.inside import inside_change
+from jaxink.report.ink_table import inside_change
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis

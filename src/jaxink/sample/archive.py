@@ -4,8 +4,8 @@ import dataclasses
 import math
 from typing import Any
 
-from jaxink.decoding import Rules, decode
 from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import Rules, decode
 from jaxink.sample.description import Sample
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.soundness import require_sound

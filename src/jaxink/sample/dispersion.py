@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from jaxink.errors import InputRefusedError
-from jaxink.materials.refractive_index import cauchy_index, sellmeier_index, tabulated_index
+from jaxink.optics.refractive_index import cauchy_index, sellmeier_index, tabulated_index
 from jaxink.sample import schema
 from jaxink.sample.entries import choice, is_number, missing, only, parameter_entry, parameter_of
 from jaxink.sample.parameters import Parameter, ParameterTable

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import read_bounded, utf8_text
+from jaxink.files.reading import read_bounded, utf8_text
 
 _MOST_BYTES = 4_000_000
 _DEEPEST = 30

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Real
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import read_bounded, utf8_text
+from jaxink.files.reading import read_bounded, utf8_text
 from jaxink.sample.entries import bounded
 
 # A map of some 11 000 heights squared.

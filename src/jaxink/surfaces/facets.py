@@ -10,8 +10,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.interfaces import fresnel_reflectance, refracted_cosine
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.slopes import SlopeDensity
 
 

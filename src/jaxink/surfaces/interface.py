@@ -16,10 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.channels import ChannelGrid
-from jaxink.interfaces import propagating_cosine
 from jaxink.numerics.linear_algebra import inverse
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.optics.channels import ChannelGrid
+from jaxink.optics.fresnel import propagating_cosine
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity
 

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.channels import ChannelGrid
 from jaxink.numerics.compiling import hastily
-from jaxink.numerics.kept import Kept
+from jaxink.numerics.weak_cache import Kept
+from jaxink.optics.channels import ChannelGrid
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
 from jaxink.surfaces.slopes import slope_density

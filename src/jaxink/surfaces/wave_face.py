@@ -13,9 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.channels import ChannelGrid
-from jaxink.interfaces import fresnel_reflectance, propagating_cosine
 from jaxink.numerics.hankel import N_NODES, STEP, cubic_weights, log_nodes
+from jaxink.optics.channels import ChannelGrid
+from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.interface import RoughInterface, RoughResponse, rows_of_samples
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_optics import (

@@ -16,9 +16,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.errors import require_one_of
-from jaxink.interfaces import fresnel_reflectance, refracted_cosine
 from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
 from jaxink.numerics.precision import require_float64
+from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.spectrum import PowerSpectrum
 
 # Pairs of polar angles whose transforms are made at once: bounds the memory.

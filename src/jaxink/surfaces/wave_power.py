@@ -5,9 +5,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.interfaces import propagating_cosine, refracted_cosine
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.optics.fresnel import propagating_cosine, refracted_cosine
 from jaxink.surfaces.wave_optics import (
     WaveSurface,
     phase_per_height,

@@ -1,0 +1,1 @@
+"""Reading with limits, and writing whole or not at all."""

@@ -1,0 +1,138 @@
+"""Datasets as netCDF 4 files, written whole or not at all."""
+
+import hashlib
+from io import SEEK_END, BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from jaxink.errors import InputRefusedError
+from jaxink.files.reading import read_bounded, shown_path
+from jaxink.files.writing import written_whole
+
+if TYPE_CHECKING:
+    import xarray
+
+_LARGEST_BYTES = 4_000_000_000
+# What jaxink writes is not compressed; others may have done so.
+_MOST_PACKED = 100
+_ALWAYS_ALLOWED_BYTES = 16_000_000
+_CHECKSUM = b"jaxink sha256 "
+
+
+def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
+    """Write a Dataset, see `netcdf_bytes`.
+
+    Parameters
+    ----------
+    dataset
+        The Dataset.
+    path
+        The file, suffix .nc; one that exists is replaced.
+
+    Returns
+    -------
+    Path
+        Of the file.
+
+    Raises
+    ------
+    InputRefusedError
+        If the suffix is another, the folder does not exist, or it cannot be written to.
+    """
+    path = Path(path)
+    if path.suffix != ".nc":
+        raise InputRefusedError(f"{path}: a netCDF file needs the suffix .nc.")
+    if not path.parent.is_dir():
+        raise InputRefusedError(f"{path}: the folder does not exist; create it first.")
+    try:
+        with written_whole(path) as part:
+            part.write_bytes(netcdf_bytes(dataset))
+    except OSError as problem:
+        raise InputRefusedError(
+            f"{path}: cannot be written ({problem.strerror or problem}); choose another folder."
+        ) from None
+    return path
+
+
+def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
+    """A Dataset as the bytes of a netCDF 4 file, without fill values: NaN is a value like any other.
+
+    HDF5 never meets the disk: one that is full would leave it with files that it cannot close, and end the
+    process. Nor shall it meet bytes that were changed, with some of which it never ends: behind the content,
+    where no reader of HDF5 looks, stands a checksum.
+
+    Parameters
+    ----------
+    dataset
+        The Dataset.
+    """
+    content = BytesIO()
+    encoding = {name: {"_FillValue": None} for name in dataset.variables}
+    dataset.to_netcdf(content, engine="h5netcdf", encoding=encoding)
+    checksum = _checksum(content.getbuffer())
+    content.seek(0, SEEK_END)
+    content.write(checksum)
+    return content.getbuffer()
+
+
+def read_dataset(path: Path) -> "xarray.Dataset":
+    """Read a Dataset into memory.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is missing, no ordinary file, no netCDF 4 file, damaged, or claims far more data than it holds.
+    """
+    import xarray
+
+    content, name = BytesIO(read_bounded(path, _LARGEST_BYTES, "netCDF file")), shown_path(path)
+    try:
+        _require_unchanged(content, name)
+        _require_held(content, name)
+        with xarray.open_dataset(content, engine="h5netcdf") as opened:
+            return opened.load()
+    except InputRefusedError:
+        raise
+    # Where bytes of a file are wrong, the libraries that read it raise whatever they stumble upon.
+    except Exception as problem:
+        raise InputRefusedError(f"{name}: is not a readable netCDF 4 file.") from problem
+
+
+def _checksum(content: memoryview) -> bytes:
+    return _CHECKSUM + hashlib.sha256(content).hexdigest().encode()
+
+
+def _require_unchanged(content: BytesIO, name: str) -> None:
+    """Refuse a file whose checksum is another; who changes a file by a library leaves none."""
+    end = len(_checksum(memoryview(b"")))
+    view = content.getbuffer()
+    if view[-end:].tobytes().startswith(_CHECKSUM) and view[-end:] != _checksum(view[:-end]):
+        raise InputRefusedError(
+            f"{name}: is damaged: its checksum is not that of its content; take another copy of it."
+        )
+
+
+def _require_held(content: BytesIO, name: str) -> None:
+    """Refuse a file whose variables claim what would not fit into memory."""
+    import h5py
+
+    held = content.getbuffer().nbytes
+    claimed = 0
+
+    def add(_, item) -> None:
+        nonlocal claimed
+        if isinstance(item, h5py.Dataset):
+            claimed += item.size * item.dtype.itemsize
+
+    with h5py.File(content, "r") as file:
+        file.visititems(add)
+    if claimed > _MOST_PACKED * held + _ALWAYS_ALLOWED_BYTES:
+        raise InputRefusedError(
+            f"{name}: its variables claim {claimed / 1e6:,.0f} MB, but the file has {held / 1e6:.3g} MB; it "
+            "is damaged, or not of jaxink."
+        )

@@ -1,0 +1,68 @@
+"""Fits without some of the points, and what they predict there."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Bool, Float
+
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.objective import Objective, make_objective
+from jaxink.fitting.result import FitResult
+from jaxink.numerics.precision import computing
+from jaxink.solver.stack import SolverConfig
+
+# Over the sigma of a point that is left out: neither the point nor the scan's common factor hears of it.
+_UNHEARD = 1e12
+
+
+def predict_left_out(
+    result: FitResult,
+    folds: Bool[np.ndarray, "folds points"],
+    progress: Callable[[int], None] | None = None,
+) -> Float[np.ndarray, "folds points"]:
+    """Fit anew without each fold's points, from the solution on, and predict all points.
+
+    Parameters
+    ----------
+    result
+        The fit of all points.
+    folds
+        Which of the used points each fold leaves out.
+    progress
+        Called with the number of each fold that is done.
+
+    Returns
+    -------
+    Float[np.ndarray, "folds points"]
+        1/sr. One compiled program serves all folds.
+    """
+    objective = objective_of(result)
+    with computing():
+        found = []
+        for number, left_out in enumerate(np.asarray(folds, bool)):
+            search = GradientSearch(without(objective, left_out)).run(solution_of(objective, result))
+            found.append(search.predicted)
+            if progress is not None:
+                progress(number + 1)
+    return np.array(found)
+
+
+def objective_of(result: FitResult) -> Objective:
+    """What a fit minimised, with the sizes that it ended with."""
+    with computing():
+        return make_objective(result.data, result.sample, result.objective, SolverConfig(**result.solver))
+
+
+def solution_of(objective: Objective, result: FitResult) -> Float[np.ndarray, " parameters"]:
+    """Solution of a fit in the variables of its objective."""
+    return objective.scale.to_unit(np.array([result.values[name] for name in objective.free]))
+
+
+def without(objective: Objective, left_out: Bool[np.ndarray, " points"]) -> Objective:
+    """The objective without some of its points; of the same structure, so that programs are shared."""
+    return eqx.tree_at(
+        lambda o: (o.weight, o.sigma),
+        objective,
+        (np.where(left_out, 0.0, objective.weight), np.where(left_out, _UNHEARD, 1.0) * objective.sigma),
+    )

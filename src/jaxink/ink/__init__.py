@@ -1,0 +1,17 @@
+"""The ink alone, as light inside the plate meets it."""
+
+from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink.table_file import read_ink_table
+from jaxink.ink.tabulate import TableOptions, ink_table
+from jaxink.ink.verification import SheetCheck, SheetVerification, verify_sheet
+
+__all__ = [
+    "COMPONENTS",
+    "InkTable",
+    "SheetCheck",
+    "SheetVerification",
+    "TableOptions",
+    "ink_table",
+    "read_ink_table",
+    "verify_sheet",
+]

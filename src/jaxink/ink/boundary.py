@@ -1,0 +1,314 @@
+"""Table of a rough boundary alone, between two clear media: no layer, no light that comes back."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.ink.boundary_file import RoughBoundary
+from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
+from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink.totals import exit_angles_deg, power_sent_out
+from jaxink.numerics.precision import computing
+from jaxink.optics.fresnel import fresnel_reflectance
+from jaxink.surfaces.facets import FacetRule, projected_area
+from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
+from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.surfaces.spectrum import PowerSpectrum
+from jaxink.surfaces.wave_optics import (
+    AMPLITUDES,
+    WaveSurface,
+    refracted_cosine,
+    regular_power,
+    scattered_bsdf,
+)
+
+# Facets less steep than this leave the light where it is: all of it is regular.
+_FLAT_SLOPE = 1e-6
+_AREA_RULE = FacetRule(48, 24)
+# Close to grazing a table's linear interpolation says little about the power; looked at up to here.
+_LARGEST_THETA_DEG = 80.0
+
+
+@dataclasses.dataclass(frozen=True)
+class BoundaryOptions:
+    """Choices of a boundary's table.
+
+    Parameters
+    ----------
+    index_inside, index_outside
+        Refractive indices of side I and side A, one number or one for each wavelength.
+    n_theta, n_phi
+        Numbers of polar angles and of azimuths, those equally spaced. Lobes narrower than the steps are lost
+        or overstated; the attribute ``power_of_table`` tells.
+    amplitude
+        Of `WaveSurface`; facets have none.
+    """
+
+    index_inside: float | Sequence[float]
+    index_outside: float | Sequence[float]
+    n_theta: int = 91
+    n_phi: int = 73
+    amplitude: str = "perturbation"
+
+    def __post_init__(self):
+        if self.n_phi < 3:
+            raise InputRefusedError(f"n_phi is {self.n_phi}; it must be at least 3.")
+        require_few_entries(self.n_theta, self.n_phi)
+        require_one_of("amplitude", self.amplitude, AMPLITUDES)
+
+    def indices(self, n_wavelengths: int) -> tuple[np.ndarray, np.ndarray]:
+        """Refractive indices of both sides at every wavelength."""
+        found = []
+        for name in ("index_inside", "index_outside"):
+            values = np.asarray(getattr(self, name), float)
+            if values.shape not in ((), (n_wavelengths,)) or not np.all((values >= 1) & np.isfinite(values)):
+                raise InputRefusedError(
+                    f"{name} is {getattr(self, name)}; it must be 1 or more, one number or one for each of "
+                    f"the {n_wavelengths} wavelengths."
+                )
+            found.append(np.broadcast_to(values, n_wavelengths).copy())
+        return found[0], found[1]
+
+
+def boundary_table(
+    boundary: RoughBoundary, n_theta: int = 91, n_phi: int = 73, limit_power: bool = False
+) -> InkTable:
+    """Table of a boundary that a file describes.
+
+    Parameters
+    ----------
+    boundary
+        Of `jaxink.ink.boundary_file.load_boundary`.
+    n_theta, n_phi
+        As of `BoundaryOptions`.
+    limit_power
+        Whether `within_incident_power` is applied.
+
+    Returns
+    -------
+    InkTable
+        As `facet_boundary` or `wave_boundary`; its standard errors are those by the height scale, half of
+        what the table changes from one standard error below to one above.
+
+    Raises
+    ------
+    InputRefusedError
+        As `facet_boundary`.
+    """
+    options = BoundaryOptions(boundary.index_inside, boundary.index_outside, n_theta, n_phi)
+    tabulate = facet_boundary if boundary.method == "facets" else wave_boundary
+
+    def at(height_scale: float) -> InkTable:
+        with computing():
+            shape = boundary.shape_at(height_scale)
+        table = tabulate(shape, boundary.wavelengths_nm, options)
+        return within_incident_power(table) if limit_power else table
+
+    table, error = at(boundary.height_scale), boundary.height_scale_standard_error
+    if error == 0:
+        return table
+    low, high = (at(boundary.height_scale + step) for step in (-error, error))
+    return dataclasses.replace(
+        table,
+        bsdf_standard_error_per_sr=np.abs(high.bsdf_per_sr - low.bsdf_per_sr) / 2,
+        regular_standard_error=np.abs(high.regular - low.regular) / 2,
+    )
+
+
+def facet_boundary(
+    density: SlopeDensity, wavelengths_nm: Sequence[float], options: BoundaryOptions
+) -> InkTable:
+    """Table of a boundary made of facets, by ray optics.
+
+    Valid where facets are much larger than the wavelength. Light that meets one facet and leaves is counted,
+    with Smith's masking on both sides; what meets several facets is missing.
+
+    Parameters
+    ----------
+    density
+        Of the facets' slopes.
+    wavelengths_nm
+        Ascending.
+    options
+        Media and axes.
+
+    Returns
+    -------
+    InkTable
+        ``power_of_table`` among its attributes gives the least and largest share of the power that the table
+        sends out, over all incidences up to 80 degrees and both sides: what is missing from 1 met several
+        facets. A flat surface has its Fresnel power in ``regular``, any other has no regular part.
+
+    Raises
+    ------
+    InputRefusedError
+        If the wavelengths, indices or numbers of angles are wrong.
+    """
+    with computing():
+
+        def sides(_, here, there, axes):
+            return _facet_side(density, jnp.asarray(here), jnp.asarray(there), axes)
+
+        return _tabulate(sides, wavelengths_nm, options, f"facets, {type(density).__name__}")
+
+
+def wave_boundary(
+    spectrum: PowerSpectrum, wavelengths_nm: Sequence[float], options: BoundaryOptions
+) -> InkTable:
+    """Table of a boundary by wave optics, from the power spectrum of its height.
+
+    Parameters
+    ----------
+    spectrum
+        Of the height.
+    wavelengths_nm
+        Ascending.
+    options
+        Media, axes, and the amplitude of the scattering.
+
+    Returns
+    -------
+    InkTable
+        Its regular part is what the roughness leaves of Fresnel's; ``power_of_table`` as `facet_boundary`:
+        what differs from 1 is the error of the theory and of the steps of the table. Nothing is renormalised,
+        see `within_incident_power`; `jaxink.surfaces.wave_power.balance` has the theory's error alone.
+
+    Raises
+    ------
+    InputRefusedError
+        As `facet_boundary`.
+    """
+    with computing():
+        # Its user may have made it in 32 bits.
+        spectrum = jax.tree.map(lambda number: jnp.asarray(number, float), spectrum)
+
+        def sides(wavelength_nm, here, there, axes):
+            surface = WaveSurface(spectrum, here, there, wavelength_nm, options.amplitude)
+            return _wave_side(surface, axes)
+
+        return _tabulate(sides, wavelengths_nm, options, f"wave optics, {type(spectrum).__name__}")
+
+
+def _tabulate(side, wavelengths_nm, options: BoundaryOptions, title: str) -> InkTable:
+    wavelengths = np.asarray(wavelengths_nm, float)
+    if wavelengths.ndim != 1 or len(wavelengths) == 0 or np.any(np.diff(wavelengths, prepend=0) <= 0):
+        raise InputRefusedError(f"wavelengths_nm is {wavelengths_nm}; it must ascend from above 0.")
+    inside, outside = options.indices(len(wavelengths))
+    ratio = outside / inside
+    kinks = critical_angles_deg([*(f(r) for f in (np.min, np.max) for r in (ratio, 1 / ratio))])
+    theta_deg = polar_grid(options.n_theta, kinks)
+    grazing_deg = 90 - (90 - theta_deg[-2]) / 4
+    phi_deg = np.linspace(0.0, 180.0, options.n_phi)
+    cosine = jnp.cos(jnp.deg2rad(jnp.minimum(theta_deg, grazing_deg)))
+    axes = cosine, jnp.deg2rad(180.0 - phi_deg)
+    bsdf, regular = [], []
+    for wavelength, n_i, n_a in zip(wavelengths, inside, outside, strict=True):
+        (r_ii, t_ia, regular_i), (r_aa, t_ai, regular_a) = (
+            side(wavelength, n_i, n_a, axes),
+            side(wavelength, n_a, n_i, axes),
+        )
+        bsdf.append([r_ii, t_ia, t_ai, r_aa])
+        regular.append([*regular_i, *regular_a[::-1]])
+    table = InkTable(
+        wavelength_nm=wavelengths,
+        theta_deg=theta_deg,
+        phi_deg=phi_deg,
+        bsdf_per_sr=np.swapaxes(np.array(bsdf), 0, 1),
+        regular=np.swapaxes(np.array(regular), 0, 1),
+        index_inside=inside,
+        index_outside=outside,
+    )
+    table.attrs.update(_attrs(table, title, grazing_deg))
+    return table
+
+
+def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
+    from importlib.metadata import version
+
+    power = power_sent_out(table)[:, :, table.theta_deg <= _LARGEST_THETA_DEG]
+    return {
+        "title": f"boundary alone: {title}",
+        "grazing_theta_deg": float(grazing_deg),
+        "power_of_table": f"{power.min():.6g} ... {power.max():.6g}",
+        "interpolation_error": max(table.interpolation_error().values()),
+        "jaxink_version": version("jaxink"),
+    }
+
+
+def within_incident_power(table: InkTable) -> InkTable:
+    """Scale a table down where it sends out more power than arrives, and keep its reciprocity.
+
+    Every direction of either side has a factor, which multiplies the BSDF of light that comes from it and of
+    light that leaves along it.
+
+    Parameters
+    ----------
+    table
+        Of `facet_boundary` or `wave_boundary`.
+
+    Returns
+    -------
+    InkTable
+        Of no incidence more than 1; attribute ``least_power_factor``: the least factor, squared.
+    """
+    factor = np.ones((2, len(table.wavelength_nm), len(table.theta_deg)))
+    limited = table
+    # Each step halves the excess, as a logarithm, at least.
+    for _ in range(40):
+        excess = np.maximum(power_sent_out(limited), 1.0)
+        if excess.max() < 1 + 1e-9:
+            break
+        factor /= np.sqrt(excess)
+        limited = _scaled(table, factor)
+    attrs = {**table.attrs, "least_power_factor": float(factor.min() ** 2)}
+    return dataclasses.replace(limited, attrs=attrs)
+
+
+def _scaled(table: InkTable, factor: np.ndarray) -> InkTable:
+    """Table with a factor for each side and direction, of coming and of leaving."""
+    bsdf, regular = table.bsdf_per_sr.copy(), table.regular.copy()
+    for c, name in enumerate(COMPONENTS):
+        come, leave = (factor["IA".index(side)] for side in name[2:])
+        bsdf[c] *= come[:, :, None, None] * leave[:, None, :, None]
+        for w in range(len(table.wavelength_nm)):
+            exits = np.nan_to_num(exit_angles_deg(table, name, w, table.theta_deg), nan=90.0)
+            regular[c, w] *= come[w] * np.interp(exits, table.theta_deg, leave[w])
+    return dataclasses.replace(table, bsdf_per_sr=bsdf, regular=regular)
+
+
+@eqx.filter_jit
+def _facet_side(density, here, there, axes):
+    """BRDF, BTDF, and regular power of both, of light that comes through the medium ``here``."""
+    cosine, azimuth = axes
+    flat = density.scale < _FLAT_SLOPE
+    into, out, turn = (axis.ravel() for axis in jnp.meshgrid(cosine, cosine, azimuth, indexing="ij"))
+    shape = (len(cosine), len(cosine), len(azimuth))
+    sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
+    area = projected_area(cosine, sine, density, _AREA_RULE)
+    areas = area[:, None, None] * area[None, :, None]
+    lobes = (
+        reflected_lobe((here, there), out, into, turn, density),
+        transmitted_lobe((here, there), out, into, turn, density) * there**2,
+    )
+    bsdf = (jnp.where(flat, 0.0, lobe.reshape(shape) / areas) for lobe in lobes)
+    reflected = fresnel_reflectance(here, there, cosine, refracted_cosine(here, there, cosine))
+    regular = jnp.where(flat, jnp.stack([reflected, 1 - reflected]), 0.0)
+    return (*bsdf, regular)
+
+
+def _wave_side(surface, axes):
+    """As `_facet_side`, by wave optics."""
+    cosine, azimuth = axes
+    n = len(cosine)
+    into, out = (axis.ravel() for axis in jnp.meshgrid(cosine, cosine, indexing="ij"))
+    turns = jnp.broadcast_to(azimuth, (n * n, len(azimuth)))
+    parts = [
+        np.asarray(scattered_bsdf(surface, out, into, turns, to)).reshape(n, n, -1) for to in (False, True)
+    ]
+    regular = jnp.stack([regular_power(surface, cosine, to) for to in (False, True)])
+    return (*parts, jax.device_get(regular))

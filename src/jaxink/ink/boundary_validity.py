@@ -1,0 +1,110 @@
+"""Whether the theory behind a boundary's table holds for its surface."""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+from jaxink.ink.boundary_file import RoughBoundary
+from jaxink.numerics.precision import computing
+from jaxink.surfaces.spectrum import PowerSpectrum
+from jaxink.surfaces.wave_optics import WaveSurface
+from jaxink.surfaces.wave_power import validity
+
+# Incidences at which a surface is judged, from either side.
+INCIDENCES_DEG = (0.0, 30.0, 60.0, 75.0)
+# Number: least and largest value with which the theory holds, and the same in words.
+_ANY = (-math.inf, math.inf)
+_WAVES = {
+    "a_sigma_reflection": (*_ANY, "any; first order alone below 0.3"),
+    "a_sigma_transmission": (*_ANY, "any; first order alone below 0.3"),
+    "slope": (0.0, 0.3, "below 0.3"),
+    "slope_over_grazing_slope": (0.0, 1.0, "below 1"),
+    "height_variance_beyond": (0.0, 0.1, "below 0.1"),
+    "uncovered": (0.0, 0.1, "below 0.1"),
+    "power_error": (-0.01, 0.01, "within 0.01 of 0"),
+}
+_FACETS = {
+    "a_sigma_reflection": (5.0, math.inf, "above 5"),
+    "a_sigma_transmission": (5.0, math.inf, "above 5"),
+    # Of which `HeightMap.slope_statistics` warns.
+    "slope_growth": (0.0, 1.15, "below 1.15"),
+    "anisotropy": (1.0, 1.5, "below 1.5"),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class ValidityCheck:
+    """One number by which a theory is judged, over all wavelengths, incidences and sides.
+
+    Parameters
+    ----------
+    name
+        As `jaxink.surfaces.wave_power.validity` calls it.
+    least, largest
+        Its range.
+    asked
+        In words, what it should be.
+    holds
+        Whether it is so everywhere; None where any value is right.
+    worst, where
+        The value that is worst, and where.
+    """
+
+    name: str
+    least: float
+    largest: float
+    asked: str
+    holds: bool | None
+    worst: float
+    where: str
+
+
+def validity_checks(boundary: RoughBoundary) -> list[ValidityCheck]:
+    """Judge a boundary at normal incidence and at 30, 60 and 75 degrees, from either side.
+
+    Parameters
+    ----------
+    boundary
+        The boundary.
+
+    Returns
+    -------
+    list[ValidityCheck]
+        Empty for a density of slopes by name: it knows no heights.
+    """
+    if boundary.method == "facets" and boundary.heights is None:
+        return []
+    with computing():
+        found: dict[str, list[tuple[float, str]]] = {}
+        for name, value, where in _numbers(boundary):
+            found.setdefault(name, []).append((value, where))
+    limits = _FACETS if boundary.method == "facets" else _WAVES
+    return [_check(name, found[name], *limit) for name, limit in limits.items()]
+
+
+def _check(name, values, low: float, high: float, asked: str) -> ValidityCheck:
+    each = [value for value, _ in values]
+    worst, where = max(values, key=lambda pair: max(low - pair[0], pair[0] - high))
+    holds = None if (low, high) == _ANY else low <= worst <= high
+    return ValidityCheck(name, min(each), max(each), asked, holds, worst, where)
+
+
+def _numbers(boundary: RoughBoundary) -> Iterator[tuple[str, float, str]]:
+    """Name, value and place of every number."""
+    spectrum = boundary.shape_at(boundary.height_scale)
+    if not isinstance(spectrum, PowerSpectrum):
+        statistics = boundary.heights.slope_statistics()
+        growth = statistics.variance / max(statistics.variance_twice_as_coarse, 1e-300)
+        yield "slope_growth", growth, "from twice the pitch to the pitch"
+        yield "anisotropy", statistics.anisotropy, "between the axes of the map"
+        waves = dataclasses.replace(boundary, method="waves", shape=boundary.heights.power_spectrum())
+        spectrum = waves.shape_at(boundary.height_scale)
+    media = zip(boundary.wavelengths_nm, boundary.index_inside, boundary.index_outside, strict=True)
+    for wavelength_nm, inside, outside in media:
+        surface = WaveSurface(spectrum, inside, outside, wavelength_nm)
+        for side, seen in (("inside", surface), ("outside", surface.reversed)):
+            for theta_deg in INCIDENCES_DEG:
+                numbers = validity(seen, math.cos(math.radians(theta_deg)))
+                numbers["slope_over_grazing_slope"] = numbers["slope"] / numbers["grazing_slope"]
+                where = f"from {side} at {theta_deg:g} degrees, {wavelength_nm:g} nm"
+                yield from ((name, value, where) for name, value in numbers.items())

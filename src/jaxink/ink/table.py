@@ -1,0 +1,197 @@
+"""Table of an ink layer's BSDF between the plate (side I, inside) and the other side (A, mostly air)."""
+
+import dataclasses
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.ink.lobes import FacetLobes
+
+if TYPE_CHECKING:
+    import xarray
+
+# First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
+COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class InkTable:
+    """BSDF of an ink layer alone, four components; isotropic about the normal.
+
+    Parameters
+    ----------
+    wavelength_nm
+        Ascending, shape ``(wavelengths,)``.
+    theta_deg
+        Polar angles from 0 to 90, ascending, shape ``(angles,)``: of incidence and of outgoing light, each
+        from the normal in the medium of its own side.
+    phi_deg
+        Azimuth from 0 to 180, ascending, shape ``(azimuths,)``: 180 on the side of the specular or
+        undeviated direction, 0 towards the source; the other half is its mirror image.
+    bsdf_per_sr
+        Radiance over irradiance without the regular part, no cosine, shape
+        ``(4, wavelengths, angles, angles, azimuths)``: component by `COMPONENTS`, incidence before outgoing.
+    regular
+        Power that leaves in the specular (R) or refracted (T) direction over incident power, shape
+        ``(4, wavelengths, angles)``.
+    index_inside, index_outside
+        Refractive indices of side I and of side A, shape ``(wavelengths,)``.
+    bsdf_standard_error_per_sr, regular_standard_error
+        One standard error by the fit's covariance, shapes as their quantities; None where not known.
+    attrs
+        Strings and numbers that tell where the table comes from.
+    lobes
+        Of rough interfaces: part of ``bsdf_per_sr`` at its entries, and too narrow to be read between them;
+        None where all is smooth.
+    """
+
+    wavelength_nm: Float[np.ndarray, " wavelengths"]
+    theta_deg: Float[np.ndarray, " angles"]
+    phi_deg: Float[np.ndarray, " azimuths"]
+    bsdf_per_sr: Float[np.ndarray, "4 wavelengths angles angles azimuths"]
+    regular: Float[np.ndarray, "4 wavelengths angles"]
+    index_inside: Float[np.ndarray, " wavelengths"]
+    index_outside: Float[np.ndarray, " wavelengths"]
+    bsdf_standard_error_per_sr: Float[np.ndarray, "4 wavelengths angles angles azimuths"] | None = None
+    regular_standard_error: Float[np.ndarray, "4 wavelengths angles"] | None = None
+    attrs: dict[str, Any] = dataclasses.field(default_factory=dict)
+    lobes: FacetLobes | None = None
+
+    def __post_init__(self):
+        n_wavelengths, n_angles, n_azimuths = (
+            len(axis) for axis in (self.wavelength_nm, self.theta_deg, self.phi_deg)
+        )
+        shapes = {
+            "bsdf_per_sr": (4, n_wavelengths, n_angles, n_angles, n_azimuths),
+            "regular": (4, n_wavelengths, n_angles),
+            "index_inside": (n_wavelengths,),
+            "index_outside": (n_wavelengths,),
+        }
+        for name, shape in shapes.items():
+            if np.shape(getattr(self, name)) != shape:
+                raise InputRefusedError(
+                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}, "
+                    f"but its axes ask for {shape}."
+                )
+        for name, last in (("theta_deg", 90.0), ("phi_deg", 180.0)):
+            axis = getattr(self, name)
+            if axis[0] != 0 or axis[-1] != last or np.any(np.diff(axis) <= 0):
+                raise InputRefusedError(f"{name} of an ink table must ascend from 0 to {last:g} degrees.")
+
+    def index_of_sides(self, component: str) -> tuple[np.ndarray, np.ndarray]:
+        """Refractive indices of the side of incidence and of the side of leaving, for a component's name."""
+        indices = {"I": self.index_inside, "A": self.index_outside}
+        return indices[component[2]], indices[component[3]]
+
+    @cached_property
+    def rest_per_sr(self) -> Float[np.ndarray, "4 wavelengths angles angles azimuths"]:
+        """The BSDF without the lobes, smooth between the entries."""
+        if self.lobes is None:
+            return self.bsdf_per_sr
+        into, out, phi = np.meshgrid(self.theta_deg, self.theta_deg, self.phi_deg, indexing="ij")
+        lobes = [
+            [self.lobes_at(name, into, out, phi, w) for w in range(len(self.wavelength_nm))]
+            for name in COMPONENTS
+        ]
+        return self.bsdf_per_sr - np.array(lobes)
+
+    def lobes_at(
+        self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
+    ) -> Float[np.ndarray, "*points"]:
+        """BSDF of the lobes alone at any directions; parameters as of `interpolated`."""
+        if self.lobes is None:
+            return np.zeros(np.broadcast_shapes(*map(np.shape, (theta_i_deg, theta_o_deg, phi_deg))))
+        return self.lobes.bsdf(component, wavelength, theta_i_deg, theta_o_deg, phi_deg)
+
+    def interpolated(
+        self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
+    ) -> Float[np.ndarray, "..."]:
+        """BSDF between the entries: lobes in closed form, and the rest linear in each angle.
+
+        Parameters
+        ----------
+        component
+            One of `COMPONENTS`.
+        theta_i_deg, theta_o_deg, phi_deg
+            Directions, shapes that broadcast. Azimuths beyond 180 are mirrored.
+        wavelength
+            Position of the wavelength.
+
+        Returns
+        -------
+        np.ndarray
+            1/sr, of the common shape.
+        """
+        from scipy.interpolate import RegularGridInterpolator
+
+        axes = (self.theta_deg, self.theta_deg, self.phi_deg)
+        values = self.rest_per_sr[COMPONENTS.index(component), wavelength]
+        turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
+        points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
+        # Without the reshape a single point would come back as a row of one.
+        rest = RegularGridInterpolator(axes, values)(points).reshape(points.shape[:-1])
+        if self.lobes is None:
+            return rest
+        # Where the lobes are all there is, the rest may fall below zero by rounding.
+        whole = rest + self.lobes_at(component, theta_i_deg, theta_o_deg, phi_deg, wavelength)
+        return np.maximum(whole, 0.0)
+
+    def interpolation_error(
+        self, largest_theta_deg: float = 85.0, lobes_apart: bool = True
+    ) -> dict[str, float]:
+        """Estimate of the largest error of linear interpolation in the polar angles, by component.
+
+        Parameters
+        ----------
+        largest_theta_deg
+            Of the angles looked at: closer to grazing, entries may grow without limit.
+        lobes_apart
+            Whether the reader knows the lobes, as `interpolated` does, or only the entries.
+
+        Returns
+        -------
+        dict[str, float]
+            Over the largest BSDF at the same incidence. The quarter of the error that a table of every second
+            angle makes at the entries between, by the square law.
+        """
+        from jaxink.ink.polar_grid import linear_matrix
+
+        kept = np.unique(np.append(np.arange(0, len(self.theta_deg), 2), len(self.theta_deg) - 1))
+        looked_at = self.theta_deg <= largest_theta_deg
+        rows = linear_matrix(self.theta_deg[kept], self.theta_deg[looked_at])
+        found = {}
+        read = self.rest_per_sr if lobes_apart else self.bsdf_per_sr
+        for name, values, whole in zip(COMPONENTS, read, self.bsdf_per_sr, strict=True):
+            exact = values[:, looked_at][:, :, looked_at]
+            thinned = values[:, kept][:, :, kept]
+            difference = np.abs(np.einsum("ia,wabp,ob->wiop", rows, thinned, rows, optimize=True) - exact)
+            top = np.max(whole[:, looked_at][:, :, looked_at], axis=(2, 3), keepdims=True)
+            found[name] = float(np.max(difference / np.where(top > 0, top, np.inf))) / 4
+        return found
+
+    def to_dataset(self) -> "xarray.Dataset":
+        """The table as an xarray Dataset, see `jaxink.ink.table_file`."""
+        from jaxink.ink.table_file import to_dataset
+
+        return to_dataset(self)
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write the table to a netCDF file, whole or not at all; `read_ink_table` reads it.
+
+        Parameters
+        ----------
+        path
+            The file, suffix .nc.
+
+        Returns
+        -------
+        Path
+            Of the file.
+        """
+        from jaxink.ink.table_file import write_netcdf
+
+        return write_netcdf(self, path)

@@ -1,0 +1,299 @@
+"""The BSDF of an ink alone, as light inside the plate meets it, with its uncertainty."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.errors import InputRefusedError, require_kind, require_number
+from jaxink.fitting import FitResult
+from jaxink.ink.extraction import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
+from jaxink.ink.lobe_tables import facet_lobes
+from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
+from jaxink.ink.table import InkTable
+from jaxink.ink.uncertainty import Spread
+from jaxink.model.forward import ForwardModel
+from jaxink.numerics.compiling import Tiered
+from jaxink.numerics.precision import computing
+from jaxink.optics.directions import Directions
+from jaxink.sample import Sample
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.bsdf import diffuse_bsdf, regular_power
+from jaxink.solver.stack import SolverConfig, Stack
+
+# Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
+_MOST_TERMS = 20_000_000
+# Solves from which a thorough compilation pays.
+_MANY = 40
+
+
+@dataclasses.dataclass(frozen=True)
+class TableOptions:
+    """Choices of a table.
+
+    Parameters
+    ----------
+    n_theta
+        Number of polar angles; None: 61, or more, up to 181, for inks that scatter forward in a narrow peak.
+        The error of linear interpolation goes as the inverse square, see `InkTable.interpolation_error`.
+    n_phi
+        Number of azimuths, equally spaced from 0 to 180 degrees; None: 37 to 91 by the same rule.
+    inside
+        Side of the plate in the order in which light meets the layers, ``front`` or ``back``; None: that on
+        which the ink has a neighbouring layer.
+    index_inside, index_outside
+        Refractive indices of side I and side A; None: of what the sample has there.
+    accuracy
+        Largest relative error of the BSDF that the discretisation of the solver may cause.
+    """
+
+    n_theta: int | None = None
+    n_phi: int | None = None
+    inside: str | None = None
+    index_inside: float | None = None
+    index_outside: float | None = None
+    accuracy: float = DEFAULT_ACCURACY
+
+    def __post_init__(self):
+        if self.n_phi is not None and self.n_phi < 3:
+            raise InputRefusedError(f"n_phi is {self.n_phi}; it must be at least 3.")
+
+    def numbers(self, n_orders: int) -> tuple[int, int]:
+        """Numbers of polar angles and azimuths for an ink that needs so many azimuthal orders.
+
+        Parameters
+        ----------
+        n_orders
+            As of `SolverConfig`.
+
+        Returns
+        -------
+        n_theta, n_phi
+        """
+        # Measured: an error of linear interpolation of half a percent of the maximum, for thin layers.
+        n_theta = min(max(61, round(3.6 * n_orders)), 181) if self.n_theta is None else self.n_theta
+        n_phi = min(max(37, 2 * n_orders + 1), 91) if self.n_phi is None else self.n_phi
+        require_few_entries(n_theta, n_phi)
+        return n_theta, n_phi
+
+
+def ink_table(
+    source: FitResult | ForwardModel | Sample,
+    layers: Sequence[str] | str | None = None,
+    wavelengths_nm: Sequence[float] | None = None,
+    values: Mapping[str, float] | None = None,
+    options: TableOptions | None = None,
+) -> InkTable:
+    """Tabulate the BSDF of an ink alone, between the medium of its plate (I) and the other side (A).
+
+    Parameters
+    ----------
+    source
+        What is known of the ink. Only a `FitResult` gives standard errors.
+    layers
+        Names of the neighbouring layers that make the ink; None: the only scattering one.
+    wavelengths_nm
+        Wavelengths; None: those of the fit or of the model, or those that the sample names.
+    values
+        Values by name that replace those of the source; the table then has no standard errors.
+    options
+        Choices; None for the defaults.
+
+    Raises
+    ------
+    InputRefusedError
+        If the ink, its plate or the wavelengths are not clear.
+
+    Notes
+    -----
+    Between equal indices the BSDF of light that arrives and leaves grazing has no limit. The entries at 90
+    degrees are those a quarter of the last step before; the attribute ``grazing_theta_deg`` says where.
+    """
+    options = TableOptions() if options is None else options
+    require_kind("options", options, TableOptions)
+    require_kind("source", source, FitResult, ForwardModel, Sample)
+    sample, wavelengths = _sample_and_wavelengths(source, wavelengths_nm)
+    if values:
+        table = sample.parameters
+        for name, value in values.items():
+            if name in table and table[name].tie is not None:
+                raise InputRefusedError(
+                    f"{name} is tied to '{table[name].tie}' and takes no value; give one to what it follows."
+                )
+            table = table.replace(name, value=value)
+        table.require_ranges()
+        sample = dataclasses.replace(sample, parameters=table)
+    ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
+    if not isinstance(source, FitResult):
+        spread = Spread.none("not from a fit")
+    else:
+        spread = Spread.none("other values than those of the fit") if values else Spread.of(source)
+    with computing():
+        return _tabulate(ink, wavelengths, spread, options)
+
+
+def _sample_and_wavelengths(source, wavelengths_nm):
+    if isinstance(source, Sample):
+        sample, known = source, source.wavelengths_nm
+    elif isinstance(source, ForwardModel):
+        sample, known = source.sample, source.wavelengths_nm
+    else:
+        sample = source.sample
+        known = np.unique(source.data.wavelength_nm[source.data.used]).tolist()
+    wavelengths = list(known) if wavelengths_nm is None else np.ravel(wavelengths_nm).tolist()
+    for wavelength in wavelengths:
+        require_number("a wavelength of wavelengths_nm", wavelength)
+        if not 0 < wavelength < np.inf:
+            raise InputRefusedError(f"wavelengths_nm names {wavelength:g}; it must be positive and finite.")
+    wavelengths = sorted(map(float, wavelengths))
+    if not wavelengths:
+        raise InputRefusedError("the sample names no wavelength_nm; give wavelengths_nm.")
+    if len(set(wavelengths)) != len(wavelengths):
+        raise InputRefusedError(f"wavelengths_nm names a wavelength twice: {wavelengths}.")
+    return sample, tuple(wavelengths)
+
+
+def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions) -> InkTable:
+    model = ink_alone(ink, wavelengths, options.accuracy)
+    stacks, tangents = _stacks_and_tangents(ink, model, spread.names)
+    other_way = reversed_stack(stacks), reversed_stack(tangents)
+    one_way = tuple(reversed_stack(tree) for tree in other_way)
+    lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
+    stacks = lit[0][0]
+    n_theta, n_phi = options.numbers(model.config.n_orders)
+    theta_deg = polar_grid(n_theta, _kinks_deg(stacks))
+    grazing_deg = 90 - (90 - theta_deg[-2]) / 4
+    phi_deg = np.linspace(0.0, 180.0, n_phi)
+    evaluated = np.minimum(theta_deg, grazing_deg)
+    spectrum = []
+    for w in range(len(wavelengths)):
+        (r_ii, t_ia), (r_aa, t_ai) = (
+            _side(_at(trees[0], w, 0), _at(trees[1], w, 1), evaluated, phi_deg, model.config) for trees in lit
+        )
+        spectrum.append([_with_error(*part, spread) for part in (r_ii, t_ia, t_ai, r_aa)])
+    # Four columns by wavelength and component: BSDF, its error, regular power, its error.
+    bsdf, bsdf_error, regular, regular_error = (
+        None if column[0][0] is None else np.swapaxes(np.array(column), 0, 1)
+        for column in zip(*(zip(*parts, strict=True) for parts in spectrum), strict=True)
+    )
+    table = InkTable(
+        wavelength_nm=np.array(wavelengths),
+        theta_deg=theta_deg,
+        phi_deg=phi_deg,
+        bsdf_per_sr=bsdf,
+        regular=regular,
+        index_inside=np.asarray(stacks.index_front),
+        index_outside=np.asarray(stacks.index_back),
+        bsdf_standard_error_per_sr=bsdf_error,
+        regular_standard_error=regular_error,
+        attrs=_attrs(ink, spread, options, model.config, grazing_deg),
+        lobes=facet_lobes(stacks, model.config, theta_deg, grazing_deg),
+    )
+    table.attrs["interpolation_error"] = max(table.interpolation_error().values())
+    if table.lobes is not None:
+        apart = table.interpolation_error(lobes_apart=False)
+        table.attrs["interpolation_error_of_entries"] = max(apart.values())
+    return table
+
+
+def _with_error(bsdf, regular, spread: Spread):
+    """BSDF and regular power of one component, each with its standard error or None."""
+    if not spread.known:
+        return bsdf[0], None, regular[0], None
+    return bsdf[0], spread.standard_error(bsdf[1:]), regular[0], spread.standard_error(regular[1:])
+
+
+def _attrs(ink, spread, options, config, grazing_deg):
+    from importlib.metadata import version
+
+    return {
+        "title": ink.sample.title,
+        "layers": " ".join(ink.names),
+        "inside": ink.inside,
+        "standard_error": spread.sentence,
+        "grazing_theta_deg": float(grazing_deg),
+        "accuracy": options.accuracy,
+        "solver": ", ".join(f"{name} {size}" for name, size in dataclasses.asdict(config).items()),
+        "jaxink_version": version("jaxink"),
+    }
+
+
+def _stacks_and_tangents(ink: InkLayers, model: ForwardModel, names: tuple[str, ...]) -> tuple[Stack, Stack]:
+    """Stacks by wavelength, and their derivatives by parameter, then wavelength."""
+    start = ink.sample.parameters.values_with({})
+
+    @jax.jit
+    def of(point):
+        def stacks(x):
+            return ink_stacks(ink, model, dict(zip(names, x, strict=True)))
+
+        along = jax.vmap(lambda t: jax.jvp(stacks, (point,), (t,))[1])(jnp.eye(len(names)))
+        return stacks(point), along
+
+    return of(jnp.array([float(start[name]) for name in names]))
+
+
+def _at(tree, position: int, axis: int):
+    """One wavelength of a tree."""
+    return jax.tree.map(lambda x: jnp.take(x, position, axis=axis), tree)
+
+
+def _kinks_deg(stacks: Stack) -> list[float]:
+    """Critical angles of the surroundings against every other medium, at both ends of their dispersion."""
+    indices = np.array(stacks.indices)
+    angles = []
+    for own in (indices[0], indices[-1]):
+        for other in indices:
+            ratios = other / own
+            angles += critical_angles_deg([np.min(ratios), np.max(ratios)])
+    return angles
+
+
+def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig):
+    """Reflection and transmission, of each the BSDF at all pairs of directions and the regular power.
+
+    The value comes first, its slopes by each parameter follow.
+    """
+    n_theta, n_phi = len(theta_deg), len(phi_deg)
+    per_incidence = 2 * n_theta * n_phi
+    each = config.n_orders * (1 + len(tangents.index_front))
+    n_chunks = -(-n_theta * per_incidence * each // _MOST_TERMS)
+    # Chunks of one size share one compiled program: the last incidence fills up the last chunk.
+    size = -(-n_theta // n_chunks)
+    padded = np.append(theta_deg, np.full(n_chunks * size - n_theta, theta_deg[-1]))
+    bsdf, regular = [], []
+    for incidences in padded.reshape(n_chunks, size):
+        axes = np.meshgrid([False, True], np.arange(size), np.arange(n_theta), phi_deg, indexing="ij")
+        side, into, out, phi = (axis.ravel() for axis in axes)
+        directions = Directions(
+            np.sin(np.deg2rad(incidences)),
+            np.sin(np.deg2rad(theta_deg)),
+            into,
+            out,
+            np.deg2rad(180.0 - phi),
+            side,
+        )
+        diffuse, straight = _light().now(1)(stack, tangents, directions, config)
+        bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
+        regular.append(np.asarray(straight))
+    wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
+    return tuple(zip(*(np.moveaxis(whole, 1, 0) for whole in wholes), strict=True))
+
+
+@cache
+def _light() -> Tiered:
+    """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
+
+    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+        def of(s):
+            return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
+
+        if len(tangents.index_front) == 0:
+            return jax.tree.map(lambda v: v[None], of(stack))
+        value, slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,)), out_axes=(None, 0))(tangents)
+        return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)
+
+    return Tiered(light, _MANY)

@@ -1,0 +1,216 @@
+"""What writers ask of a table: hemispherical totals, directions of regular light, and its power."""
+
+import dataclasses
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.ink.table import COMPONENTS, InkTable
+
+# Sum of all light that leaves may exceed the incident by the error of the table's own quadrature.
+_MOST_POWER = 1.01
+# Values below zero by less than this share of the largest are rounding, and written as zero.
+_ROUNDING = 1e-6
+
+
+def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarray, " angles"]:
+    """Weights of the integral over sin(theta) cos(theta) dtheta, exact for piecewise linear functions."""
+    theta = np.deg2rad(theta_deg)
+    # Antiderivatives of sin cos and of theta sin cos.
+    plain = -np.cos(2 * theta) / 4
+    moment = -theta * np.cos(2 * theta) / 4 + np.sin(2 * theta) / 8
+    step, area, first = np.diff(theta), np.diff(plain), np.diff(moment)
+    rising = (first - theta[:-1] * area) / step
+    weights = np.zeros_like(theta)
+    weights[1:] += rising
+    weights[:-1] += area - rising
+    return weights
+
+
+def azimuth_weights(phi_deg: Float[np.ndarray, " azimuths"]) -> Float[np.ndarray, " azimuths"]:
+    """Weights of the integral over the full circle of a function that mirrors 0 to 180 degrees."""
+    steps = np.diff(np.deg2rad(phi_deg))
+    weights = np.zeros(len(phi_deg))
+    weights[1:] += steps
+    weights[:-1] += steps
+    return weights
+
+
+def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]:
+    """Share of the incident power that leaves diffusely: the integral of f cos(theta_o).
+
+    Parameters
+    ----------
+    table
+        The table.
+
+    Returns
+    -------
+    np.ndarray
+        Shape ``(4, wavelengths, angles)``, exact for the table as `InkTable.interpolated`.
+    """
+    totals = table.rest_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
+    if table.lobes is not None:
+        for c, w in np.ndindex(totals.shape[:2]):
+            totals[c, w] += table.lobes.totals(COMPONENTS[c], w)
+    return totals
+
+
+def power_sent_out(table: InkTable) -> Float[np.ndarray, "2 wavelengths angles"]:
+    """Share of the power that a table sends out to both sides, scattered and regular.
+
+    Parameters
+    ----------
+    table
+        The table.
+
+    Returns
+    -------
+    np.ndarray
+        Shape ``(2, wavelengths, angles)``, light from side I before light from side A. 1 for a clear boundary
+        whose model and table are exact.
+    """
+    each = dict(zip(COMPONENTS, diffuse_totals(table) + table.regular, strict=True))
+    return np.stack([each["R_II"] + each["T_IA"], each["T_AI"] + each["R_AA"]])
+
+
+def excess_of_power(table: InkTable) -> str | None:
+    """Where a table sends out most, in words, if that is more than a ray tracer takes; else None."""
+    power = power_sent_out(table)
+    side, w, i = np.unravel_index(np.argmax(power), power.shape)
+    if power[side, w, i] <= _MOST_POWER:
+        return None
+    return (
+        f"{power[side, w, i]:.4g} times the power that arrives from side {'IA'[side]} at "
+        f"{table.theta_deg[i]:.4g} degrees, {table.wavelength_nm[w]:g} nm"
+    )
+
+
+def exit_angles_deg(
+    table: InkTable, component: str, wavelength: int, theta_i_deg
+) -> Float[np.ndarray, " angles"]:
+    """Specular angle of a reflection, refracted angle of a transmission; nan where nothing is refracted.
+
+    Parameters
+    ----------
+    table
+        The table.
+    component
+        One of `COMPONENTS`.
+    wavelength
+        Position of the wavelength.
+    theta_i_deg
+        Angles of incidence.
+
+    Returns
+    -------
+    np.ndarray
+        Degrees from the normal on the side of leaving.
+    """
+    theta = np.asarray(theta_i_deg, float)
+    if component[0] == "R":
+        return theta
+    into, out = (index[wavelength] for index in table.index_of_sides(component))
+    sine = into / out * np.sin(np.deg2rad(theta))
+    # The critical angle itself, as a table holds it, may come out beyond 1 by rounding.
+    sine = np.where(np.abs(sine - 1) < 1e-9, 1.0, sine)
+    with np.errstate(invalid="ignore"):
+        return np.rad2deg(np.arcsin(sine))
+
+
+def critical_angle_deg(table: InkTable, component: str, wavelength: int) -> float:
+    """Angle of incidence beyond which nothing is refracted, 90 where there is none."""
+    into, out = (float(index[wavelength]) for index in table.index_of_sides(component))
+    return math.degrees(math.asin(out / into)) if component[0] == "T" and out < into else 90.0
+
+
+def writable(table: InkTable) -> InkTable:
+    """The table, checked for what no ray tracer can use, with rounding below zero removed.
+
+    Parameters
+    ----------
+    table
+        The table.
+
+    Raises
+    ------
+    InputRefusedError
+        If a value is not finite or negative, or more light leaves than arrives.
+    """
+    for name in ("bsdf_per_sr", "regular", "index_inside", "index_outside"):
+        values = getattr(table, name)
+        if not np.all(np.isfinite(values)):
+            raise InputRefusedError(
+                f"{name} of the ink table has values that are not finite; compute it anew."
+            )
+        least = values.min()
+        if least < -_ROUNDING * max(values.max(), 0.0):
+            raise InputRefusedError(
+                f"{name} of the ink table goes down to {least:.3g}; a ray tracer needs values of zero or "
+                "more, so compute the table with a finer discretisation."
+            )
+    excess = excess_of_power(table)
+    if excess is not None:
+        raise InputRefusedError(
+            f"the ink table sends out {excess}; a ray tracer needs at most 1, so compute the table with a "
+            "finer grid."
+        )
+    return dataclasses.replace(
+        table, bsdf_per_sr=np.maximum(table.bsdf_per_sr, 0.0), regular=np.maximum(table.regular, 0.0)
+    )
+
+
+def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
+    """The table with its regular part spread over a cone about the specular or refracted direction.
+
+    Parameters
+    ----------
+    table
+        The table.
+    width_deg
+        Full width at half maximum of the cone, in the medium that the light leaves to.
+
+    Returns
+    -------
+    InkTable
+        With the same hemispherical sums, and no regular part.
+
+    Raises
+    ------
+    InputRefusedError
+        If the table's angles are too coarse for the cone.
+    """
+    if not 0 < width_deg <= 30:
+        raise InputRefusedError(f"regular_bin_deg is {width_deg:g}; it must lie between 0 and 30 degrees.")
+    step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
+    if width_deg < step:
+        raise InputRefusedError(
+            f"regular_bin_deg is {width_deg:g}, but the angles of the ink table are up to {step:.3g} degrees "
+            "apart; take a bin at least that wide, or a finer table."
+        )
+    theta, phi = np.deg2rad(table.theta_deg)[:, None], np.deg2rad(table.phi_deg)
+    weights = projected_weights(table.theta_deg)[:, None] * azimuth_weights(table.phi_deg)
+    bsdf = table.bsdf_per_sr.copy()
+    for c, component in enumerate(COMPONENTS):
+        for w in range(len(table.wavelength_nm)):
+            leaving = np.deg2rad(exit_angles_deg(table, component, w, table.theta_deg))
+            for i in np.flatnonzero(table.regular[c, w]):
+                if np.isnan(leaving[i]):
+                    continue
+                cosine = np.cos(theta) * np.cos(leaving[i]) - np.sin(theta) * np.sin(leaving[i]) * np.cos(phi)
+                angle = np.rad2deg(np.arccos(np.clip(cosine, -1, 1)))
+                cone = np.maximum(1 - angle / width_deg, 0.0)
+                bsdf[c, w, i] += table.regular[c, w, i] / np.sum(weights * cone) * cone
+    return dataclasses.replace(
+        table,
+        bsdf_per_sr=bsdf,
+        regular=np.zeros_like(table.regular),
+        bsdf_standard_error_per_sr=None,
+        regular_standard_error=None,
+        attrs={
+            **table.attrs,
+            "regular": f"in cones of {width_deg:g} degrees full width at half maximum",
+        },
+    )

@@ -1,1 +1,0 @@
-"""Refractive indices of materials as functions of the wavelength; no JAX is needed for them."""

@@ -1,0 +1,1 @@
+"""Directions, channels, refractive indices, smooth interfaces and the optics of a layer."""

@@ -1,0 +1,138 @@
+"""Channels of transverse direction that a whole stack of media shares.
+
+Snell's law keeps kappa = n sin(theta). Every medium uses the same channels of kappa, so a smooth interface
+is diagonal. The interval of kappa is split at each refractive index of the stack, where some medium
+begins to reflect totally; within a block the nodes are Gauss-Legendre in the cosine of the medium whose
+index ends the block, which resolves both ends. Only where a scattering medium is a trace denser than that are
+they in its cosine, in which its own integrals are exact however small the difference.
+
+Fluxes are carried as sqrt(c) L, with the basic radiance L = I / n^2 and the etendue weight c = n^2 w mu, the
+same in every medium: reciprocity is symmetry.
+"""
+
+from functools import partial
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from jaxink.numerics.quadrature import (
+    barycentric_matrix,
+    gauss_legendre_unit,
+    logarithmic_matrix,
+)
+from jaxink.optics.fresnel import propagating_cosine
+
+# A scattering medium has the nodes of a block whose end lies this close below its own index, relative.
+_CLOSE = 3e-4
+
+
+class ChannelGrid(eqx.Module):
+    """Quadrature channels, ascending blocks of kappa.
+
+    Parameters
+    ----------
+    block_index
+        Refractive index that ends each block, ascending, shape ``(blocks,)``; block 0 begins at kappa = 0,
+        each other one where the one before it ends.
+    scatters
+        Whether the medium of that index scatters, shape ``(blocks,)``.
+    nodes_per_block
+        Number of nodes of each block.
+    exposed
+        True where a scattering medium meets its surroundings without an index step: its radiance then
+        varies as mu log(mu) near grazing, and interpolation in block 0 takes that into account.
+    """
+
+    block_index: Float[Array, " blocks"]
+    scatters: Bool[Array, " blocks"]
+    nodes_per_block: tuple[int, ...] = eqx.field(static=True)
+    exposed: bool = eqx.field(static=True)
+    # For each block: index of the medium that has the nodes, its cosines at the end and the start.
+    block_cosines: tuple[Float[Array, " blocks"], ...]
+    # That medium's index, the cosine in it and the quadrature weight of each channel.
+    _nodes: tuple[Float[Array, " channels"], ...]
+
+    def __init__(self, block_index, scatters, nodes_per_block, exposed=False):
+        self.block_index, self.scatters = block_index, scatters
+        self.nodes_per_block, self.exposed = nodes_per_block, exposed
+        self.block_cosines, self._nodes = _nodes_of(block_index, scatters, nodes_per_block, exposed)
+
+    @property
+    def etendue_weight(self) -> Float[Array, " channels"]:
+        """Weight n^2 w mu of each channel, shape ``(channels,)``."""
+        index, cosine, weight = self._nodes
+        return index**2 * weight * cosine
+
+    @property
+    def kappa(self) -> Float[Array, " channels"]:
+        """N sin(theta) of each channel, shape ``(channels,)``."""
+        index, cosine, _ = self._nodes
+        return index * jnp.sqrt(1 - cosine**2)
+
+    def squared_cosine(self, refractive_index) -> Float[Array, "*media channels"]:
+        """mu^2 of each channel in a medium; negative where the channel is evanescent there.
+
+        Parameters
+        ----------
+        refractive_index
+            Of the medium, or of several as a column, shape ``(media, 1)``.
+        """
+        # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines where n = n_b.
+        index, cosine, _ = self._nodes
+        n2 = jnp.asarray(refractive_index) ** 2
+        return (n2 - index**2 + (index * cosine) ** 2) / n2
+
+    def interpolation(self, kappa: Float[Array, " targets"]) -> Float[Array, "targets channels"]:
+        """Matrix from values at the channels to values at other kappa.
+
+        Parameters
+        ----------
+        kappa
+            n sin(theta) of the wanted directions, shape ``(targets,)``.
+
+        Returns
+        -------
+        Float[Array, "targets channels"]
+            Each row has non-zero entries in the block of its kappa only.
+        """
+        _, nodes, _ = self._nodes
+        reference, end, _ = self.block_cosines
+        columns, first, start = [], 0, None
+        for block, n_nodes in enumerate(self.nodes_per_block):
+            index = self.block_index[block]
+            inside = kappa <= index
+            cosine = propagating_cosine(1 - (kappa / reference[block]) ** 2)
+            if block == 0 and self.exposed:
+                rows = logarithmic_matrix(n_nodes, cosine)
+            else:
+                # The nodes of a block between equal indices coincide; no direction lies in it.
+                here = nodes[first : first + n_nodes]
+                wide = here[-1] > end[block]
+                rows = barycentric_matrix(jnp.where(wide, here, jnp.arange(n_nodes)), cosine)
+            if start is not None:
+                inside = inside & (kappa > start)
+            columns.append(jnp.where(inside[:, None], rows, 0.0))
+            first, start = first + n_nodes, index
+        return jnp.concatenate(columns, axis=1)
+
+
+# Jitted on its own, as all that many programs have in common: it is traced once for all of them.
+@partial(jax.jit, static_argnums=(2, 3))
+def _nodes_of(index, scatters, nodes_per_block, exposed):
+    """Media and cosines of the blocks, and medium, cosine and weight of the channels."""
+    denser = jnp.append(index[1:], index[-1])
+    close = (denser < index * (1 + _CLOSE)) & jnp.append(scatters[1:], False)
+    if exposed:
+        close = close.at[0].set(False)
+    reference = jnp.where(close, denser, index)
+    starts = jnp.concatenate([jnp.zeros(1), index[:-1]])
+    end, start = (propagating_cosine(1 - (kappa / reference) ** 2) for kappa in (index, starts))
+    units = [gauss_legendre_unit(n_nodes) for n_nodes in nodes_per_block]
+    block = np.repeat(np.arange(len(units)), nodes_per_block)
+    unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))
+    medium, first, last = (part[block] for part in (reference, end, start))
+    nodes = medium, first + (last - first) * unit_node, (last - first) * unit_weight
+    return (reference, end, start), nodes

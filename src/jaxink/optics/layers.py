@@ -1,0 +1,97 @@
+"""Optical description of one layer, and its delta-M truncation."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.optics.phase_function import PhaseFunction
+
+
+class ClearLayer(eqx.Module):
+    """Homogeneous layer that does not scatter, such as the plate.
+
+    Parameters
+    ----------
+    refractive_index
+        Real refractive index.
+    optical_thickness
+        Absorption coefficient times thickness, 0 or more.
+    """
+
+    refractive_index: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+
+
+class ScatteringLayer(eqx.Module):
+    """Homogeneous scattering layer, such as the ink.
+
+    Parameters
+    ----------
+    refractive_index
+        Real refractive index of the binder.
+    optical_thickness
+        Extinction coefficient times thickness, 0 or more; see `OPAQUE_OPTICAL_THICKNESS`.
+    single_scattering_albedo
+        Scattering over extinction, 0 ... 1 inclusive.
+    phase_function
+        Phase function of one scattering, mean over the sphere 1.
+    """
+
+    refractive_index: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    single_scattering_albedo: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    phase_function: PhaseFunction
+
+
+# A layer of which nothing comes out behind: its transmission is below 1e-7 even without absorption.
+OPAQUE_OPTICAL_THICKNESS = 1e8
+
+
+class TruncatedOptics(eqx.Module):
+    """A layer's optics after the forward peak has been taken out of the scattering.
+
+    Parameters
+    ----------
+    optical_thickness, single_scattering_albedo
+        Scaled by the truncation.
+    phase_moments
+        Scaled Legendre moments, moment 0 is 1, shape ``(moments,)``.
+    forward_fraction
+        Share of the scattering that was taken as undeviated.
+    """
+
+    optical_thickness: Float[Array, ""]
+    single_scattering_albedo: Float[Array, ""]
+    phase_moments: Float[Array, " moments"]
+    forward_fraction: Float[Array, ""]
+
+
+def delta_m(layer: ScatteringLayer, n_moments: int) -> TruncatedOptics:
+    """Take the part of the phase function beyond ``n_moments`` as not scattered.
+
+    Parameters
+    ----------
+    layer
+        The layer.
+    n_moments
+        Number of Legendre moments to keep.
+
+    Returns
+    -------
+    TruncatedOptics
+        Scaled optics; similar to the layer up to the moments kept.
+
+    References
+    ----------
+    Wiscombe 1977 J. Atmos. Sci. 34, 1408.
+    """
+    moments = layer.phase_function.moments(n_moments + 1)
+    fraction = moments[n_moments]
+    albedo = layer.single_scattering_albedo
+    kept = 1 - albedo * fraction
+    return TruncatedOptics(
+        optical_thickness=layer.optical_thickness * kept,
+        single_scattering_albedo=albedo * (1 - fraction) / kept,
+        phase_moments=(moments[:n_moments] - fraction) / (1 - fraction),
+        forward_fraction=fraction,
+    )

@@ -1,0 +1,1 @@
+"""The slab solver: from a stack of layers to its BSDF."""

@@ -1,0 +1,173 @@
+"""Sizes of the discretisation for an asked accuracy, from the phase functions and the geometry of a stack.
+
+What limits each size was measured with Henyey-Greenstein layers, see docs/accuracy.md: the moments that
+delta-M drops, weighted by how much light is left that was scattered into the forward peak; the polynomials in
+the cosine that a block of channels resolves, about two degrees for each node and the share of the quarter
+circle that it covers; and the azimuthal orders, which are fewer for light that refraction keeps off grazing.
+"""
+
+import math
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.numerics.validity import is_known
+from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
+from jaxink.solver.stack import SolverConfig, Stack
+
+# Moments looked at: Henyey-Greenstein's fall below 1e-4 there up to an asymmetry parameter of 0.965.
+_MOST_MOMENTS = 320
+# Optical thickness below which the far side is seen at 89 degrees.
+_THIN = 2.0
+
+
+class Demand(eqx.Module):
+    """What a stack asks of the discretisation.
+
+    Parameters
+    ----------
+    phase_moments
+        Largest size of each Legendre moment among the scattering layers.
+    optical_thickness
+        Of the scattering layers together.
+    largest_sine, smallest_sine
+        Of grazing light from the denser of the surroundings, inside the scattering layers.
+    escaping_sine
+        Of grazing light from the thinner of them: the largest.
+    exposed
+        As of `Stack`.
+    rough
+        Whether a face is rough: light scattered once is then not exact any more where it meets that face.
+    """
+
+    phase_moments: Float[Array, "*batch moments"]
+    optical_thickness: Float[Array, "*batch"]
+    largest_sine: Float[Array, "*batch"]
+    smallest_sine: Float[Array, "*batch"]
+    escaping_sine: Float[Array, "*batch"]
+    exposed: bool = eqx.field(static=True)
+    rough: bool = eqx.field(static=True, default=False)
+
+
+def demand(stack: Stack) -> Demand:
+    """Read off a stack what it asks of the discretisation."""
+    layers = [stack.layers[k] for k in stack.scattering]
+    moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
+    outside = jnp.stack([stack.index_front, stack.index_back])
+    sines = jnp.stack([jnp.max(outside) / layer.refractive_index for layer in layers])
+    escaping = jnp.max(jnp.stack([jnp.min(outside) / layer.refractive_index for layer in layers]))
+    return Demand(
+        phase_moments=jnp.max(jnp.stack(moments), axis=0),
+        optical_thickness=sum(layer.optical_thickness for layer in layers),
+        largest_sine=jnp.minimum(jnp.max(sines), 1.0),
+        smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
+        escaping_sine=jnp.minimum(escaping, 1.0),
+        exposed=stack.exposed,
+        rough=bool(stack.rough),
+    )
+
+
+def sizes_for(
+    demand: Demand, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+) -> SolverConfig:
+    """Sizes that meet a demand, or several along the leading axis, within an accuracy.
+
+    Parameters
+    ----------
+    demand
+        The demand, known numbers.
+    accuracy
+        Largest relative error of the BSDF, aimed at for every direction up to 89 degrees.
+    layer_method
+        As of `SolverConfig`.
+
+    Raises
+    ------
+    InputRefusedError
+        As `require_accuracy`.
+    """
+    require_accuracy(accuracy)
+    moments = np.atleast_2d(demand.phase_moments)
+    sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
+    each = zip(moments, np.ravel(demand.optical_thickness), np.atleast_2d(sines), strict=True)
+    sizes = np.max([_sizes(*one, demand.exposed, demand.rough, accuracy) for one in each], axis=0)
+    return SolverConfig(*sizes.tolist(), layer_method=layer_method)
+
+
+def _sizes(moments, thickness, sines, exposed, rough, accuracy):
+    """Nodes of the escaping and of each trapped block, moments and orders."""
+    # How much of the narrow features is left: eight times the light that was scattered at most twice.
+    few = math.exp(-thickness) * (1 + thickness + thickness**2 / 2) if thickness < 700 else 0.0
+    narrow = 1.0 if rough else min(1.0, 8 * few)
+    sine = sines[0]
+    cone, narrowest_cone, escaping_cone = (math.asin(s) / (math.pi / 2) for s in sines)
+    digits = -math.log10(accuracy)
+
+    def degree(factor, least_narrow):
+        """Degree from which no moment exceeds the accuracy times a factor; less strict in thick layers."""
+        return _degree(moments, factor * accuracy / max(narrow, least_narrow))
+
+    if exposed:
+        n_moments = max(degree(2, 1.0), 4)
+        # Near grazing a thin layer's radiance varies as exp(-thickness / cosine), and light that any layer
+        # scattered twice, with the square of each moment, is dim and narrow.
+        least = 18 * digits - 30 if thickness < _THIN else 6.2 * digits - 2
+        twice = _degree(moments**2, accuracy / (2 + 8 * narrow))
+        escaping = max(least, twice, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
+    else:
+        n_moments = max(degree(1, 0.05), 4)
+        escaping = max(4 * digits - 8, 0.58 * escaping_cone * degree(1 / 3, 0.02), 6)
+    trapped = max(4 * digits - 8, (1 - narrowest_cone) / 2.7 * degree(1 / 2, 0.02), 6)
+    if cone > escaping_cone:
+        # Light trapped against the thinner side is seen from the denser one, where a layer without an
+        # index step has a radiance that varies as mu log(mu) near grazing.
+        unrefracted = 6.2 * digits + 6 if sine > 1 - 1e-3 else 0
+        trapped = max(trapped, 0.58 * (cone - escaping_cone) * degree(1 / 3, 0.02), unrefracted)
+    # All channels together have to integrate products of two polynomials of the phase function.
+    trapped = max(trapped, n_moments / 1.7 - escaping)
+    # From one grazing direction to another light that was scattered twice stays narrow in any layer.
+    highest = degree(1 / 10, 0.02)
+    needed = sine * _degree(moments**2, accuracy / 10) if exposed else sine / 2.2 * highest
+    orders = max(needed, 1.05 * digits + 1)
+    return _even(escaping), _even(trapped), _even(n_moments), min(_even(orders), highest)
+
+
+def _degree(moments, limit) -> int:
+    """Degree from which no moment exceeds a limit."""
+    return int(np.max(np.flatnonzero(moments > limit), initial=0)) + 1
+
+
+def _even(number: float) -> int:
+    """Next even number: close demands share a compiled program."""
+    return 2 * math.ceil(number / 2)
+
+
+_demand = eqx.filter_jit(demand)
+
+
+def choose_sizes(
+    stack: Stack, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+) -> SolverConfig:
+    """Smallest sizes that keep the BSDF of a stack within an accuracy, as far as its phase functions tell.
+
+    Parameters
+    ----------
+    stack
+        The stack, with known numbers.
+    accuracy, layer_method
+        As of `sizes_for`.
+
+    Raises
+    ------
+    InputRefusedError
+        As `sizes_for`, or if the stack is being differentiated or compiled.
+    """
+    if not is_known(stack):
+        raise InputRefusedError(
+            "sizes of the discretisation cannot be chosen while a stack is being differentiated or compiled: "
+            "choose them before, with choose_sizes(stack, accuracy), and pass them as config."
+        )
+    return sizes_for(_demand(stack), accuracy, layer_method)
