@@ -14,7 +14,7 @@ import jaxink
 from export.analytic_tables import smooth_table
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.files.reading import exchange
+from jaxink.files import exchange
 
 DATA, SAMPLE = map(str, simulated_example())
 SURFACE = (
@@ -156,7 +156,7 @@ def test_what_the_disk_refuses_is_one_sentence_and_leaves_the_old_files(
 
 KILLED = """
 import os, pathlib, signal, sys
-from jaxink.files.reading import exchange
+from jaxink.files import exchange
 
 kill_at, names = sys.argv[1], []
 write, swap = pathlib.Path.write_text, exchange._exchange

@@ -11,7 +11,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.moves import settle
-from jaxink.files.reading import exchange
+from jaxink.files import exchange
 from jaxink.files.staging import left_over, staged_in
 from jaxink.files.writing import whole_folder, written_whole
 
@@ -141,7 +141,7 @@ def test_an_interruption_between_two_renames_is_taken_back(tmp_path, monkeypatch
 
 KILLED = """
 import ctypes, os, signal, sys
-from jaxink.files.reading import exchange
+from jaxink.files import exchange
 from jaxink.files.writing import whole_folder
 
 out, kill_at, when = sys.argv[1], int(sys.argv[2]), sys.argv[3]
