@@ -33,7 +33,7 @@ from jaxink.fitting import prepare_data
 from jaxink.fitting.objective import noise_of
 from jaxink.numerics.precision import computing
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 from power_cases import ACCURACY, case_of
 from report_common import REPOSITORY, machine, table, write_section
 

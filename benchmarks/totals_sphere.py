@@ -14,7 +14,7 @@ from jaxink.solver.lateral import LateralField
 from monte_carlo import simulate
 from monte_carlo_sample import HenyeyGreenstein as DrawnHenyeyGreenstein
 from monte_carlo_sample import Layer, Sample
-from totals_layers import ink, rows_of, sizes_for_power, stack_of
+from totals_layers import ink, rows_of, sizes_for_power
 
 SPHERE = "sphere_totals_iad"
 # Light that misses the sample port is followed with this many photons, twice each time.
@@ -62,8 +62,7 @@ class Slab:
         """The slab for ln of the reduced scattering and the absorption; nothing absorbs in the slides."""
         slide = jaxink.ClearLayer(self.slide_index, 0.0)
         middle = ink(self.index, jnp.exp(x[0]), x[1], self.asymmetry, self.thickness_mm)
-        found = stack_of([slide, middle, slide], [self.slide_index, self.index, self.slide_index])
-        return replace(found, lateral=lateral)
+        return jaxink.Stack((slide, middle, slide), 1.0, 1.0, lateral=lateral)
 
 
 def slabs(name: str, wavelengths_nm: tuple[float, ...], asymmetry: float | None) -> list[Slab]:

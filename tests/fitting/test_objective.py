@@ -11,7 +11,7 @@ from jaxink.fitting import make_objective, noise_of, prepare_data
 from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData
 from jaxink.sample import Noise, Prior, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SMALL = SolverConfig(8, 6, 16, 2)
 SAMPLE = """

@@ -45,7 +45,7 @@ from jaxink.measurement.masks import USER
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 # Effects with a program of their own are refitted where they promise this share of what others give, less

@@ -20,7 +20,7 @@ from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 # Slots beyond those of the declared sample's free parameters, so that all stages share a program.

@@ -13,7 +13,7 @@ from jaxink.fitting import prepare_data
 from jaxink.fitting.objective import noise_of
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 @dataclasses.dataclass(frozen=True)

@@ -19,7 +19,7 @@ from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import GonioData
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxink.effects.scene import Field, Scene
 from jaxink.sample import Layer, Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 @dataclasses.dataclass(frozen=True)

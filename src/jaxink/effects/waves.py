@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxink.effects.effect import Case, Effect, with_parameters
 from jaxink.sample import Dispersion, Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # Excitation and emission of optical brighteners.
 _EXCITED_NM, _EMITTED_NM = (320.0, 420.0), (420.0, 500.0)

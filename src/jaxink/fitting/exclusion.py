@@ -10,7 +10,7 @@ from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.result import FitResult
 from jaxink.numerics.precision import computing
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # Over the sigma of a point that is left out: neither the point nor the scan's common factor hears of it.
 _UNHEARD = 1e12

@@ -227,7 +227,7 @@ class FitResult:
             Where to predict; None: the fitted measurement, masked points included.
         """
         from jaxink.model.forward import ForwardModel
-        from jaxink.solver.stack import SolverConfig
+        from jaxink.solver.config import SolverConfig
 
         at = self.data if data is None else data
         return ForwardModel(self.sample, *at.directions, SolverConfig(**self.solver))

@@ -39,8 +39,8 @@ from jaxink.numerics.forking import refuse_in_fork
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample, load_sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import LAYER_METHODS, layer_method
-from jaxink.solver.stack import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 _PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
