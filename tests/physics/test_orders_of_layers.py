@@ -45,8 +45,8 @@ def stack_of(name: str) -> Stack:
 @eqx.filter_jit
 def light_of(stack, plan):
     """Total power of each channel, and smooth multiple scattering between channels, in reflection."""
-    response = solve_stack(stack, plan, SMALL, plan.grid(stack, SMALL).kappa)
-    fields, escape = response.channels.fields_beyond, response.channels.escape_beyond[0]
+    channels, response = solve_stack(stack, plan, SMALL, plan.grid(stack, SMALL).kappa)
+    fields, escape = channels.fields_beyond, channels.escape_beyond[0]
     reflectance = fields.reflection + escape * response.reflected_power
     return reflectance, fields.transmission + escape * response.transmitted_power, response.reflection
 

@@ -1,5 +1,6 @@
 """Rough interfaces inside a stack: energy, reciprocity, the smooth limit, derivatives, and Monte Carlo."""
 
+import dataclasses
 import json
 
 import equinox as eqx
@@ -64,7 +65,8 @@ def plan_with_interfaces(stack):
         fine = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
         return _interface(plan.grid(stack, CONFIG), outer, inner, stack.faces[k], fine)
 
-    return plan.with_interfaces(tuple(face and computed(k) for k, face in enumerate(stack.faces)))
+    interfaces = tuple(face and computed(k) for k, face in enumerate(stack.faces))
+    return dataclasses.replace(plan, interfaces=interfaces)
 
 
 @pytest.mark.parametrize("order", ORDERS)

@@ -1,9 +1,8 @@
 """From a sample and values of its parameters to its stack."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,6 +11,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.model.media import Media, index_behind
 from jaxink.model.mie_sizes import MieSizes, mie_sizes
 from jaxink.model.volume import LayerCoefficients, layer_optics
+from jaxink.numerics.batches import at_each
 from jaxink.sample import Roughness, Sample
 from jaxink.solver.lateral import LateralField
 from jaxink.solver.stack import Stack
@@ -53,17 +53,6 @@ class StackBuilder(eqx.Module):
         each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
         return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
 
-    def at_each_wavelength(self, of: Callable, *by_wavelength):
-        """What a function of wavelength and more gives at each wavelength.
-
-        One alone needs no batch, which takes longer to trace.
-        """
-        columns = (jnp.asarray(self.wavelengths_nm), *by_wavelength)
-        if len(self.wavelengths_nm) > 1:
-            return eqx.filter_vmap(of)(*columns)
-        found = of(*jax.tree.map(lambda column: column[0], columns))
-        return jax.tree.map(lambda value: jnp.asarray(value)[None], found)
-
     def stack(self, values: Mapping, wavelength_nm) -> Stack:
         """The stack at one wavelength.
 
@@ -75,13 +64,16 @@ class StackBuilder(eqx.Module):
             Wavelength in vacuum.
         """
         sample = self.sample
+        lateral = _lateral(sample, values)
+        faces = tuple(face and _face(face, values, wavelength_nm) for face in self.faces)
+        layers = (layer_optics(layer, values, wavelength_nm, self.mie_sizes)[0] for layer in sample.layers)
         return Stack(
-            tuple(layer_optics(layer, values, wavelength_nm, self.mie_sizes)[0] for layer in sample.layers),
+            tuple(layers),
             values["surroundings.index_front"],
             values[index_behind(sample)],
-            faces=tuple(face and _face(face, values, wavelength_nm) for face in self.faces),
-            backing=None if sample.backing is None else values["backing.reflectance"],
-            lateral=_lateral(sample, values),
+            faces,
+            None if sample.backing is None else values["backing.reflectance"],
+            lateral,
         )
 
     def coefficients(self, values: Mapping) -> dict[str, LayerCoefficients]:
@@ -96,8 +88,9 @@ class StackBuilder(eqx.Module):
         def of(layer):
             return lambda wavelength_nm, here: layer_optics(layer, here, wavelength_nm, self.mie_sizes)[1]
 
+        wavelengths = jnp.asarray(self.wavelengths_nm)
         scattering = (layer for layer in self.sample.layers if layer.scatters)
-        return {layer.name: self.at_each_wavelength(of(layer), values) for layer in scattering}
+        return {layer.name: at_each(of(layer), wavelengths, values) for layer in scattering}
 
 
 def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Media) -> StackBuilder:
@@ -117,8 +110,12 @@ def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Medi
     InputRefusedError
         If an interface is declared twice, or particles are too large for the Mie series.
     """
+    indices, free = media.indices, media.free
     # Facets between equal media neither reflect nor refract.
-    faces = tuple(None if media.are_one(k, k + 1) else face for k, face in enumerate(_declared_faces(sample)))
+    faces = tuple(
+        None if indices[k] == indices[k + 1] and not (free[k] or free[k + 1]) else face
+        for k, face in enumerate(_declared_faces(sample))
+    )
     return StackBuilder(sample, wavelengths_nm, faces, mie_sizes(sample, wavelengths_nm))
 
 

@@ -1,5 +1,6 @@
 """The forward model: parameters in, predicted BSDF at the measured directions out."""
 
+import dataclasses
 from collections.abc import Mapping
 
 import equinox as eqx
@@ -13,8 +14,9 @@ from jaxink.model.instrument import Cones
 from jaxink.model.media import media_of
 from jaxink.model.points import Points, points_of
 from jaxink.model.resolution import model_sizes
-from jaxink.model.tables import interfaces_at, rough_tables
+from jaxink.model.tables import rough_tables
 from jaxink.model.volume import LayerCoefficients
+from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -124,14 +126,17 @@ class ForwardModel(eqx.Module):
 
         def at_wavelength(wavelength_nm, values, tables):
             stack = self.builder.stack(values, wavelength_nm)
-            plan = self.plan.with_interfaces(interfaces_at(self.builder, tables, values))
+            tabulated = tuple(
+                table and table.at(values[f"{face.name}.sigma_deg"])
+                for table, face in zip(tables, self.builder.faces, strict=True)
+            )
+            plan = dataclasses.replace(self.plan, interfaces=tabulated)
             diffuse = rays.average(diffuse_bsdf(stack, directions, self.config, plan))
             if self.points.cones.is_ideal:
                 return diffuse
             return diffuse + self._regular_peak(stack) * rays.regular_share
 
-        values = self.builder.values(free_values or {})
-        return self.points.of(self.builder.at_each_wavelength(at_wavelength, values, self.rough_tables))
+        return self._at_points(at_wavelength, free_values, self.rough_tables)
 
     def regular(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
         """Power of the regular peak on each point's side, for a beam of each point's incidence.
@@ -151,8 +156,15 @@ class ForwardModel(eqx.Module):
         def at_wavelength(wavelength_nm, values):
             return self._regular_peak(self.builder.stack(values, wavelength_nm))
 
-        values = self.builder.values(free_values or {})
-        return self.points.of(self.builder.at_each_wavelength(at_wavelength, values))
+        return self._at_points(at_wavelength, free_values)
+
+    def _at_points(
+        self, at_wavelength, free_values: Mapping | None, *by_wavelength
+    ) -> Float[Array, " points"]:
+        """What a function of wavelength, values and more gives for each pair, at the points."""
+        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values or {})
+        spectrum = at_each(at_wavelength, wavelengths, values, *by_wavelength)
+        return spectrum[self.points.wavelength_of_point, self.points.pair_of_point]
 
     def _regular_peak(self, stack: Stack) -> Float[Array, " pairs"]:
         """Power of the regular peak on each pair's side, averaged over the cones."""

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from jaxink.model.instrument import require_equal_surroundings
+from jaxink.errors import InputRefusedError
 from jaxink.model.points import Points
 from jaxink.sample import Sample
 
@@ -24,11 +24,6 @@ class Media(NamedTuple):
     scatters: list[bool]
     free: list[bool]
 
-    def are_one(self, first: int, second: int) -> bool:
-        """Whether two media always have the same index."""
-        is_fixed = not (self.free[first] or self.free[second])
-        return is_fixed and self.indices[first] == self.indices[second]
-
 
 def media_of(sample: Sample, points: Points) -> Media:
     """Media of a sample at the points of a measurement.
@@ -43,7 +38,7 @@ def media_of(sample: Sample, points: Points) -> Media:
     Raises
     ------
     InputRefusedError
-        As `require_equal_surroundings`.
+        If source or detector have cones and the undeviated beam would be refracted to another size.
     """
     names = index_names(sample)
     start = sample.parameters.values_with({})
@@ -54,8 +49,13 @@ def media_of(sample: Sample, points: Points) -> Media:
         [False, *(layer.scatters for layer in sample.layers), False],
         [sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names],
     )
-    if sample.backing is None or not sample.backing.contact:
-        require_equal_surroundings(media.indices[0], media.indices[-1], points.cones)
+    index_front, index_back = media.indices[0], media.indices[-1]
+    in_contact = sample.backing is not None and sample.backing.contact
+    if not (in_contact or points.cones.is_ideal or index_front == index_back):
+        raise InputRefusedError(
+            f"source or detector cones are declared, but index_front = {index_front:g} and index_back = "
+            f"{index_back:g} differ; cones need the same medium on both sides."
+        )
     return media
 
 

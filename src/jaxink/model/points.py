@@ -2,7 +2,7 @@
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Int
 
 from jaxink.errors import InputRefusedError
 from jaxink.model.instrument import ConeRays, Cones, cone_rays
@@ -28,10 +28,6 @@ class Points(eqx.Module):
     rays: ConeRays
     wavelength_of_point: Int[np.ndarray, " points"]
     pair_of_point: Int[np.ndarray, " points"]
-
-    def of(self, spectrum: Float[Array, "wavelengths pairs"]) -> Float[Array, " points"]:
-        """What belongs to the points."""
-        return spectrum[self.wavelength_of_point, self.pair_of_point]
 
 
 def points_of(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission) -> Points:

@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 
 import equinox as eqx
+import jax.numpy as jnp
 
 from jaxink.model.build import StackBuilder
+from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing
+from jaxink.solver.accuracy import require_accuracy
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.resolution import demand, sizes_for
@@ -27,6 +30,7 @@ def model_sizes(
     accuracy, layer_method
         As of `choose_sizes`.
     """
+    require_accuracy(accuracy)
     with computing():
         found = sizes_for(_demand(builder, plan, builder.values(free_values)), accuracy, layer_method)
     # A fit visits other values than those it starts from, and has to rank them.
@@ -35,4 +39,7 @@ def model_sizes(
 
 @eqx.filter_jit
 def _demand(builder: StackBuilder, plan: ChannelPlan, values):
-    return builder.at_each_wavelength(lambda w, here: demand(builder.stack(here, w), plan), values)
+    def at_wavelength(wavelength_nm, here):
+        return demand(builder.stack(here, wavelength_nm), plan)
+
+    return at_each(at_wavelength, jnp.asarray(builder.wavelengths_nm), values)

@@ -1,15 +1,14 @@
 """Rough interfaces of a sample, computed beforehand where at most the angle of their facets is free."""
 
-from collections.abc import Mapping
-
 import jax
+import jax.numpy as jnp
 
 from jaxink.model.build import StackBuilder
 from jaxink.model.media import index_names
+from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
-from jaxink.surfaces.interface import RoughInterface
 from jaxink.surfaces.slopes import DENSITIES
 from jaxink.surfaces.table import RoughTable, rough_table
 
@@ -52,24 +51,4 @@ def _rough_table(builder, plan, config, interface) -> RoughTable | None:
 
     # Numbers, even where a model is made within a function that is being compiled.
     with computing(), jax.ensure_compile_time_eval():
-        return builder.at_each_wavelength(at_wavelength, builder.values({}))
-
-
-def interfaces_at(
-    builder: StackBuilder, tables: tuple[RoughTable | None, ...], values: Mapping
-) -> tuple[RoughInterface | None, ...]:
-    """Tabulated interfaces at one wavelength.
-
-    Parameters
-    ----------
-    builder
-        Of the stacks.
-    tables
-        Of that wavelength.
-    values
-        Value of every parameter there, by plain name.
-    """
-    return tuple(
-        table and table.at(values[f"{face.name}.sigma_deg"])
-        for table, face in zip(tables, builder.faces, strict=True)
-    )
+        return at_each(at_wavelength, jnp.asarray(builder.wavelengths_nm), builder.values({}))

@@ -26,7 +26,6 @@ from jaxink.particles.phase_function import (
 from jaxink.particles.size_distribution import discrete, log_normal, monodisperse
 from jaxink.sample import Layer
 
-
 _SMALL = MieSizes()
 
 

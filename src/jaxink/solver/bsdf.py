@@ -14,11 +14,11 @@ from jaxink.optics.fresnel import propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
 from jaxink.solver.resolution import choose_sizes
-from jaxink.solver.rough import met_at_directions
-from jaxink.solver.single_scattering import RegularPaths, scattered_at_directions
-from jaxink.solver.solve import put_on_channels, solve_channels, solve_stack
+from jaxink.solver.single_scattering import scattered_once
+from jaxink.solver.solve import solve_channels, solve_stack
 from jaxink.solver.specular import regular_fields
 from jaxink.solver.stack import Stack
+from jaxink.solver.stack_channels import put_on_channels
 
 # A BSDF is never negative. Less than this is the fault of a discretisation too coarse for a narrow peak;
 # what lies above is rounding, as at thickness 0, where the slope is that of what a thin layer scatters.
@@ -78,31 +78,30 @@ def _diffuse_bsdf(stack, directions, config, plan):
     )
     channels = put_on_channels(stack, plan, config, jnp.concatenate(kappa))
 
-    def smooth_at(frequency):
-        response = solve_channels(stack, channels, config, frequency)
-        return _interpolated(stack, response, directions, config, kappa)
+    def smooth(response):
+        return _interpolated(stack, channels, response, directions, config, kappa)
 
-    once = _scattered_once(stack, channels, directions, kappa)
     if stack.lateral is None:
-        smooth = smooth_at(None)
+        response = solve_channels(stack, channels)
+        once = scattered_once(stack, channels, directions, kappa)
+        light = smooth(response) + once
     else:
-        lateral = stack.lateral
-        way = _known_way(stack, directions)
-        smooth = jax.vmap(smooth_at)(lateral.frequencies).T * lateral.coefficients(*way)
-        smooth = jnp.sum(smooth, axis=1)
+        lateral, way = stack.lateral, _known_way(stack, directions)
+        responses = jax.vmap(lambda k: solve_channels(stack, channels, k))(lateral.frequencies)
         # Light scattered once goes the known way only.
-        once = lateral.seen_directly(*way) * once
+        once = lateral.seen_directly(*way) * scattered_once(stack, channels, directions, kappa)
+        light = jnp.sum(jax.vmap(smooth)(responses).T * lateral.coefficients(*way), axis=1) + once
     index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
-    bsdf = index_out**2 * (smooth + once)
+    bsdf = index_out**2 * light
     return jnp.where(bsdf < -_ROUNDING, 0.0, bsdf + jax.lax.stop_gradient(jnp.maximum(-bsdf, 0.0)))
 
 
 _compiled_bsdf = eqx.filter_jit(_diffuse_bsdf)
 
 
-def _interpolated(stack, response, directions, config, kappa):
+def _interpolated(stack, channels, response, directions, config, kappa):
     """Basic radiance per irradiance of the smooth light, interpolated from the channels."""
-    channels, transmitted = response.channels, directions.is_transmission
+    transmitted = directions.is_transmission
     grid, everywhere = channels.grid, jnp.concatenate(kappa)
     kappa_in, kappa_front, kappa_back = kappa
     parts = np.cumsum([kappa_in.shape[0], kappa_front.shape[0]])
@@ -128,26 +127,6 @@ def _interpolated(stack, response, directions, config, kappa):
     seen = through_out[directions.outgoing] * through_in[directions.incidence]
     sent = response.backing_gain / (jnp.pi * stack.index_back**2)
     return smooth + jnp.where(transmitted, 0.0, sent * seen)
-
-
-def _scattered_once(stack, channels, directions, kappa):
-    """Basic radiance per irradiance of light that is scattered once, exactly."""
-    n_in, n_front, _ = (part.shape[0] for part in kappa)
-    way_out = directions.outgoing + jnp.where(directions.is_transmission, n_in + n_front, n_in)
-    fields_in, fields_out = (
-        jax.tree.map(lambda x, there=there: x[..., there], channels.fields_beyond)
-        for there in (directions.incidence, way_out)
-    )
-    paths = RegularPaths(directions, jnp.concatenate(kappa), way_out, fields_in, fields_out)
-    once = jnp.zeros(())
-    for k in stack.scattering:
-        once = once + scattered_at_directions(stack.layers[k], channels.truncated[k], paths, k)
-    for k in stack.rough:
-        factors = channels.lobe_factors[k]
-        if factors is not None:
-            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(factors, axis=1)
-        once = once + met_at_directions(stack, k, paths, factors)
-    return once
 
 
 def _at_points(kernel, grid_kappa, out, into, directions):
@@ -269,8 +248,7 @@ def hemispherical_power(
 
 def _hemispherical_power(stack, sin_incidence, config, plan):
     kappa = stack.index_front * sin_incidence
-    response = solve_stack(stack, plan, config, kappa)
-    channels = response.channels
+    channels, response = solve_stack(stack, plan, config, kappa)
     fields = channels.fields_beyond
     rows = channels.grid.interpolation(kappa) * channels.escape_beyond[0][:, None]
     reflectance = fields.reflection + rows @ response.reflected_power

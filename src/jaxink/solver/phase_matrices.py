@@ -10,19 +10,14 @@ from jaxink.optics.layers import TruncatedOptics
 
 
 class PhaseMatrices(NamedTuple):
-    """Scattering of a layer between its channels.
+    """Phase function between the channels, without the albedo.
 
     Parameters
     ----------
-    a_matrix, b_matrix
-        As for `layer_response`, shape ``(orders, channels, channels)``.
     forward, backward
-        Phase function between the channels, into the same and into the opposite hemisphere, without the
-        albedo, shape ``(orders, channels, channels)``.
+        Into the same and into the opposite hemisphere.
     """
 
-    a_matrix: Float[Array, "orders channels channels"]
-    b_matrix: Float[Array, "orders channels channels"]
     forward: Float[Array, "orders channels channels"]
     backward: Float[Array, "orders channels channels"]
 
@@ -32,7 +27,7 @@ def phase_matrices(
     cosine: Float[Array, " channels"],
     weight: Float[Array, " channels"],
     n_orders: int,
-) -> PhaseMatrices:
+) -> tuple[Float[Array, "orders channels channels"], Float[Array, "orders channels channels"], PhaseMatrices]:
     """Scattering of a layer between its channels.
 
     Parameters
@@ -45,6 +40,13 @@ def phase_matrices(
         The layer's own quadrature weight w of each channel.
     n_orders
         Azimuthal orders.
+
+    Returns
+    -------
+    a_matrix, b_matrix
+        As for `layer_response`.
+    phase
+        The phase function by itself.
     """
     n_moments = truncated.phase_moments.shape[0]
     table = associated_legendre(n_moments, n_orders, cosine)
@@ -67,6 +69,5 @@ def phase_matrices(
     scaled_odd = scale[:, None] * odd * scale[None, :]
     albedo = truncated.single_scattering_albedo
     diagonal = jnp.diag(1 / safe_cosine)
-    return PhaseMatrices(
-        diagonal - albedo * scaled_odd, diagonal - albedo * scaled_even, even + odd, even - odd
-    )
+    phase = PhaseMatrices(even + odd, even - odd)
+    return diagonal - albedo * scaled_odd, diagonal - albedo * scaled_even, phase

@@ -1,6 +1,5 @@
 """How a stack is solved: which channels it needs, found once from the refractive indices of its media."""
 
-import dataclasses
 from collections.abc import Collection, Sequence
 
 import equinox as eqx
@@ -60,10 +59,6 @@ class ChannelPlan(eqx.Module):
     def n_outer(self, stack: Stack, interface: int, config: SolverConfig) -> int | None:
         """Number of channels that propagate outside a rough interface, the first ones; None: perhaps all."""
         return config.nodes_escaping if stack.sides(interface)[0] in self.rarest else None
-
-    def with_interfaces(self, interfaces: tuple[RoughInterface | None, ...]) -> "ChannelPlan":
-        """The plan with interfaces that have been computed."""
-        return dataclasses.replace(self, interfaces=interfaces)
 
     def reversed(self, n_layers: int) -> "ChannelPlan":
         """The plan of the same stack lit from its other side, without interfaces."""

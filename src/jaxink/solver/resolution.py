@@ -85,13 +85,7 @@ def sizes_for(
         Largest relative error of the BSDF, aimed at for every direction up to 89 degrees.
     layer_method
         As of `SolverConfig`.
-
-    Raises
-    ------
-    InputRefusedError
-        As `require_accuracy`.
     """
-    require_accuracy(accuracy)
     moments = np.atleast_2d(demand.phase_moments)
     sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
     each = zip(moments, np.ravel(demand.optical_thickness), np.atleast_2d(sines), strict=True)
@@ -170,8 +164,9 @@ def choose_sizes(
     Raises
     ------
     InputRefusedError
-        As `sizes_for`, or if the stack is being differentiated or compiled.
+        As `require_accuracy`, or if the stack is being differentiated or compiled.
     """
+    require_accuracy(accuracy)
     if not is_known(stack):
         raise InputRefusedError(
             "sizes of the discretisation cannot be chosen while a stack is being differentiated or compiled: "

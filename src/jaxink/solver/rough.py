@@ -1,4 +1,4 @@
-"""Rough interfaces of a stack: between its channels, and light that meets one of them once."""
+"""Rough interfaces of a stack between its channels, and light that meets one of them once or leaves by it."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -8,8 +8,7 @@ from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
-from jaxink.solver.single_scattering import RegularPaths
-from jaxink.solver.specular import RegularFields
+from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.star_product import RoughElement
 from jaxink.surfaces.facets import FacetRule, mean_transmittance, projected_area
@@ -58,9 +57,36 @@ def rough_element(
     return RoughElement(*sides, *once, kept)
 
 
-def crossing_share(
-    stack: Stack, k: int, squared_cosine: Float[Array, "media directions"], here: int, there: int
-) -> Float[Array, " directions"]:
+def escape_shares(
+    stack: Stack, fields: RegularFields, squared_cosine: Float[Array, "media directions"]
+) -> tuple[Float[Array, " directions"], Float[Array, " directions"]]:
+    """Share of light that finds its way between what scatters first and the front, and last and the back.
+
+    Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
+    reflect to and fro many times, and is hard to interpolate at a rough face, too.
+
+    Parameters
+    ----------
+    stack
+        The stack.
+    fields
+        Its regular light.
+    squared_cosine
+        mu^2 of the directions in front, layers and back.
+    """
+    first, last = stack.scattering[0], stack.scattering[-1]
+    front = fields.down_from_front[first] + fields.up_from_front[last]
+    back = fields.down_from_back[first] + fields.up_from_back[last]
+    if stack.rough and stack.rough[0] <= first:
+        k = stack.rough[0]
+        front = fields.arriving_from_front[k] * _crossing_share(stack, k, squared_cosine, k, k + 1)
+    if stack.rough and stack.rough[-1] > last:
+        k = stack.rough[-1]
+        back = fields.arriving_from_back[k] * _crossing_share(stack, k, squared_cosine, k + 1, k)
+    return tuple(jnp.where(share > 1e-200, share, 1.0) for share in (front, back))
+
+
+def _crossing_share(stack: Stack, k: int, squared_cosine, here: int, there: int):
     """Share of light that crosses the rough interface ``k`` between two media, about."""
     cosine = propagating_cosine(squared_cosine[here])
     sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))

@@ -1,37 +1,16 @@
-"""Light scattered once in a layer and regular before and after, which is known exactly."""
-
-from typing import NamedTuple
+"""Light scattered once and regular before and after, which is known exactly."""
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from jaxink.optics.directions import Directions, scattering_cosines
 from jaxink.optics.layers import ScatteringLayer, TruncatedOptics
 from jaxink.solver.phase_matrices import PhaseMatrices
-from jaxink.solver.specular import RegularFields
-
-
-class RegularPaths(NamedTuple):
-    """Regular light along the incidence and along the way out of each point.
-
-    Parameters
-    ----------
-    directions
-        The points.
-    kappa
-        n sin(theta) of all incidences and, after them, of all ways out.
-    way_out
-        Position in ``kappa`` of each point's way out; that of its incidence is the same as in the points.
-    fields_in, fields_out
-        The light, shape ``(..., points)``.
-    """
-
-    directions: Directions
-    kappa: Float[Array, " directions"]
-    way_out: Int[Array, " points"]
-    fields_in: RegularFields
-    fields_out: RegularFields
+from jaxink.solver.rough import met_at_directions
+from jaxink.solver.specular import RegularFields, RegularPaths
+from jaxink.solver.stack import Stack
+from jaxink.solver.stack_channels import StackChannels
 
 
 @jax.jit
@@ -96,20 +75,41 @@ def scattered_between_channels(
     return seen(down, up), seen(fields.down_from_back[k], fields.up_from_back[k])
 
 
-def scattered_at_directions(
-    layer: ScatteringLayer, optics: TruncatedOptics, paths: RegularPaths, k: int
+def scattered_once(
+    stack: Stack, channels: StackChannels, directions: Directions, kappa: tuple[Array, Array, Array]
 ) -> Float[Array, " points"]:
-    """Basic radiance per irradiance of light scattered once in layer ``k``, exact phase function.
+    """Basic radiance per irradiance of light scattered once, in a layer or by a rough interface.
 
     Parameters
     ----------
-    layer, optics
-        The layer and its truncated optics.
-    paths
-        Regular light before and after.
-    k
-        Position of the layer.
+    stack, channels
+        The stack, on its channels.
+    directions
+        The points.
+    kappa
+        n sin(theta) of incidences, and of ways out in front and behind: the further directions of
+        ``channels``, in this order.
     """
+    n_in, n_front, _ = (part.shape[0] for part in kappa)
+    way_out = directions.outgoing + jnp.where(directions.is_transmission, n_in + n_front, n_in)
+    fields_in, fields_out = (
+        jax.tree.map(lambda x, there=there: x[..., there], channels.fields_beyond)
+        for there in (directions.incidence, way_out)
+    )
+    paths = RegularPaths(directions, jnp.concatenate(kappa), way_out, fields_in, fields_out)
+    once = jnp.zeros(())
+    for k in stack.scattering:
+        once = once + _scattered_in_layer(stack.layers[k], channels.truncated[k], paths, k)
+    for k in stack.rough:
+        factors = channels.lobe_factors[k]
+        if factors is not None:
+            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(factors, axis=1)
+        once = once + met_at_directions(stack, k, paths, factors)
+    return once
+
+
+def _scattered_in_layer(layer: ScatteringLayer, optics: TruncatedOptics, paths: RegularPaths, k: int):
+    """Light scattered once in layer ``k``, with its exact phase function."""
     directions, _, _, fields_in, fields_out = paths
     cosine_in = fields_in.cosines[k]
     cosine_out = fields_out.cosines[k]
