@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
+from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf, plan_channels
 from jaxink.errors import PrecisionError
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.layer_response import LAYER_METHODS, layer_response

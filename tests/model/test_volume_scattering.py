@@ -7,7 +7,8 @@ import jaxink
 from jaxink import ForwardModel, SolverConfig, parse_sample
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitOptions
-from jaxink.model.volume import MieSizes, mie_sizes, volume_scattering
+from jaxink.model.mie_sizes import MieSizes, mie_sizes
+from jaxink.model.volume import volume_scattering
 from jaxink.particles.mie import MieSphere, mie_coefficients
 from jaxink.particles.structure_factor import InterferingPhaseFunction
 
