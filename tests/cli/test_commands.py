@@ -112,8 +112,7 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch):
     done = fit(run, out, "--profile", "none")
     assert done.exit_code == 5
     assert done.stderr == (
-        f"jaxink: {out}: the result cannot be written there (No space left on device); choose another "
-        "folder.\n"
+        f"jaxink: {out}: cannot be written there (No space left on device); choose another folder.\n"
     )
     assert (out / "result.json").read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["out"]

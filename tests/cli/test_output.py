@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.files import exchange
+from jaxink.files import replacing
 from tests.ink.analytic_tables import smooth_table
 
 DATA, SAMPLE = map(str, simulated_example())
@@ -55,21 +55,21 @@ FOLDERS = {
 PREDICT = ("predict", SAMPLE, DATA, "--out")
 NO_FOLDERS = {
     "link": "link: is a symbolic link to absent, which does not exist; create that folder, or name ",
-    "file": "file: is a file, but --out needs a folder; name another one.",
+    "file": "file: is a file, but a folder is needed; name another one.",
     "file/out": "{here}/file is a file, so nothing can be written below it.",
     "circle": "circle: is a symbolic link to circle, which does not exist; ",
-    "closed/out": "closed/out: {here}/closed may not be written to; choose another place for --out.",
-    "closed": "closed: {here}/closed may not be written to; choose another place for --out.",
-    "full/out": "full/out: nothing can be written there (No space left on device); choose another place for ",
-    "x" * 300: "(File name too long); choose another place for --out.",
+    "closed/out": "closed/out: {here}/closed may not be written to; choose another folder.",
+    "closed": "closed: {here}/closed may not be written to; choose another folder.",
+    "full/out": "full/out: cannot be written there (No space left on device); choose another folder.",
+    "x" * 300: "(File name too long); choose another folder.",
 }
 NO_FILES = {
     "file/out.csv": "file/out.csv: the folder does not exist; create it first.",
-    "folder.csv": "folder.csv: is a folder, but --out needs a file; name one inside it.",
-    "pipe.csv": "pipe.csv: is a pipe or a device, but --out needs a file; name one.",
-    "closed/out.csv": "closed/out.csv: {here}/closed may not be written to; choose another place for --out.",
-    "full/out.nc": "full/out.nc: nothing can be written there (No space left on device); choose another ",
-    "x" * 300 + ".csv": "(File name too long); choose another place for --out.",
+    "folder.csv": "folder.csv: is a folder, but a file is needed; name one inside it.",
+    "pipe.csv": "pipe.csv: is a pipe or a device, but a file is needed; name one.",
+    "closed/out.csv": "closed/out.csv: {here}/closed may not be written to; choose another folder.",
+    "full/out.nc": "full/out.nc: cannot be written there (No space left on device); choose another ",
+    "x" * 300 + ".csv": "(File name too long); choose another folder.",
 }
 REFUSED = [(FOLDERS[command], *case) for command in FOLDERS for case in NO_FOLDERS.items()]
 REFUSED += [(PREDICT, *case) for case in NO_FILES.items()]
@@ -156,10 +156,10 @@ def test_what_the_disk_refuses_is_one_sentence_and_leaves_the_old_files(
 
 KILLED = """
 import os, pathlib, signal, sys
-from jaxink.files import exchange
+from jaxink.files import replacing
 
 kill_at, names = sys.argv[1], []
-write, swap = pathlib.Path.write_text, exchange._exchange
+write, swap = pathlib.Path.write_text, replacing._exchange
 
 def written(path, *arguments, **options):
     done = write(path, *arguments, **options)
@@ -172,7 +172,7 @@ def swapped(*folders):
     if kill_at == "replacing":
         os.kill(os.getpid(), signal.SIGKILL)
 
-pathlib.Path.write_text, exchange._exchange = written, swapped
+pathlib.Path.write_text, replacing._exchange = written, swapped
 sys.argv = ["jaxink", *sys.argv[2:]]
 from jaxink.cli import main
 main()
@@ -181,7 +181,7 @@ main()
 
 @pytest.mark.parametrize("kill_at", ["writing", "replacing"])
 def test_a_killed_export_leaves_the_old_files_or_the_new_ones(kill_at, run, tmp_path):
-    if kill_at == "replacing" and exchange._rename is None:
+    if kill_at == "replacing" and replacing._rename is None:
         pytest.skip("the system cannot exchange two folders")
     table, out = tmp_path / "table.nc", tmp_path / "out"
     smooth_table().to_netcdf(table)

@@ -81,7 +81,7 @@ REFUSED = [
     (
         "result is a file",
         (*FIT[:5], "file"),
-        "file: is a file, but --out needs a folder; name another one.",
+        "file: is a file, but a folder is needed; name another one.",
     ),
     (
         "unknown method",
@@ -118,7 +118,7 @@ REFUSED = [
     (
         "demo into a file",
         ("demo", "--out", "file"),
-        "file: is a file, but --out needs a folder; name another one.",
+        "file: is a file, but a folder is needed; name another one.",
     ),
 ]
 

@@ -1,6 +1,7 @@
 """A folder of output takes its place whole or not at all, whatever fails and whenever it is killed."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import exchange
-from jaxink.files.moves import settle
+from jaxink.files import replacing
+from jaxink.files.replacing import settle
 from jaxink.files.staging import left_over, staged_in
 from jaxink.files.writing import whole_folder, written_whole
 
@@ -27,7 +28,7 @@ OLD = {
 NEW = {"result.json": "new", "result.nc": "new", "figures/a.png": "new", "notes.txt": "mine"}
 WRITTEN = {name: text for name, text in NEW.items() if text == "new"}
 MINE = {"mine/data.csv": "mine"}
-linux = pytest.mark.skipif(exchange._rename is None, reason="the system cannot exchange two folders")
+linux = pytest.mark.skipif(replacing._rename is None, reason="the system cannot exchange two folders")
 
 
 def put(folder, files):
@@ -40,6 +41,12 @@ def tree(folder):
     return {str(p.relative_to(folder)): p.read_text() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+def killed_runs_stage(folder):
+    """What a run that was killed while it wrote leaves: nobody holds its lock."""
+    with staged_in(folder) as stage:
+        return Path(shutil.copytree(stage, folder / ".jaxink-abcdefgh"))
+
+
 def replace(out):
     with whole_folder(out, OWNED) as folder:
         put(folder, WRITTEN)
@@ -48,12 +55,12 @@ def replace(out):
 @pytest.fixture(params=["exchanged", "without exchange", "own folder", "worked in", "mounted"])
 def out(request, tmp_path, monkeypatch):
     """An old result beside the user's own files, for each way in which a folder is replaced."""
-    if request.param == "exchanged" and exchange._rename is None:
+    if request.param == "exchanged" and replacing._rename is None:
         pytest.skip("the system cannot exchange two folders")
     out = tmp_path / "place" / "out"
     put(out, OLD)
     if request.param == "without exchange":
-        monkeypatch.setattr(exchange, "_rename", None)
+        monkeypatch.setattr(replacing, "_rename", None)
     elif request.param == "own folder":
         put(out, MINE)
     elif request.param == "worked in":
@@ -78,7 +85,7 @@ def count_renames(monkeypatch, fail_at, for_good=False):
 
     for name in ("rename", "replace"):
         monkeypatch.setattr(os, name, counted(getattr(os, name)))
-    monkeypatch.setattr(exchange, "_exchange", counted(exchange._exchange))
+    monkeypatch.setattr(replacing, "_exchange", counted(replacing._exchange))
     return done
 
 
@@ -107,7 +114,7 @@ def test_after_a_fault_at_any_rename_the_folder_is_as_it_was(fail_at, out, monke
         assert sentence is None
         assert tree(out) == NEW | {name: text for name, text in before.items() if name in MINE}
     else:
-        why = "the result cannot be written there (Input/output error); choose another folder."
+        why = "cannot be written there (Input/output error); choose another folder."
         assert sentence == f"{out}: {why}"
         assert tree(out) == before
     assert [p.name for p in out.parent.iterdir()] == ["out"]
@@ -141,7 +148,7 @@ def test_an_interruption_between_two_renames_is_taken_back(tmp_path, monkeypatch
 
 KILLED = """
 import ctypes, os, signal, sys
-from jaxink.files import exchange
+from jaxink.files import replacing
 from jaxink.files.writing import whole_folder
 
 out, kill_at, when = sys.argv[1], int(sys.argv[2]), sys.argv[3]
@@ -160,7 +167,7 @@ def step(plain):
     return stepped
 
 os.rename, os.replace = step(os.rename), step(os.replace)
-exchange._exchange = step(exchange._exchange)
+replacing._exchange = step(replacing._exchange)
 with whole_folder(out, ("figures", "simplex")) as folder:
     (folder / "figures").mkdir()
     for name in ("result.json", "result.nc", "figures/a.png"):
@@ -201,9 +208,9 @@ def test_left_overs_of_other_runs_are_neither_in_the_way_nor_taken_from_the_livi
     named_by_process = tmp_path / f".out.jaxink-{os.getpid()}"
     put(named_by_process, {"theirs": "x"})
     with staged_in(tmp_path) as living:
-        put(living.path, {"theirs": "x"})
+        put(living, {"theirs": "x"})
         replace(tmp_path / "out")
-        assert tree(living.path)["theirs"] == "x"
+        assert tree(living)["theirs"] == "x"
     assert tree(tmp_path / "out") == WRITTEN
     assert tree(named_by_process) == {"theirs": "x"}
     long_ago = time.time() - 2 * 24 * 3600
@@ -214,13 +221,12 @@ def test_left_overs_of_other_runs_are_neither_in_the_way_nor_taken_from_the_livi
 
 def test_folders_that_only_look_like_left_overs_stay(tmp_path, monkeypatch):
     put(tmp_path / ".jaxink-settings", {"a": "mine"})
-    with staged_in(tmp_path) as stage:
-        stage.keep = True
-    (tmp_path / ".jaxink-linked01").symlink_to(stage.path)
+    stage = killed_runs_stage(tmp_path)
+    (tmp_path / ".jaxink-linked01").symlink_to(stage)
     with monkeypatch.context() as patch:
         patch.setattr(os, "geteuid", lambda: os.getuid() + 1, raising=False)
         assert list(left_over(tmp_path)) == []
-    assert [*left_over(tmp_path)] == [stage.path]
+    assert [*left_over(tmp_path)] == [stage]
     replace(tmp_path / "out")
     assert {p.name for p in tmp_path.iterdir()} == {".jaxink-settings", ".jaxink-linked01", "out"}
 
@@ -248,7 +254,7 @@ def test_a_folder_that_another_run_made_meanwhile_is_replaced(tmp_path):
 @linux
 def test_what_comes_into_the_old_folder_at_the_last_moment_is_not_lost(tmp_path, monkeypatch):
     put(tmp_path / "out", OLD)
-    plain = exchange._exchange
+    plain = replacing._exchange
 
     def late(new, out):
         (out / "late.txt").write_text("mine")
@@ -256,7 +262,7 @@ def test_what_comes_into_the_old_folder_at_the_last_moment_is_not_lost(tmp_path,
         os.replace(out / "saved", out / "notes.txt")
         plain(new, out)
 
-    monkeypatch.setattr(exchange, "_exchange", late)
+    monkeypatch.setattr(replacing, "_exchange", late)
     replace(tmp_path / "out")
     assert tree(tmp_path / "out") == NEW | {"late.txt": "mine", "notes.txt": "mine, again"}
 
@@ -274,22 +280,26 @@ def test_what_cannot_be_a_folder_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "nowhere").symlink_to("absent")
     for name, why in (
-        ("file", f"{tmp_path / 'file'} is a file"),
-        ("file/out", f"{tmp_path / 'file'} is a file"),
-        ("nowhere", "it is a symbolic link to what does not exist"),
-        ("x" * 300, "File name too long"),
-        ("a\0b", "its name holds a zero byte, which no name can"),
+        ("file", "is a file, but a folder is needed; name another one."),
+        ("file/out", f"{tmp_path / 'file'} is a file, so nothing can be written below it."),
+        (
+            "nowhere",
+            "is a symbolic link to absent, which does not exist; create that folder, or name another one.",
+        ),
+        ("x" * 300, "cannot be written there (File name too long); choose another folder."),
+        (
+            "a\0b",
+            "cannot be written there (its name holds a zero byte, which no name can); choose another folder.",
+        ),
     ):
         with pytest.raises(InputRefusedError) as caught:
             replace(tmp_path / name)
-        assert f": the result cannot be written there ({why}); choose another folder." in str(caught.value)
+        assert str(caught.value).endswith(f" {why}")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "nowhere"]
 
 
 def test_a_file_is_written_whole_and_a_killed_runs_part_is_removed(tmp_path):
-    with staged_in(tmp_path) as stage:
-        stage.keep = True
-        put(stage.path, {"other.csv": "half"})
+    put(killed_runs_stage(tmp_path), {"other.csv": "half"})
     (tmp_path / "file.csv").write_text("old")
 
     def fail():
@@ -297,7 +307,7 @@ def test_a_file_is_written_whole_and_a_killed_runs_part_is_removed(tmp_path):
             part.write_text("half")
             raise OSError("full")
 
-    with pytest.raises(OSError, match="full"):
+    with pytest.raises(InputRefusedError, match="file.csv: cannot be written there .full.;"):
         fail()
     assert tree(tmp_path) == {"file.csv": "old"}
     with written_whole(tmp_path / "file.csv") as part:

@@ -182,7 +182,7 @@ def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full_disk)
-    with pytest.raises(InputRefusedError, match="cannot be written .No space left on device."):
+    with pytest.raises(InputRefusedError, match="cannot be written there .No space left on device."):
         GonioData(**fields()).to_netcdf(path)
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["data.nc"]

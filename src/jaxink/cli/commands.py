@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jaxink
-from jaxink.cli.folder import require_folder, require_writable_file
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
+from jaxink.files.reading import shown_path
 from jaxink.files.spreadsheet import cell
-from jaxink.files.writing import whole_folder, written_whole
+from jaxink.files.writing import require_file, require_folder, whole_folder, written_whole
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
@@ -102,7 +102,11 @@ def run_predict(
     int
         Exit code.
     """
-    require_writable_file(out, (".csv", ".nc"))
+    if out.suffix not in (".csv", ".nc"):
+        raise InputRefusedError(
+            f"{shown_path(out)}: the suffix '{out.suffix}' is not one of .csv, .nc, which name the format."
+        )
+    require_file(out)
     is_sample = source.suffix == ".toml" and not os.path.isdir(source)
     if is_sample and data_file is None:
         raise InputRefusedError(
@@ -234,13 +238,10 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
     columns = [getattr(prediction, name).tolist() for name in names]
     # A blank cell where a kept column has no number, as in the file that was read.
     columns += [["" if v != v else cell(v) for v in values.tolist()] for values in extra.values()]
-    try:
-        with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow([*names, *map(cell, extra)])
-            writer.writerows(zip(*columns, strict=True))
-    except OSError as problem:
-        raise InputRefusedError(f"{out}: cannot be written ({problem.strerror or problem}).") from None
+    with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*names, *map(cell, extra)])
+        writer.writerows(zip(*columns, strict=True))
 
 
 def _echo(text: str) -> None:

@@ -8,7 +8,6 @@ import typer
 
 import jaxink
 from jaxink.cli.commands import FIGURES, read_data
-from jaxink.cli.folder import require_folder
 from jaxink.cli.session import (
     EXIT_FITTED,
     EXIT_NOT_CONVERGED,
@@ -17,6 +16,7 @@ from jaxink.cli.session import (
     progress,
 )
 from jaxink.errors import InputRefusedError
+from jaxink.files.writing import require_folder
 
 # Verdicts that leave structure in the residual.
 _UNEXPLAINED = ("partly_explained", "unexplained_structure")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from jaxink.cli.folder import require_folder
 from jaxink.cli.session import EXIT_FITTED, prepare_jax
 from jaxink.errors import InputRefusedError
+from jaxink.files.writing import require_folder
 
 if TYPE_CHECKING:
     from jaxink.export import ExportOptions

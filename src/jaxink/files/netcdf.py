@@ -42,15 +42,8 @@ def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
     path = Path(path)
     if path.suffix != ".nc":
         raise InputRefusedError(f"{path}: a netCDF file needs the suffix .nc.")
-    if not path.parent.is_dir():
-        raise InputRefusedError(f"{path}: the folder does not exist; create it first.")
-    try:
-        with written_whole(path) as part:
-            part.write_bytes(netcdf_bytes(dataset))
-    except OSError as problem:
-        raise InputRefusedError(
-            f"{path}: cannot be written ({problem.strerror or problem}); choose another folder."
-        ) from None
+    with written_whole(path) as part:
+        part.write_bytes(netcdf_bytes(dataset))
     return path
 
 
