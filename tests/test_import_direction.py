@@ -1,8 +1,9 @@
-"""Rooms import only rooms below them."""
+"""Rooms import only rooms below them, and modules do not import each other in circles."""
 
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,26 @@ def test_imports_point_down(path):
     for other in imported_rooms(path) - {room}:
         allowed = FLOOR_OF[other] < FLOOR_OF[room]
         assert allowed, f"{path.relative_to(SOURCE)} imports {other}, which is not below {room}"
+
+
+def imported_modules(path: Path, known: set[str]) -> set[str]:
+    """Modules that a module imports anywhere, functions included."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            dotted = {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= dotted & known or {node.module}
+    return names & known
+
+
+def test_modules_import_in_no_circle():
+    modules = {".".join(p.relative_to(SOURCE.parent).with_suffix("").parts): p for p in MODULES}
+    modules = {name.removesuffix(".__init__"): path for name, path in modules.items()}
+    graph = {name: imported_modules(path, set(modules)) for name, path in modules.items()}
+    # Raises an error that names the modules of a circle.
+    TopologicalSorter(graph).prepare()
 
 
 @pytest.mark.parametrize("room", ["measurement", "sample", "optics.refractive_index", "errors"])

@@ -41,7 +41,7 @@ def nothing_is_computed(monkeypatch):
 
     for name in ("jaxink.fit", "jaxink.diagnose", "jaxink.predict"):
         monkeypatch.setattr(name, computed, raising=False)
-    for name in ("jaxink.ink.table_file.read_ink_table", "jaxink.ink.boundary.boundary_table"):
+    for name in ("jaxink.ink.table.read_ink_table", "jaxink.ink.boundary.boundary_table"):
         monkeypatch.setattr(name, computed)
 
 

@@ -11,7 +11,6 @@ from jaxink.ink.totals import diffuse_totals
 from tests.ink.analytic_tables import CRITICAL_DEG, INDEX_INSIDE, smooth_table, vector
 
 mi = pytest.importorskip("mitsuba")
-pytest.importorskip("jaxink.ink.table_file")
 
 
 def regular_part():

@@ -14,7 +14,7 @@ from jaxink.export import ExportOptions, write
 from jaxink.ink import TableOptions, read_ink_table
 from jaxink.ink.lobe_tables import facet_lobes
 from jaxink.ink.sheet import sheets
-from jaxink.ink.table_file import from_dataset
+from jaxink.ink.table import InkTable
 from jaxink.ink.totals import azimuth_weights, diffuse_totals, projected_weights
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
@@ -112,9 +112,9 @@ def test_what_has_no_place_for_lobes_is_refused(table, tmp_path):
 
 def test_a_file_without_part_of_its_lobes_is_refused(table):
     whole = table.to_dataset()
-    assert np.array_equal(from_dataset(whole).rest_per_sr, table.rest_per_sr)
+    assert np.array_equal(InkTable.from_dataset(whole).rest_per_sr, table.rest_per_sr)
     with pytest.raises(InputRefusedError, match="variable facet_passage is missing"):
-        from_dataset(whole.drop_vars("facet_passage"))
+        InkTable.from_dataset(whole.drop_vars("facet_passage"))
 
 
 def test_the_rough_sheet_is_the_full_model(table, rough):

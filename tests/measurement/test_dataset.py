@@ -166,7 +166,7 @@ def test_dataset_refuses():
     for changed, sentence in [
         (dataset.assign_attrs(schema="x"), "is not a jaxink measurement: attribute schema must be"),
         (dataset.assign_attrs(schema_version=2), "has schema_version 2; this jaxink reads version 1."),
-        (dataset.drop_vars("mask"), "the Dataset: variable mask is missing."),
+        (dataset.drop_vars("mask"), "the Dataset: variable mask is missing; write the file anew."),
         (_without_notes(dataset), "the Dataset: attribute notes is missing."),
     ]:
         with pytest.raises(InputRefusedError, match=re.escape(sentence)):

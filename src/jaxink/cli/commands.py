@@ -141,7 +141,7 @@ def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
     """What a fit of the sample would leave out of what was predicted."""
     from jaxink.measurement.masks import mask_sentences
 
-    *masked, _ = mask_sentences(data)
+    *masked, _ = mask_sentences(data.mask)
     named = sample.wavelengths_nm
     other = [w for w in sorted(set(data.wavelength_nm.tolist())) if all(abs(w - n) > 1e-6 for n in named)]
     if not (named and other):
@@ -233,7 +233,7 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
 
     from jaxink.measurement.masks import mask_names
 
-    extra["masked"] = np.array(mask_names(data))
+    extra["masked"] = np.array(mask_names(data.mask))
     names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
     columns = [getattr(prediction, name).tolist() for name in names]
     # A blank cell where a kept column has no number, as in the file that was read.

@@ -121,7 +121,7 @@ def _options(format: str, out: Path, choices: dict[str, Any]) -> "ExportOptions"
 
 
 def _read(source: Path) -> "InkTable":
-    from jaxink.ink.table_file import read_ink_table
+    from jaxink.ink.table import read_ink_table
 
     return read_ink_table(source)
 

@@ -12,9 +12,9 @@ from jaxink.export.mitsuba import write_mitsuba
 from jaxink.export.radiance import write_radiance
 from jaxink.export.speos import write_speos
 from jaxink.export.zemax import write_zemax
+from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
 from jaxink.ink.table import InkTable
-from jaxink.ink.table_file import table_bytes
 from jaxink.ink.totals import regular_in_bins, writable
 
 
@@ -26,7 +26,7 @@ class _Format(NamedTuple):
 
 
 def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    (folder / f"{options.name}.nc").write_bytes(table_bytes(table))
+    (folder / f"{options.name}.nc").write_bytes(netcdf_bytes(table.to_dataset()))
 
 
 _FORMATS = {

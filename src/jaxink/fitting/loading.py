@@ -10,7 +10,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.decoding import Rules, decode, described, read_json
-from jaxink.files.netcdf import read_dataset
+from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
 from jaxink.files.replacing import settle
 from jaxink.fitting.merit import Merit, ScanMerit
@@ -27,7 +27,6 @@ from jaxink.fitting.result import (
     SearchSummary,
 )
 from jaxink.measurement import GonioData
-from jaxink.measurement.netcdf import column_of, from_dataset
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
 from jaxink.solver.stack import SolverConfig
@@ -155,5 +154,5 @@ def _points(path: Path, document: _Document) -> tuple[GonioData, dict[str, np.nd
             f"{name}: belongs to another result than {path.name} beside it (their result_id differ); put the "
             "files of one result together, or fit again."
         )
-    data = from_dataset(dataset, name)
-    return data, {key: column_of(dataset, key, "f", name)[data.used] for key in _COLUMNS}
+    data = GonioData.from_dataset(dataset, name)
+    return data, {key: values_of(dataset, key, ("point",), name)[data.used] for key in _COLUMNS}

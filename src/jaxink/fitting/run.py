@@ -33,7 +33,6 @@ from jaxink.fitting.result import (
 from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, MaskLimits, read
-from jaxink.measurement.masks import mask_bits
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.forking import refuse_in_fork
 from jaxink.numerics.precision import computing, release_programs
@@ -216,7 +215,7 @@ def marked(data: GonioData, sample: Sample) -> GonioData:
     sample
         Names masks.
     """
-    return data.replace(mask=mask_bits(data, _limits(sample)))
+    return data.replace(mask=data.mask_bits(_limits(sample)))
 
 
 def _limits(sample: Sample) -> MaskLimits:

@@ -5,11 +5,9 @@ from jaxink.measurement.masks import (
     MASK_FLAGS,
     MaskFlag,
     MaskLimits,
-    apply_masks,
     mask_counts,
     mask_sentences,
 )
-from jaxink.measurement.netcdf import read_netcdf
 from jaxink.measurement.noise import (
     NoiseEstimate,
     NoiseModel,
@@ -18,7 +16,7 @@ from jaxink.measurement.noise import (
     estimate_noise,
     symmetry_repeatability,
 )
-from jaxink.measurement.reader import read, read_csv
+from jaxink.measurement.reader import read, read_csv, read_netcdf
 
 __all__ = [
     "GonioData",
@@ -30,7 +28,6 @@ __all__ = [
     "NoiseSource",
     "Scan",
     "ScanScatter",
-    "apply_masks",
     "estimate_noise",
     "mask_counts",
     "mask_sentences",

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxink.files.netcdf import read_dataset
 from jaxink.files.reading import require_readable
 from jaxink.measurement import checks
 from jaxink.measurement.columns import ANGLES, match_columns
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import NEGATIVE
-from jaxink.measurement.netcdf import MOST_BYTES, read_netcdf
+from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.table import TextTable, read_table, refusal
 
@@ -45,6 +46,28 @@ def read(path, **overrides) -> GonioData:
             raise refusal(path, text)
         return read_netcdf(path)
     raise refusal(path, f"the suffix '{suffix}' is not one of {', '.join(_CSV_SUFFIXES)}, .nc")
+
+
+def read_netcdf(path: str | Path) -> GonioData:
+    """Read a measurement that `GonioData.to_netcdf` wrote.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    GonioData
+        Equal to what was written, to the last bit.
+
+    Raises
+    ------
+    InputRefusedError
+        The file is missing, no netCDF file, or not of this schema.
+    """
+    path = Path(path)
+    return GonioData.from_dataset(read_dataset(path, MOST_BYTES, "measurement file"), str(path))
 
 
 def read_csv(
