@@ -10,7 +10,7 @@ from jaxink.fitting import FitResult, predict_left_out, prepare_data
 from jaxink.measurement import symmetry_repeatability
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.spectrum import KCorrelation
-from jaxink.surfaces.wave_optics import WaveSurface
+from jaxink.surfaces.wave_surface import WaveSurface
 from jaxink.surfaces.wave_power import validity
 from report_common import SAMPLES, data_folder, machine, section_after, table, write_page
 from report_measured_diagnosis import MARK

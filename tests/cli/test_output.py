@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.files import replacing
+from jaxink.files import exchange
 from tests.ink.analytic_tables import smooth_table
 
 DATA, SAMPLE = map(str, simulated_example())
@@ -156,10 +156,10 @@ def test_what_the_disk_refuses_is_one_sentence_and_leaves_the_old_files(
 
 KILLED = """
 import os, pathlib, signal, sys
-from jaxink.files import replacing
+from jaxink.files import exchange
 
 kill_at, names = sys.argv[1], []
-write, swap = pathlib.Path.write_text, replacing._exchange
+write, swap = pathlib.Path.write_text, exchange._exchange
 
 def written(path, *arguments, **options):
     done = write(path, *arguments, **options)
@@ -172,7 +172,7 @@ def swapped(*folders):
     if kill_at == "replacing":
         os.kill(os.getpid(), signal.SIGKILL)
 
-pathlib.Path.write_text, replacing._exchange = written, swapped
+pathlib.Path.write_text, exchange._exchange = written, swapped
 sys.argv = ["jaxink", *sys.argv[2:]]
 from jaxink.cli import main
 main()
@@ -181,7 +181,7 @@ main()
 
 @pytest.mark.parametrize("kill_at", ["writing", "replacing"])
 def test_a_killed_export_leaves_the_old_files_or_the_new_ones(kill_at, run, tmp_path):
-    if kill_at == "replacing" and replacing._rename is None:
+    if kill_at == "replacing" and exchange._rename is None:
         pytest.skip("the system cannot exchange two folders")
     table, out = tmp_path / "table.nc", tmp_path / "out"
     smooth_table().to_netcdf(table)

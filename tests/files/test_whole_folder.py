@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import replacing
-from jaxink.files.replacing import settle
+from jaxink.files import exchange
+from jaxink.files.exchange import settle
 from jaxink.files.staging import left_over, staged_in
 from jaxink.files.writing import whole_folder, written_whole
 
@@ -28,7 +28,7 @@ OLD = {
 NEW = {"result.json": "new", "result.nc": "new", "figures/a.png": "new", "notes.txt": "mine"}
 WRITTEN = {name: text for name, text in NEW.items() if text == "new"}
 MINE = {"mine/data.csv": "mine"}
-linux = pytest.mark.skipif(replacing._rename is None, reason="the system cannot exchange two folders")
+linux = pytest.mark.skipif(exchange._rename is None, reason="the system cannot exchange two folders")
 
 
 def put(folder, files):
@@ -55,12 +55,12 @@ def replace(out):
 @pytest.fixture(params=["exchanged", "without exchange", "own folder", "worked in", "mounted"])
 def out(request, tmp_path, monkeypatch):
     """An old result beside the user's own files, for each way in which a folder is replaced."""
-    if request.param == "exchanged" and replacing._rename is None:
+    if request.param == "exchanged" and exchange._rename is None:
         pytest.skip("the system cannot exchange two folders")
     out = tmp_path / "place" / "out"
     put(out, OLD)
     if request.param == "without exchange":
-        monkeypatch.setattr(replacing, "_rename", None)
+        monkeypatch.setattr(exchange, "_rename", None)
     elif request.param == "own folder":
         put(out, MINE)
     elif request.param == "worked in":
@@ -85,7 +85,7 @@ def count_renames(monkeypatch, fail_at, for_good=False):
 
     for name in ("rename", "replace"):
         monkeypatch.setattr(os, name, counted(getattr(os, name)))
-    monkeypatch.setattr(replacing, "_exchange", counted(replacing._exchange))
+    monkeypatch.setattr(exchange, "_exchange", counted(exchange._exchange))
     return done
 
 
@@ -148,7 +148,7 @@ def test_an_interruption_between_two_renames_is_taken_back(tmp_path, monkeypatch
 
 KILLED = """
 import ctypes, os, signal, sys
-from jaxink.files import replacing
+from jaxink.files import exchange
 from jaxink.files.writing import whole_folder
 
 out, kill_at, when = sys.argv[1], int(sys.argv[2]), sys.argv[3]
@@ -167,7 +167,7 @@ def step(plain):
     return stepped
 
 os.rename, os.replace = step(os.rename), step(os.replace)
-replacing._exchange = step(replacing._exchange)
+exchange._exchange = step(exchange._exchange)
 with whole_folder(out, ("figures", "simplex")) as folder:
     (folder / "figures").mkdir()
     for name in ("result.json", "result.nc", "figures/a.png"):
@@ -254,7 +254,7 @@ def test_a_folder_that_another_run_made_meanwhile_is_replaced(tmp_path):
 @linux
 def test_what_comes_into_the_old_folder_at_the_last_moment_is_not_lost(tmp_path, monkeypatch):
     put(tmp_path / "out", OLD)
-    plain = replacing._exchange
+    plain = exchange._exchange
 
     def late(new, out):
         (out / "late.txt").write_text("mine")
@@ -262,7 +262,7 @@ def test_what_comes_into_the_old_folder_at_the_last_moment_is_not_lost(tmp_path,
         os.replace(out / "saved", out / "notes.txt")
         plain(new, out)
 
-    monkeypatch.setattr(replacing, "_exchange", late)
+    monkeypatch.setattr(exchange, "_exchange", late)
     replace(tmp_path / "out")
     assert tree(tmp_path / "out") == NEW | {"late.txt": "mine", "notes.txt": "mine, again"}
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.particles.mie import mie_coefficients, mie_orders, mie_sphere
+from jaxink.particles.mie import mie_coefficients, mie_sphere
+from jaxink.particles.mie_series import mie_orders
 from jaxink.particles.phase_function import Rayleigh
 
 COSINES = np.cos(np.deg2rad(np.linspace(0, 180, 181)))

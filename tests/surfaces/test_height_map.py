@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes, isotropic_from_profile
+from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
+from jaxink.surfaces.profile_spectrum import isotropic_from_profile
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 

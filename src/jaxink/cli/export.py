@@ -91,7 +91,7 @@ def run_boundary(
     prepare_jax()
     from jaxink.ink.boundary import boundary_table
     from jaxink.ink.boundary_file import load_boundary
-    from jaxink.ink.totals import excess_of_power
+    from jaxink.ink.hemispherical_totals import excess_of_power
 
     options = _options(format, out, choices)
     boundary = load_boundary(source)

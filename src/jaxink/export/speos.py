@@ -6,8 +6,8 @@ import numpy as np
 
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, provenance, row, stem, write_lines
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import diffuse_totals
 
 _SIDES = {"I": "inside", "A": "outside"}
 # Half the width of the band for which the file gives a total, so that it has the two entries of a spectrum.

@@ -9,13 +9,13 @@ from jaxink.export.flat_csv import write_csv
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.limitations import ExportOptions, refuse_losses
 from jaxink.export.mitsuba import write_mitsuba
+from jaxink.export.preparation import regular_in_bins, writable
 from jaxink.export.radiance import write_radiance
 from jaxink.export.speos import write_speos
 from jaxink.export.zemax import write_zemax
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
 from jaxink.ink.table import InkTable
-from jaxink.ink.totals import regular_in_bins, writable
 
 
 class _Format(NamedTuple):

@@ -7,8 +7,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from jaxink.errors import InputRefusedError
+from jaxink.files.exchange import must_stay, settle, take_place
 from jaxink.files.reading import shown_path
-from jaxink.files.replacing import must_stay, settle, take_place
 from jaxink.files.staging import staged_in, synced
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.decoding import Rules, decode, described, read_json
+from jaxink.files.exchange import settle
 from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
-from jaxink.files.replacing import settle
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome

@@ -9,7 +9,7 @@ from jaxink.fitting import FitResult
 
 
 @dataclasses.dataclass(frozen=True)
-class Spread:
+class ParameterCovariance:
     """Covariance of the parameters that have a standard error.
 
     Parameters
@@ -30,12 +30,12 @@ class Spread:
         return bool(self.names)
 
     @classmethod
-    def none(cls, why: str) -> "Spread":
+    def none(cls, why: str) -> "ParameterCovariance":
         """No standard errors, for a reason."""
         return cls((), np.zeros((0, 0)), f"no standard errors: {why}")
 
     @classmethod
-    def of(cls, result: FitResult) -> "Spread":
+    def of(cls, result: FitResult) -> "ParameterCovariance":
         """Covariance of a fit; a parameter that is held by its bound counts as known.
 
         Parameters

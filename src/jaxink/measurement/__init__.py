@@ -1,6 +1,6 @@
 """Goniometer measurements: reading, checking, masking and noise; numpy only."""
 
-from jaxink.measurement.dataset import GonioData, Scan
+from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import (
     MASK_FLAGS,
     MaskFlag,
@@ -8,15 +8,10 @@ from jaxink.measurement.masks import (
     mask_counts,
     mask_sentences,
 )
-from jaxink.measurement.noise import (
-    NoiseEstimate,
-    NoiseModel,
-    NoiseSource,
-    ScanScatter,
-    estimate_noise,
-    symmetry_repeatability,
-)
+from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
+from jaxink.measurement.noise_model import NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.reader import read, read_csv, read_netcdf
+from jaxink.measurement.scans import Scan
 
 __all__ = [
     "GonioData",

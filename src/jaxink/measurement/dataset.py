@@ -15,37 +15,12 @@ from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import write_dataset
 from jaxink.measurement import netcdf
 from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts
+from jaxink.measurement.scans import SAME, Scan, scan_numbers
 
 if TYPE_CHECKING:
     import xarray
 
-# Angles and wavelengths closer than this are one: far below any goniometer, far above rounding.
-_SAME = 1e-6
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
-
-
-@dataclass(frozen=True)
-class Scan:
-    """The points of one incidence, wavelength and side.
-
-    Parameters
-    ----------
-    index
-        Its number in ``GonioData.scan_index``.
-    side
-        ``"R"`` or ``"T"``.
-    wavelength_nm, theta_i_deg
-        What the points share.
-    points, used
-        How many points there are, and how many of them no mask excludes.
-    """
-
-    index: int
-    side: str
-    wavelength_nm: float
-    theta_i_deg: float
-    points: int
-    used: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,32 +158,17 @@ class GonioData:
     @cached_property
     def scan_index(self) -> Int[np.ndarray, " points"]:
         """Number of the scan of each point: by side, wavelength, incidence, whatever the row order."""
-        return self._scans[0]
+        return scan_numbers(self.is_transmission, self.wavelength_nm, self.theta_i_deg)
 
     @cached_property
     def scans(self) -> tuple[Scan, ...]:
         """The scans: reflection first, then by wavelength, then by incidence."""
-        _, first, points, used = self._scans
-        return tuple(
-            Scan(
-                index,
-                str(self.side[point]),
-                float(self.wavelength_nm[point]),
-                float(self.theta_i_deg[point]),
-                int(points[index]),
-                int(used[index]),
-            )
-            for index, point in enumerate(first)
-        )
-
-    @cached_property
-    def _scans(self):
-        columns = (self.is_transmission, self.wavelength_nm / _SAME, self.theta_i_deg / _SAME)
-        keys = np.stack([np.rint(column).astype(np.int64) for column in columns], axis=1)
-        _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        index = index.reshape(-1)
-        used = np.bincount(index, weights=self.used, minlength=first.size)
-        return index, first, np.bincount(index), used
+        _, first = np.unique(self.scan_index, return_index=True)
+        columns = (self.side[first], self.wavelength_nm[first], self.theta_i_deg[first])
+        used = np.bincount(self.scan_index, weights=self.used).astype(int)
+        columns += (np.bincount(self.scan_index), used)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return tuple(Scan(index, *row) for index, row in enumerate(rows))
 
     def select(
         self,
@@ -242,7 +202,7 @@ class GonioData:
                 continue
             values, chosen = getattr(self, name), np.zeros(len(self), bool)
             for value in np.atleast_1d(wanted):
-                here = np.abs(values - value) <= _SAME
+                here = np.abs(values - value) <= SAME
                 if not here.any():
                     held = ", ".join(f"{v:g}" for v in np.unique(values))
                     raise self._refusal(f"no point has {name} {value:g}; there are {held}")

@@ -13,13 +13,8 @@ from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series
 from jaxink.numerics.validity import is_known, require
 from jaxink.optics.phase_function import PhaseFunction
-from jaxink.particles.mie import (
-    DEFAULT_MAX_SIZE_PARAMETER,
-    MAX_RELATIVE_INDEX,
-    angular_quadrature,
-    mie_orders,
-    mie_sphere,
-)
+from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MAX_RELATIVE_INDEX, mie_sphere
+from jaxink.particles.mie_series import angular_quadrature, mie_orders
 from jaxink.particles.size_distribution import SizeDistribution
 from jaxink.particles.structure_factor import InterferingPhaseFunction, interfering, nodes_needed
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jaxink.plots.blank_figure import NotebookFigure, blank_figure
 from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
 from jaxink.plots.cuts import CutLayout, draw_cuts
 from jaxink.plots.discs import DiscLayout, draw_discs
@@ -19,11 +20,10 @@ from jaxink.plots.scans import (
     views_of,
 )
 from jaxink.plots.strips import StripLayout, draw_strips
-from jaxink.plots.thin_sheet import Sheet, sheet
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
 # Beyond as many, a report would be a catalogue of pages.
 MOST_WAVELENGTHS = 3
@@ -45,7 +45,7 @@ class Plate:
 
     name: str
     caption: str
-    figure: Sheet
+    figure: NotebookFigure
 
 
 def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
@@ -69,7 +69,7 @@ def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
     return tuple(sorted(wavelengths[worst].tolist()))
 
 
-def diagnosis_figures(diagnosis: "Diagnosis", change: "TableChange | None" = None) -> Iterator[Plate]:
+def diagnosis_figures(diagnosis: "Diagnosis", change: "TableComparison | None" = None) -> Iterator[Plate]:
     """All figures of a diagnosis, drawn one after the other.
 
     Parameters
@@ -136,7 +136,7 @@ class _Pages:
             ]
             layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
             limit = self._limit(flat, True)
-            with sheet(*layout.size) as page:
+            with blank_figure(*layout.size) as page:
                 draw_strips(page, rows, self._title("residuals"), limit, label)
             text = "Residuals, measured minus model in standard deviations of the noise, on one colour scale."
             yield Plate(f"residuals_{nm}", self._caption(text), page)
@@ -145,7 +145,7 @@ class _Pages:
             views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
             layout = DiscLayout(len(views), len(self.states))
             title = self._title(f"residuals in {SIDES[side]}")
-            with sheet(*layout.size) as page:
+            with blank_figure(*layout.size) as page:
                 draw_discs(page, views, title, limit, label, self.states)
             text = f"Residuals in {SIDES[side]} over all directions of view, on one colour scale."
             yield Plate(f"residual_discs_{side}_{nm}", self._caption(text), page)
@@ -158,7 +158,7 @@ class _Pages:
             limit = self._limit(cut, True)
             labels = tuple(f"{state} [σ]" for state in self.states)
             title = self._title(f"{SIDES[side]} in the plane of incidence")
-            with sheet(*CutLayout(len(first), len(self.states)).size) as page:
+            with blank_figure(*CutLayout(len(first), len(self.states)).size) as page:
                 draw_cuts(page, first, title, limit, labels, later[0] if later else None)
             text = (
                 f"Measured and modelled BSDF in {SIDES[side]}, below it the residuals in standard deviations "
@@ -171,7 +171,7 @@ def _candidates(diagnosis: "Diagnosis") -> Plate:
     rows = diagnosis.candidates[:MOST_BARS]
     added = [step.effect for step in diagnosis.steps]
     title = _title(diagnosis, "effects that would lower the misfit")
-    with sheet(*candidates_size(len(rows))) as page:
+    with blank_figure(*candidates_size(len(rows))) as page:
         draw_candidates(page, rows, added, title)
     text = (
         f"Fall of chi-square by each of the {len(rows)} leading of {len(diagnosis.candidates)} effects "
@@ -180,10 +180,10 @@ def _candidates(diagnosis: "Diagnosis") -> Plate:
     return Plate("candidates", text, page)
 
 
-def _inside(diagnosis: "Diagnosis", change: "TableChange") -> Iterator[Plate]:
+def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[Plate]:
     for i, wavelength_nm in enumerate(change.before.wavelength_nm):
         title = _title(diagnosis, f"the ink for light from inside the plate at {wavelength_nm:g} nm")
-        with sheet(*InsideLayout().size) as page:
+        with blank_figure(*InsideLayout().size) as page:
             draw_inside(page, change, i, title)
         index = float(change.before.index_inside[i])
         text = (

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from jaxink.diagnosis.outcome import REPORT_FILE
 from jaxink.files.writing import whole_folder
+from jaxink.plots.blank_figure import DPI
 from jaxink.plots.diagnosis import Plate, diagnosis_figures
-from jaxink.plots.thin_sheet import DPI
 from jaxink.report import page, sections
 from jaxink.report.ink_table import inside_change
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 DPI = 130
 
 
-class Sheet(Figure):
+class NotebookFigure(Figure):
     """A figure that shows itself as the last value of a notebook cell."""
 
     def _repr_png_(self) -> bytes:
@@ -20,7 +20,7 @@ class Sheet(Figure):
 
 
 @contextmanager
-def sheet(width_inch: float, height_inch: float) -> Iterator[Sheet]:
+def blank_figure(width_inch: float, height_inch: float) -> Iterator[NotebookFigure]:
     """An empty figure with matplotlib's default style while it is being drawn.
 
     Parameters
@@ -30,4 +30,4 @@ def sheet(width_inch: float, height_inch: float) -> Iterator[Sheet]:
     """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        yield Sheet(figsize=(width_inch, height_inch))
+        yield NotebookFigure(figsize=(width_inch, height_inch))
