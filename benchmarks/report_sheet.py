@@ -238,7 +238,7 @@ def main() -> None:
 What the table is worth is seen when it is used as a user has it: written to a file, read again, and put as an
 infinitely thin sheet between plate and air. The plate's BSDF in air is then computed from the table and
 Fresnel's formulas alone, and compared with the full model of the whole stack. Two ways: the star product of
-plate and sheet in channels of n sin(theta) (`jaxink.export.verify_sheet`), and {N_BATCHES * N_PHOTONS} photons
+plate and sheet in channels of n sin(theta) (`jaxink.ink.verify_sheet`), and {N_BATCHES * N_PHOTONS} photons
 (`benchmarks/sheet_photons.py`), which share nothing with each other or with the solver but the table. The
 measurements are **simulated** by an independent program; the inks are those of a fit to them. Differences are over
 the largest BSDF of the full model at the same incidence and side, for outgoing angles to 87.5 degrees (photons:

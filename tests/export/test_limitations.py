@@ -9,8 +9,8 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.export import FORMATS, LOSSES, ExportOptions, write
+from jaxink.export.formats import _FORMATS
 from jaxink.export.preparation import regular_in_bins
-from jaxink.export.writing import _FORMATS
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from tests.export.tracer_files import lighttools, read_zemax, zemax
 from tests.ink.analytic_tables import lambertian, smooth_table, table_of

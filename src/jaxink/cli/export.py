@@ -112,7 +112,7 @@ def run_boundary(
 def _options(format: str, out: Path, choices: dict[str, Any]) -> "ExportOptions":
     """The choices; refused before anything is computed."""
     from jaxink.export import ExportOptions
-    from jaxink.export.writing import require_format
+    from jaxink.export.formats import require_format
 
     require_format(format)
     options = ExportOptions(**choices)
@@ -135,7 +135,7 @@ def _compute(source: Path, layers: Sequence[str]) -> "InkTable":
 
 def _written(table: "InkTable", format: str, out: Path, options: "ExportOptions") -> list[str]:
     """Write the files; lines that say what they hold."""
-    from jaxink.export.writing import write_folder
+    from jaxink.export.formats import write_folder
 
     files = write_folder(table, format, out, options)
     lines = []

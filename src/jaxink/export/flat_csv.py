@@ -14,14 +14,7 @@ from jaxink.ink.table import COMPONENTS, InkTable
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write ``<name>_bsdf.csv``, a row a direction, and ``<name>_totals.csv``, a row an incidence.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
     head = [comment(line) for line in comments(table, 0)[1:]]
     head.append(

@@ -18,14 +18,7 @@ _INCIDENCE_AZIMUTH_DEG = 90.0
 def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write one ``.bsdf`` file a wavelength, with all four components.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
     totals = diffuse_totals(table)
     # A full circle in the file's azimuths, each entry of the table and its mirror image once.

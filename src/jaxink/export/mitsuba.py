@@ -13,14 +13,7 @@ _PROGRAMS = ("jaxink_table.py", "example_scene.py")
 def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write the canonical netCDF file and the Python files that use it; they need no jaxink.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
     (folder / f"{options.name}.nc").write_bytes(netcdf_bytes(table.to_dataset()))
     for name in _PROGRAMS:

@@ -17,14 +17,7 @@ _HALF_BAND_NM = 0.5
 def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write two ``.anisotropicbsdf`` files a wavelength, one for light from each side.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
 
     Notes
     -----

@@ -29,14 +29,7 @@ _GRAZING_DEG = 85.0
 def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write one ``.bsdf`` file a component and wavelength.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name and axes.
+    Parameters: see `jaxink.export.formats.Format`.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
 from jaxink.model.forward import ForwardModel
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -158,7 +158,7 @@ class Program(NamedTuple):
     arrays: Objective
 
 
-@Kept
+@WeakCache
 def _residual_of_structure(treedef, leaves):
     static = jax.tree.unflatten(treedef, leaves)
     return jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))

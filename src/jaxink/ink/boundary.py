@@ -15,12 +15,12 @@ from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_e
 from jaxink.ink.power_limit import within_incident_power
 from jaxink.ink.table import InkTable
 from jaxink.numerics.precision import computing
-from jaxink.optics.fresnel import fresnel_reflectance
+from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_optics import refracted_cosine, scattered_bsdf
+from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import AMPLITUDES, WaveSurface, regular_power
 
 # Facets less steep than this leave the light where it is: all of it is regular.

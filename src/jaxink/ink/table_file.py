@@ -91,18 +91,7 @@ _COORDINATES = tuple(
 
 
 def dataset_of(table: Any) -> "xarray.Dataset":
-    """The table as an xarray Dataset.
-
-    Parameters
-    ----------
-    table
-        The table, `jaxink.ink.InkTable`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions component, wavelength, theta_i, theta_o, phi.
-    """
+    """The Dataset of an `InkTable`, see `InkTable.to_dataset`."""
     import xarray
 
     coordinates = described(table, _COORDINATES)
@@ -119,20 +108,7 @@ def dataset_of(table: Any) -> "xarray.Dataset":
 
 
 def fields_of(dataset: "xarray.Dataset", called: str) -> dict[str, Any]:
-    """Fields of the table of a Dataset that `dataset_of` made.
-
-    Parameters
-    ----------
-    dataset
-        The Dataset.
-    called
-        How to call it in an error.
-
-    Raises
-    ------
-    InputRefusedError
-        If it is not of this schema or lacks a variable.
-    """
+    """Fields of an `InkTable`; arguments and refusals as of `InkTable.from_dataset`."""
     _SCHEMA.require(dataset, called)
 
     def read(variables: tuple[Variable, ...]) -> dict[str, np.ndarray]:

@@ -266,7 +266,15 @@ class GonioData:
         )
 
     def to_dataset(self) -> "xarray.Dataset":
-        """The data as an xarray Dataset along ``point``."""
+        """The data as an xarray Dataset along dimension ``point``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Coordinates theta_i_deg, theta_o_deg, phi_deg [degree], wavelength_nm [nm], is_transmission,
+            row; variables bsdf_per_sr, sigma_per_sr [1/sr] if known, mask, and one variable
+            ``extra_<n>_<name>`` for each kept column.
+        """
         return netcdf.dataset_of(self)
 
     @classmethod

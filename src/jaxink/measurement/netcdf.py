@@ -48,20 +48,7 @@ _NEEDED = {v.name: "f" for v in (*_COORDINATES, _VALUES[0])} | {
 
 
 def dataset_of(data: Any) -> "xarray.Dataset":
-    """The measurement as an xarray Dataset along dimension ``point``.
-
-    Parameters
-    ----------
-    data
-        The measurement, `jaxink.measurement.GonioData`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Coordinates theta_i_deg, theta_o_deg, phi_deg [degree], wavelength_nm [nm], is_transmission,
-        row; variables bsdf_per_sr, sigma_per_sr [1/sr] if known, mask, and one variable
-        ``extra_<n>_<name>`` for each kept column.
-    """
+    """The Dataset of a `GonioData`, see `GonioData.to_dataset`."""
     import xarray
 
     def variable(values, **attrs):
@@ -92,20 +79,7 @@ def dataset_of(data: Any) -> "xarray.Dataset":
 
 
 def fields_of(dataset: "xarray.Dataset", called: str) -> dict[str, Any]:
-    """Fields of the measurement of a Dataset that `dataset_of` made.
-
-    Parameters
-    ----------
-    dataset
-        The Dataset.
-    called
-        How to call it in an error, the file for instance.
-
-    Raises
-    ------
-    InputRefusedError
-        The Dataset is not of this schema, of a later version, or lacks a variable.
-    """
+    """Fields of a `GonioData`; arguments and refusals as of `GonioData.from_dataset`."""
     _SCHEMA.require(dataset, called)
     names = _NEEDED | ({_SIGMA: "f"} if _SIGMA in dataset.variables else {})
     columns = {name: values_of(dataset, name, _POINT, called, kinds) for name, kinds in names.items()}

@@ -80,10 +80,9 @@ def read_csv(
 ) -> GonioData:
     """Read a tidy CSV table: one row is one BSDF value of one pair of directions.
 
-    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are
-    needed, sigma_per_sr is optional, others are kept. The order of rows is kept and free. Rows of equal
-    directions are repeats, unless another column says that they were measured under different conditions
-    (`jaxink.measurement.conditions`): those are refused.
+    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are needed,
+    sigma_per_sr is optional, others are kept. Rows keep their order. Those of equal directions are repeats,
+    unless another column says that conditions differed (`jaxink.measurement.conditions`): then refused.
 
     Parameters
     ----------
@@ -109,11 +108,10 @@ def read_csv(
         With file, row and column, what is wrong and what would be right.
     """
     table = read_table(path)
-    notes = list(table.notes)
     given = {"wavelength_nm": wavelength_nm, "side": side}
     supplied = tuple(name for name, value in given.items() if value is not None)
     known, extra, column_notes = match_columns(table, dict(columns or {}), supplied)
-    notes += column_notes
+    notes = [*table.notes, *column_notes]
     table, attrs = _one_sample(table, extra, sample)
     angles = _angles(table, known, notes)
     bsdf = _per_sr(table, known, "bsdf_per_sr")
@@ -131,8 +129,9 @@ def read_csv(
     )
     checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
     refuse_several_conditions(table.source, data)
-    notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
-    return data.replace(notes=notes)
+    return data.replace(
+        notes=[*notes, *_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
+    )
 
 
 def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:

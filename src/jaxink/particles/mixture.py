@@ -129,12 +129,8 @@ def mixture_coefficients(
         require("a volume_fraction", jnp.stack(fractions), lambda v: v >= 0, "be 0 or more")
         require("the volume fraction of all particles", sum(fractions), lambda v: v < 1, "be below 1")
     if structure_factor_weight is not None:
-        require(
-            "structure_factor_weight",
-            structure_factor_weight,
-            lambda v: (v >= 0) & (v <= 1),
-            "lie in 0 ... 1",
-        )
+        weight = structure_factor_weight
+        require("structure_factor_weight", weight, lambda v: (v >= 0) & (v <= 1), "lie in 0 ... 1")
     return _mixture(populations, binder_index, wavelength_nm, structure_factor_weight, max_size_parameter)
 
 

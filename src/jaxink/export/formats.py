@@ -18,10 +18,21 @@ from jaxink.files.writing import whole_folder
 from jaxink.ink.table import InkTable
 
 
-class _Format(NamedTuple):
+class Format(NamedTuple):
+    """A format of a ray tracer.
+
+    Parameters
+    ----------
+    title
+        How sentences call it.
+    write
+        Writes a table into a folder, with the names and choices of the options.
+    lost
+        Of `LOSSES`: what it has no place for.
+    """
+
     title: str
     write: Callable[[InkTable, Path, ExportOptions], None]
-    # What it has no place for.
     lost: tuple[str, ...] = ()
 
 
@@ -30,17 +41,17 @@ def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> None
 
 
 _FORMATS = {
-    "zemax": _Format("Zemax .bsdf", write_zemax, ("regular", "beyond_critical", "standard_errors")),
-    "lighttools": _Format(
+    "zemax": Format("Zemax .bsdf", write_zemax, ("regular", "beyond_critical", "standard_errors")),
+    "lighttools": Format(
         "LightTools .bsdf", write_lighttools, ("regular", "narrow_lobes", "standard_errors")
     ),
-    "speos": _Format("Speos .anisotropicbsdf", write_speos, ("regular", "narrow_lobes", "standard_errors")),
-    "radiance": _Format(
+    "speos": Format("Speos .anisotropicbsdf", write_speos, ("regular", "narrow_lobes", "standard_errors")),
+    "radiance": Format(
         "Radiance XML", write_radiance, ("regular", "narrow_lobes", "index_step", "standard_errors")
     ),
-    "mitsuba": _Format("Mitsuba 3", write_mitsuba, ("narrow_lobes",)),
-    "csv": _Format("CSV", write_csv, ("narrow_lobes",)),
-    "netcdf": _Format("netCDF", _write_netcdf),
+    "mitsuba": Format("Mitsuba 3", write_mitsuba, ("narrow_lobes",)),
+    "csv": Format("CSV", write_csv, ("narrow_lobes",)),
+    "netcdf": Format("netCDF", _write_netcdf),
 }
 FORMATS = tuple(_FORMATS)
 
