@@ -57,18 +57,7 @@ FORMATS = tuple(_FORMATS)
 
 
 def require_format(format: str) -> None:
-    """Refuse a format that there is not.
-
-    Parameters
-    ----------
-    format
-        Its name.
-
-    Raises
-    ------
-    InputRefusedError
-        With those that there are.
-    """
+    """Refuse the name of a format that there is not."""
     require_one_of("format", format, FORMATS)
 
 

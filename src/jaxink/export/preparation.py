@@ -20,11 +20,6 @@ _ROUNDING = 1e-6
 def writable(table: InkTable) -> InkTable:
     """The table, checked for what no ray tracer can use, with rounding below zero removed.
 
-    Parameters
-    ----------
-    table
-        The table.
-
     Raises
     ------
     InputRefusedError

@@ -50,18 +50,8 @@ def take_place(new: Path, out: Path, owned: set[str]) -> None:
 def must_stay(out: Path, replaced: set[str]) -> bool:
     """Whether an existing folder has to remain the folder that it is, so that its content is staged in it.
 
-    Parameters
-    ----------
-    out
-        The folder, without symbolic links in its path.
-    replaced
-        Names of its entries that may be replaced.
-
-    Returns
-    -------
-    bool
-        So if the system cannot exchange folders, something is mounted there, the folder around it may not be
-        written to, this process works in it, or it holds folders that are the user's own.
+    So if the system cannot exchange folders, something is mounted there, the folder around it may not be
+    written to, this process works in it, or it holds folders that are the user's own: not among `replaced`.
     """
     if _rename is None or os.path.ismount(out) or not os.access(out.parent, os.W_OK | os.X_OK):
         return True
@@ -72,13 +62,7 @@ def must_stay(out: Path, replaced: set[str]) -> bool:
 
 
 def settle(folder: str | Path) -> None:
-    """Finish in a folder what killed runs had decided, and remove what they had not.
-
-    Parameters
-    ----------
-    folder
-        The folder; where it may not be written to, nothing happens.
-    """
+    """Finish in a folder what killed runs had decided, and remove what they had not, if it can be done."""
     for stage in left_over(Path(folder)):
         with suppress(OSError):
             if (stage / DECIDED).is_dir():

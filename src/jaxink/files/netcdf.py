@@ -171,11 +171,6 @@ def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
     HDF5 never meets the disk: one that is full would leave it with files that it cannot close, and end the
     process. Nor shall it meet bytes that were changed, with some of which it never ends: behind the content,
     where no reader of HDF5 looks, stands a checksum.
-
-    Parameters
-    ----------
-    dataset
-        The Dataset.
     """
     content = BytesIO()
     encoding = {name: {"_FillValue": None} for name in dataset.variables}

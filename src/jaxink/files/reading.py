@@ -55,13 +55,7 @@ def plain(value: Any) -> Any:
 
 
 def shown_path(path: str | Path) -> str:
-    """A path as a sentence names it: on one line, and not longer than anyone would read.
-
-    Parameters
-    ----------
-    path
-        The path.
-    """
+    """A path as a sentence names it: on one line, and not longer than anyone would read."""
     text = str(path)
     text = text if text.isprintable() else ascii(text)
     half = _LONGEST_SHOWN // 2
@@ -110,18 +104,7 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
 
 
 def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
-    """Content of an ordinary file, see `open_bounded`.
-
-    Parameters
-    ----------
-    path, limit_bytes, what
-        As of `open_bounded`.
-
-    Raises
-    ------
-    InputRefusedError
-        If it is missing, no ordinary file, too large, or cannot be read.
-    """
+    """Content of an ordinary file; arguments and refusals as of `open_bounded`."""
     with open_bounded(path, limit_bytes, what) as file:
         content = bytearray()
         # The size that a file claims is no bound: it may grow, and those of the system claim 0.
@@ -158,18 +141,7 @@ def utf8_text(content: bytes, name: str) -> str:
 
 
 def require_readable(path: str | Path, limit_bytes: int, what: str) -> None:
-    """Refuse, as `open_bounded` does, a file that a library opens by its name.
-
-    Parameters
-    ----------
-    path, limit_bytes, what
-        As of `open_bounded`.
-
-    Raises
-    ------
-    InputRefusedError
-        If it is missing, no ordinary file, too large, or cannot be read.
-    """
+    """Refuse, as `open_bounded` does, a file that a library opens by its name."""
     with open_bounded(path, limit_bytes, what):
         pass
 

@@ -36,19 +36,12 @@ _OLD_SECONDS = 24 * 3600
 def staged_in(folder: Path) -> Iterator[Path]:
     """A hidden folder, removed at the end, unless it holds what is `DECIDED` and not in its place.
 
+    Where nothing can be written making it fails, for the file of its lock takes a page of the disk.
+
     Parameters
     ----------
     folder
         An existing folder, in which it is made.
-
-    Yields
-    ------
-    Path
-
-    Raises
-    ------
-    OSError
-        If nothing can be written there: the file of its lock takes a page of the disk.
     """
     stage, lock = _new_stage(folder)
     try:
@@ -60,17 +53,7 @@ def staged_in(folder: Path) -> Iterator[Path]:
 
 
 def left_over(folder: Path) -> Iterator[Path]:
-    """Staging folders of the user's own runs that are dead, each locked while it is looked at.
-
-    Parameters
-    ----------
-    folder
-        Where they are looked for.
-
-    Yields
-    ------
-    Path
-    """
+    """Staging folders in a folder of the user's own runs that are dead, each locked while it is looked at."""
     with suppress(OSError, ValueError):
         for entry in [entry for entry in os.scandir(folder) if _NAMES.fullmatch(entry.name)]:
             if entry.is_dir(follow_symlinks=False) and _is_own(entry):

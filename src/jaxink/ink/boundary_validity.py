@@ -62,11 +62,6 @@ class ValidityCheck:
 def validity_checks(boundary: RoughBoundary) -> list[ValidityCheck]:
     """Judge a boundary at normal incidence and at 30, 60 and 75 degrees, from either side.
 
-    Parameters
-    ----------
-    boundary
-        The boundary.
-
     Returns
     -------
     list[ValidityCheck]

@@ -37,11 +37,6 @@ def azimuth_weights(phi_deg: Float[np.ndarray, " azimuths"]) -> Float[np.ndarray
 def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]:
     """Share of the incident power that leaves diffusely: the integral of f cos(theta_o).
 
-    Parameters
-    ----------
-    table
-        The table.
-
     Returns
     -------
     np.ndarray
@@ -56,11 +51,6 @@ def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]
 
 def power_sent_out(table: InkTable) -> Float[np.ndarray, "2 wavelengths angles"]:
     """Share of the power that a table sends out to both sides, scattered and regular.
-
-    Parameters
-    ----------
-    table
-        The table.
 
     Returns
     -------

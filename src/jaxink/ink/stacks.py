@@ -96,13 +96,7 @@ def ink_stacks(ink: InkLayers, model: ForwardModel, free_values: Mapping) -> Sta
 
 
 def reversed_stack(stack: Stack) -> Stack:
-    """The same stack, lit from its other side.
-
-    Parameters
-    ----------
-    stack
-        The stack.
-    """
+    """The same stack, lit from its other side."""
     last = len(stack.layers) + 1
     return Stack(
         stack.layers[::-1],
@@ -119,11 +113,6 @@ def reversed_stack(stack: Stack) -> Stack:
 
 def reversed_sample(sample: Sample) -> Sample:
     """The same sample with fixed values, lit from its other side.
-
-    Parameters
-    ----------
-    sample
-        The sample.
 
     Returns
     -------

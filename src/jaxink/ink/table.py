@@ -217,11 +217,6 @@ class InkTable:
 def read_ink_table(path: str | Path) -> InkTable:
     """Read a table that `InkTable.to_netcdf` wrote.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Returns
     -------
     InkTable

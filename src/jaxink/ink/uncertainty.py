@@ -36,13 +36,7 @@ class ParameterCovariance:
 
     @classmethod
     def of(cls, result: FitResult) -> "ParameterCovariance":
-        """Covariance of a fit; a parameter that is held by its bound counts as known.
-
-        Parameters
-        ----------
-        result
-            The fit.
-        """
+        """Covariance of a fit; a parameter that is held by its bound counts as known."""
         rows = [result[name] for name in result.correlation_names]
         silent = [p for p in rows if p.standard_error is None]
         held = [p.name for p in silent if p.flag in ("at lower bound", "at upper bound")]

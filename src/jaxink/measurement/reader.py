@@ -51,11 +51,6 @@ def read(path, **overrides) -> GonioData:
 def read_netcdf(path: str | Path) -> GonioData:
     """Read a measurement that `GonioData.to_netcdf` wrote.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Returns
     -------
     GonioData
@@ -108,8 +103,7 @@ def read_csv(
         With file, row and column, what is wrong and what would be right.
     """
     table = read_table(path)
-    given = {"wavelength_nm": wavelength_nm, "side": side}
-    supplied = tuple(name for name, value in given.items() if value is not None)
+    supplied = tuple(n for n, v in (("wavelength_nm", wavelength_nm), ("side", side)) if v is not None)
     known, extra, column_notes = match_columns(table, dict(columns or {}), supplied)
     notes = [*table.notes, *column_notes]
     table, attrs = _one_sample(table, extra, sample)
@@ -129,9 +123,8 @@ def read_csv(
     )
     checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
     refuse_several_conditions(table.source, data)
-    return data.replace(
-        notes=[*notes, *_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
-    )
+    notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
+    return data.replace(notes=notes)
 
 
 def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:

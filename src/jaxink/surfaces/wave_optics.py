@@ -109,10 +109,7 @@ def amplitude_factor(
 ) -> Float[Array, "*#points"]:
     """BSDF over the broadened PSD, um^-4 / sr, as the surface's ``amplitude`` chooses it.
 
-    Parameters
-    ----------
-    surface, cosine_out, cosine_in, azimuth_rad, is_transmission
-        As of `perturbation_factor`.
+    Parameters: as of `perturbation_factor`.
 
     Returns
     -------
@@ -154,16 +151,7 @@ def scattered_bsdf(
     A sigma << 1 it is `perturbation_factor` times the PSD; for A sigma >> 1 the lobe of facets with the
     spectrum's slope variance. Below about 1e-10 of a lobe's peak it is rounding.
 
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_out, cosine_in
-        With the normal, each in its own medium.
-    azimuth_rad
-        Between the directions of propagation; several for each pair of polar angles cost little.
-    is_transmission
-        Whether light leaves on the other side.
+    Parameters: as of `perturbation_factor`; several azimuths for each pair of polar angles cost little.
 
     Returns
     -------
