@@ -80,11 +80,11 @@ def test_exit_codes_are_those_of_the_command():
             reversed(pair.split(" ", 1))
             for pair in re.search(r"Exit codes: (.*?)\.", text.replace("\n", " ")).group(1).split(", ")
         )
-        assert int(stated["fitted"]) == session.EXIT_FITTED
-        assert int(stated["unexplained misfit"]) == session.EXIT_UNEXPLAINED
-        assert int(stated["did not converge"]) == session.EXIT_NOT_CONVERGED
-        assert int(stated["invalid input"]) == session.EXIT_REFUSED
-        assert int(stated["anything else"]) == session.EXIT_FAILED
+        assert int(stated["fitted"]) == session.ExitCode.FITTED
+        assert int(stated["unexplained misfit"]) == session.ExitCode.UNEXPLAINED
+        assert int(stated["did not converge"]) == session.ExitCode.NOT_CONVERGED
+        assert int(stated["invalid input"]) == session.ExitCode.REFUSED
+        assert int(stated["anything else"]) == session.ExitCode.FAILED
 
 
 def test_complete_sample_file_is_accepted_and_complete():
@@ -160,6 +160,7 @@ def test_every_choice_is_named():
         *(f'"{mode}"' for mode in measurement_schema.DETECTOR_MODES),
         "clear",
         "scattering",
+        "dispersion",
     ):
         assert f"`{choice}`" in SAMPLE_FILE, choice
     assert f'`"{schema.OPAQUE}"`' in SAMPLE_FILE

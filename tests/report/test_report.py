@@ -299,7 +299,7 @@ def run(monkeypatch, found, change):
         return run.outcome
 
     monkeypatch.setattr(jaxink, "diagnose", diagnosed, raising=False)
-    monkeypatch.setattr("jaxink.cli.diagnose.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     monkeypatch.setattr("jaxink.report.writing.inside_change", lambda _: change)
 
     def run(out, *more, data=DATA):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from jaxink.fitting import FitResult
 
+FIGURE_FOLDER = "figures"
 FORMATS = ("png", "pdf", "svg")
 
 

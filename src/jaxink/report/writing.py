@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from jaxink.diagnosis.outcome import REPORT_FILE
 from jaxink.files.writing import whole_folder
+from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.diagnosis import Plate, diagnosis_figures
 from jaxink.plots.thin_sheet import DPI
 from jaxink.report import page, sections
@@ -14,7 +15,6 @@ from jaxink.report.ink_table import inside_change
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis
 
-FIGURES = "figures"
 REPORT_PAGE = "report.html"
 
 
@@ -51,14 +51,14 @@ def write_report(
         pictures[plate.name] = _png(plate)
         embedded[plate.name] = page.figure(pictures[plate.name], plate.caption)
     text = _page(diagnosis, change, embedded)
-    with whole_folder(folder, owned=(FIGURES,)) as part:
+    with whole_folder(folder, owned=(FIGURE_FOLDER,)) as part:
         diagnosis.write_into(part)
         (part / REPORT_PAGE).write_text(text, encoding="utf-8")
         if pictures:
-            (part / FIGURES).mkdir()
+            (part / FIGURE_FOLDER).mkdir()
         for name, picture in pictures.items():
-            (part / FIGURES / f"{name}.png").write_bytes(picture)
-    drawn = [Path(FIGURES, f"{name}.png") for name in pictures]
+            (part / FIGURE_FOLDER / f"{name}.png").write_bytes(picture)
+    drawn = [Path(FIGURE_FOLDER, f"{name}.png") for name in pictures]
     return [Path(folder) / file for file in (REPORT_FILE, *drawn, REPORT_PAGE)]
 
 

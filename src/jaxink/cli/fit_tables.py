@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.numerics.digits import interval, plain, share, with_uncertainty
+from jaxink.numerics.digits import interval, percent, plain, relative_error, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -101,7 +101,7 @@ def _parameter_row(p: "FittedParameter") -> list[str]:
         return [name, plain(p.value), "", "", "", "", vary, p.tie or "", p.flag]
     ends = [plain(v) for v in (p.start, p.minimum, p.maximum)]
     value = with_uncertainty(p.value, p.standard_error)
-    return [name, value, share(p.value, p.standard_error), *ends, vary, "", p.flag]
+    return [name, value, relative_error(p.value, p.standard_error), *ends, vary, "", p.flag]
 
 
 def parameter_notes(result: "FitResult") -> list[str]:
@@ -172,12 +172,8 @@ def scan_table(result: "FitResult") -> Table:
     for s in result.scans:
         row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
         row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"] if known else []
-        table.add_row(*row, _percent(s.relative_rms), _percent(s.mean_relative, sign="+"))
+        table.add_row(*row, percent(s.relative_rms, ".2f"), percent(s.mean_relative, "+.2f"))
     return table
-
-
-def _percent(value: float | None, sign: str = "") -> str:
-    return "" if value is None else f"{100 * value:{sign}.2f} %"
 
 
 def _correlation_lines(result: "FitResult") -> list[str]:
