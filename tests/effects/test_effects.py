@@ -20,8 +20,7 @@ from jaxink.effects.sample import (
     UndeclaredBacking,
     WaveSurface,
 )
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
