@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 from scipy.optimize import lsq_linear
 
-from diagnosis.designs import goniometer, parameters, smooth_function
 from jaxink.diagnosis import Candidate, ScreenOptions, joint_drop, pairs_that_imitate, screen
+from tests.diagnosis.designs import goniometer, parameters, smooth_function
 
 FEW = ScreenOptions(n_bootstrap=200)
 

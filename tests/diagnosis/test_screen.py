@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diagnosis.designs import (
+from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen, screen
+from jaxink.diagnosis.null_law import NullLaw, maximum_tail, tree_links
+from jaxink.errors import InputRefusedError
+from tests.diagnosis.designs import (
     autoregressive,
     catalogue,
     goniometer,
@@ -13,9 +16,6 @@ from diagnosis.designs import (
     smooth_function,
     within_binomial,
 )
-from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen, screen
-from jaxink.diagnosis.null_law import NullLaw, maximum_tail, tree_links
-from jaxink.errors import InputRefusedError
 
 DRAWS = 400
 

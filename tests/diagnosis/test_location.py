@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diagnosis.designs import goniometer, parameters
 from jaxink.diagnosis import Points, ScreenOptions, TangentCone, locate, smooth_part
 from jaxink.diagnosis.discrepancy import (
     _VARIANCES,
@@ -12,6 +11,7 @@ from jaxink.diagnosis.discrepancy import (
     misfit_deviation,
 )
 from jaxink.diagnosis.location import _divisions, _p_value
+from tests.diagnosis.designs import goniometer, parameters
 
 FEW = ScreenOptions(n_bootstrap=400)
 
