@@ -8,7 +8,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import make_objective, prepare_data
-from jaxink.fitting.whitening import whiten_scans
+from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
 from jaxink.sample import Noise, Prior, parse_sample
 from jaxink.solver.stack import SolverConfig

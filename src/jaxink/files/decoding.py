@@ -82,11 +82,6 @@ def decode(kind: Any, value: Any, key: str = "", rules: Rules | None = None) -> 
     rules
         What types alone do not say.
 
-    Returns
-    -------
-    Any
-        An instance of the type.
-
     Raises
     ------
     InputRefusedError

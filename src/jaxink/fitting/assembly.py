@@ -114,15 +114,15 @@ def _physical(objective: Objective, position: int, unit: float, best: Search) ->
 def _row(parameter: Parameter, sample: Sample, objective: Objective, found: Found) -> FittedParameter:
     name, table = parameter.name, sample.parameters
     row = FittedParameter(
-        name,
-        parameter.unit,
-        float(table.values_with(objective.numbers(found.best.unit))[name]),
-        None,
-        float(table.values_with({})[name]),
-        parameter.minimum,
-        parameter.maximum,
-        parameter.free,
-        parameter.tie,
+        name=name,
+        unit=parameter.unit,
+        value=float(table.values_with(objective.numbers(found.best.unit))[name]),
+        standard_error=None,
+        start=float(table.values_with({})[name]),
+        minimum=parameter.minimum,
+        maximum=parameter.maximum,
+        free=parameter.free,
+        tie=parameter.tie,
     )
     return _judged(row, objective.free.index(name), objective, found) if parameter.free else row
 
@@ -198,17 +198,14 @@ def _propagated(slope: np.ndarray, errors: Covariance | None) -> float | None:
 
 
 def _summary(search: Search, objective: Objective) -> SearchSummary:
+    names = {field.name for field in dataclasses.fields(SearchSummary)}
     return SearchSummary(
-        search.method,
-        search.outcome.name.lower(),
-        objective.numbers(search.start),
-        objective.numbers(search.unit),
-        search.loss_start,
-        search.loss,
-        search.jacobians,
-        search.evaluations,
-        search.run_seconds,
-        search.compile_seconds,
+        **{name: value for name, value in vars(search).items() if name in names}
+        | {
+            "outcome": search.outcome.name.lower(),
+            "start": objective.numbers(search.start),
+            "values": objective.numbers(search.unit),
+        }
     )
 
 

@@ -21,10 +21,6 @@ def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tu
     sample
         Sample, or its file.
 
-    Returns
-    -------
-    GonioData, Sample
-
     Raises
     ------
     InputRefusedError

@@ -16,7 +16,7 @@ from jaxink.files.reading import shown_path
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.options import METHODS
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.result import RESULT_FILE, SCHEMA_VERSION, FitResult, json_fields
+from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResult, json_fields
 from jaxink.measurement import GonioData
 from jaxink.measurement.netcdf import column_of, from_dataset
 from jaxink.sample import Sample
@@ -26,7 +26,6 @@ from jaxink.solver.stack import SolverConfig
 _LARGEST_BYTES = 256_000_000
 # Where a fit did not start, or a model is not finite, null stands for what is not known.
 _RULES = Rules({**NULLS, "": math.nan})
-_COLUMNS = ("predicted_per_sr", "fit_sigma_per_sr", "residual_whitened")
 
 
 class _OutcomeEntry(TypedDict):
@@ -77,19 +76,16 @@ def load_result(path: str | Path) -> FitResult:
     except InputRefusedError as problem:
         raise InputRefusedError(f"{name}: {problem}") from None
     data, columns = _points(path, document)
-    whitened = columns["residual_whitened"]
+    if np.all(np.isnan(columns["whitened"])):
+        columns["whitened"] = None
     size = len(document["correlation_names"])
     fields = {name: document[name] for name in json_fields() if name in document} | {
         "sample": sample,
-        "data": data,
-        "predicted_per_sr": columns["predicted_per_sr"],
-        "sigma_per_sr": columns["fit_sigma_per_sr"],
-        "whitened": None if np.all(np.isnan(whitened)) else whitened,
         "outcome": Outcome[document["outcome"]["code"].upper()],
         "correlations": np.array(document["correlations"], float).reshape(size, size),
         "solver": dataclasses.asdict(document["solver"]),
     }
-    return FitResult(**fields)
+    return FitResult(data=data, **columns, **fields)
 
 
 def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
@@ -121,7 +117,7 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
     return document, sample
 
 
-def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, np.ndarray]]:
+def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, np.ndarray | None]]:
     """The measurement, and what the fit has for each used point."""
     data_path = path.with_name(document["data_file"])
     dataset, name = read_dataset(data_path), shown_path(data_path)
@@ -131,4 +127,6 @@ def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, 
             "files of one result together, or fit again."
         )
     data = from_dataset(dataset, name)
-    return data, {key: column_of(dataset, key, "f", name)[data.used] for key in _COLUMNS}
+    return data, {
+        field: column_of(dataset, column, "f", name)[data.used] for field, (column, _) in COLUMNS.items()
+    }

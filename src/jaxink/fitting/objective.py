@@ -1,21 +1,55 @@
 """What a fit minimises: the residual vector of one measurement."""
 
+from functools import partial
 from typing import TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
-from jaxink.fitting.whitening import whiten_scans
 from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
+
+
+@partial(jax.jit, static_argnames="n_scans")
+def whiten_scans(
+    residual: Float[ArrayLike, " points"],
+    common: Float[ArrayLike, " points"],
+    scan: Int[ArrayLike, " points"],
+    n_scans: int,
+) -> Float[Array, " points"]:
+    """Whiten residuals r of covariance 1 + q q^T within each scan: (1 + q q^T)^(-1/2) r.
+
+    Parameters
+    ----------
+    residual
+        Residuals in units of the independent sigma.
+    common
+        q: what the scan's common factor does to each point, in the same units.
+    scan
+        Number of the scan of each point.
+    n_scans
+        How many there are.
+
+    References
+    ----------
+    Woodbury identity; its symmetric root for a rank-one term is
+    1 - (1 - 1/sqrt(1 + q^T q)) q q^T / q^T q.
+    """
+    square = jnp.zeros(n_scans).at[scan].add(common**2)
+    along = jnp.zeros(n_scans).at[scan].add(common * residual)
+    root = jnp.sqrt(1 + square)
+    # (1 - 1/root) / square without the division by zero where there is no common factor.
+    factor = 1 / (root * (1 + root))
+    return residual - common * (factor * along)[scan]
 
 
 class Objective(eqx.Module):

@@ -20,8 +20,14 @@ from jaxink.solver.stack import SolverConfig
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
+# Columns of result.nc, with a value for each used point: by field, their name there and what they are.
+COLUMNS = {
+    "predicted_per_sr": ("predicted_per_sr", "fitted BSDF, 1/sr"),
+    "sigma_per_sr": ("fit_sigma_per_sr", "independent standard deviation used by the fit, 1/sr"),
+    "whitened": ("residual_whitened", "residual whitened by the noise covariance"),
+}
 # Fields in result.nc, or at the head of result.json; every other one is written, and read, by its name.
-_ELSEWHERE = ("data", "predicted_per_sr", "sigma_per_sr", "whitened", "outcome")
+_ELSEWHERE = ("data", "outcome", *COLUMNS)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -248,12 +254,8 @@ class FitResult(SavedInFolder):
     def to_dataset(self):
         """The measurement as an xarray Dataset, with prediction, noise and residuals beside it."""
         dataset = self.data.to_dataset()
-        for name, values, what in (
-            ("predicted_per_sr", self.predicted_per_sr, "fitted BSDF, 1/sr"),
-            ("fit_sigma_per_sr", self.sigma_per_sr, "independent standard deviation used by the fit, 1/sr"),
-            ("residual_whitened", self.whitened, "residual whitened by the noise covariance"),
-        ):
-            column = np.full(len(self.data), np.nan)
+        for field, (name, what) in COLUMNS.items():
+            column, values = np.full(len(self.data), np.nan), getattr(self, field)
             if values is not None:
                 column[self.data.used] = values
             dataset[name] = ("point", column, {"long_name": what})
