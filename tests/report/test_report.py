@@ -16,8 +16,10 @@ from jaxink.data import simulated_example
 from jaxink.diagnosis import Verdict
 from jaxink.diagnosis.verdict import CODES
 from jaxink.effects import Effect
+from jaxink.effects.geometry import Pinholes, UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
-from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking
+from jaxink.effects.surfaces import AirGap
+from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import table_change
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
@@ -252,11 +254,11 @@ def test_the_same_sample_changes_nothing_and_absorption_darkens(change):
 
 
 def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
-    from jaxink.effects.sample import with_clear
+    from jaxink.effects.sample_edits import with_film
 
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     sample = found.result.sample
-    change = table_change(sample, with_clear(sample, 1, "gap", 1.0), [550.0])
+    change = table_change(sample, with_film(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
     assert change.after.index_inside[0] == change.before.index_inside[0] == 1.5
     beyond = (change.after.theta_deg > 43) & (change.after.theta_deg < 85)

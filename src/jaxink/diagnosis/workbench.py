@@ -240,4 +240,4 @@ class Workbench:
 
     def in_noise(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
         """A change of the prediction in units of the noise, whatever its weight."""
-        return np.asarray(self.objective.whiten(predicted, change))
+        return np.asarray(self.objective.in_noise(predicted, change))

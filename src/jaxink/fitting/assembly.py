@@ -73,7 +73,7 @@ def assemble(
         table = table.replace(name, value=value)
     whitened = None
     if noise.known:
-        whitened = np.asarray(objective.whiten(best.predicted, objective.measured - best.predicted))
+        whitened = np.asarray(objective.in_noise(best.predicted, objective.measured - best.predicted))
     config = objective.model.config
     return FitResult(
         sample=dataclasses.replace(sample, parameters=table),

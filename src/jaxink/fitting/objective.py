@@ -96,14 +96,14 @@ class Objective(eqx.Module):
         """The same as plain numbers."""
         return {name: float(value) for name, value in self.values(jnp.asarray(unit)).items()}
 
-    def whiten(
-        self, predicted: Float[ArrayLike, " points"], difference: Float[ArrayLike, " points"]
+    def in_noise(
+        self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]
     ) -> Float[ArrayLike, " points"]:
-        """A difference from the prediction in units of the noise, whatever its weight."""
-        residual = difference / self.sigma
+        """A change of the prediction in units of the noise, whatever its weight."""
+        scaled = change / self.sigma
         if self.scan_relative == 0:
-            return residual
-        return whiten_scans(residual, self.scan_relative * predicted / self.sigma, self.scan, self.n_scans)
+            return scaled
+        return whiten_scans(scaled, self.scan_relative * predicted / self.sigma, self.scan, self.n_scans)
 
     def residual(
         self, unit: Float[Array, " parameters"]
@@ -136,7 +136,7 @@ class Objective(eqx.Module):
         if self.kind == "logarithmic":
             m, s = jnp.log(measured), jnp.log(jnp.maximum(predicted, 1e-300))
             return (m - s) / _away_from_zero(0.5 * (m + s)) * np.sqrt(1 / n)
-        return self.whiten(predicted, measured - predicted)
+        return self.in_noise(predicted, measured - predicted)
 
 
 def _away_from_zero(value):
