@@ -38,17 +38,10 @@ def effects(catalogue: Iterable[type[Effect]]) -> str:
     """The catalogue of effects."""
     sign = {0: "either", 1: "0 or more"}
     rows = [
-        [
-            f"`{e.name}`",
-            e.group,
-            sign[e.sign],
-            f"{e.usual:g}".replace("inf", "-"),
-            ", ".join(e.keys) or "-",
-            e.statement,
-        ]
+        [f"`{e.name}`", e.group, sign[e.sign], f"{e.usual:g}".replace("inf", "-"), e.statement]
         for e in catalogue
     ]
-    return _markdown(["effect", "group", "strength", "usual size", "simulated as", "what is the case"], rows)
+    return _markdown(["effect", "group", "strength", "usual size", "what is the case"], rows)
 
 
 def _number(key: str, q: Quantity) -> list[str]:

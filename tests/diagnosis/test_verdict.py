@@ -10,8 +10,8 @@ from jaxink.diagnosis.location import Location
 from jaxink.diagnosis.outcome import CandidateRow, Figures, Step, Summary
 from jaxink.diagnosis.structure import StructureResult, StructureStatistic
 from jaxink.diagnosis.verdict import CODES, is_met, judge
+from jaxink.effects.geometry import UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
-from jaxink.effects.sample import UndeclaredBacking
 
 
 def summary(reduced, probability, freedom=600):

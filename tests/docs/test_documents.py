@@ -4,9 +4,11 @@ import json
 import re
 import runpy
 import shlex
+import shutil
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import jaxink
@@ -18,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SAMPLE_FILE = (ROOT / "docs" / "sample-file.md").read_text(encoding="utf-8")
 PARTICLES = (ROOT / "docs" / "particles.md").read_text(encoding="utf-8")
+DIAGNOSIS = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
 RESULT = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
 
 
@@ -148,6 +151,51 @@ def test_versions_are_those_of_the_code():
     assert f"`schema_version` is {measurement_schema.SCHEMA_VERSION}" in SAMPLE_FILE
     diagnosis = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
     assert f"## Catalogue, version {CATALOGUE_VERSION}" in diagnosis
+
+
+def test_every_effect_of_the_catalogue_is_published():
+    from jaxink.effects import CATALOGUE, CATALOGUE_VERSION
+
+    section = DIAGNOSIS[DIAGNOSIS.index(f"## Catalogue, version {CATALOGUE_VERSION}") :]
+    published = rows(re.search(r"(?:\|.*\n)+", section).group())
+    assert [(row[0].strip("`"), row[-1]) for row in published] == [(e.name, e.statement) for e in CATALOGUE]
+
+
+def test_kinds_of_effects_are_those_of_the_library():
+    from jaxink import effects
+
+    kinds = rows(DIAGNOSIS[DIAGNOSIS.index("| kind, from `jaxink.effects`") :].split("\n\n")[0])
+    for kind, _, method in kinds:
+        name, _ = method.strip("`").split("(")
+        assert name in getattr(effects, kind.strip("`")).__abstractmethods__
+
+
+def test_an_effect_of_ones_own_is_found(coarsely, coarse, monkeypatch, tmp_path):
+    from jaxink.data import SIMULATED_TRUTH, simulated_example
+    from jaxink.effects.instrument import Nonlinearity, StrayLight
+    from jaxink.numerics.precision import computing
+
+    [code] = [block for block in blocks(DIAGNOSIS, "python") if "class " in block]
+    # With a few effects of the catalogue: all of them are compiled elsewhere.
+    monkeypatch.setattr("jaxink.effects.CATALOGUE", (StrayLight, Nonlinearity))
+    monkeypatch.chdir(tmp_path)
+    table, sample = simulated_example()
+    shutil.copy(sample, "SAMPLE.toml")
+    data = jaxink.read(table)
+    with computing():
+        model = jaxink.ForwardModel(jaxink.load_sample(sample), *data.directions, coarse)
+        clean = np.asarray(model.bsdf(model.sample.parameters.values_with(SIMULATED_TRUTH)))
+    true = clean * (1 - 0.3 * (data.theta_o_deg / 90) ** 4)
+    noise = np.random.default_rng(8).standard_normal(true.size)
+    columns = (*data.directions[:4], data.side, true * (1 + 0.005 * noise), 0.005 * true)
+    head, *_ = table.read_text().splitlines()
+    lines = (",".join(map(str, row)) for row in zip(*columns, strict=True))
+    Path("DATA.csv").write_text("\n".join([head, *lines]))
+    names = {}
+    exec(code, names)
+    verdict, steps = names["diagnosis"].verdict, names["diagnosis"].steps
+    assert (verdict.code, verdict.effects) == ("instrument", ("vignetting",))
+    assert abs(steps[0].strength - 0.3) < 3 * steps[0].standard_error
 
 
 def test_every_choice_is_named():

@@ -1,6 +1,5 @@
 """The command that says what a sample's description lacks."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.folder import require_folder
 from jaxink.cli.session import ExitCode
+from jaxink.files.encoding import json_text
 from jaxink.plots import FIGURE_FOLDER
 
 # Verdicts that leave structure in the residual.
@@ -56,7 +56,7 @@ def run_diagnose(
 
     written = write_report(found, out, with_figures)
     if output == "json":
-        typer.echo(json.dumps(found.to_dict(), indent=1, allow_nan=False))
+        typer.echo(json_text(found.to_dict()))
     elif output == "tables":
         from jaxink.cli.diagnosis_tables import show_diagnosis
         from jaxink.cli.fit_tables import console

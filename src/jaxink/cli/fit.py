@@ -1,6 +1,5 @@
 """The command that fits a sample to a measurement."""
 
-import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.folder import require_folder
 from jaxink.cli.session import ExitCode
+from jaxink.files.encoding import json_text
 from jaxink.files.writing import whole_folder
 from jaxink.plots import FIGURE_FOLDER, save_figures
 
@@ -58,7 +58,7 @@ def run_fit(
     files = write_result(result, out, formats)
     if output == "json":
         written = {**result.to_dict(), "files": [str(file) for file in files]}
-        typer.echo(json.dumps(written, indent=1, allow_nan=False))
+        typer.echo(json_text(written))
     elif output == "tables":
         from jaxink.cli.fit_tables import console, show_result
 

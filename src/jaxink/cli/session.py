@@ -3,7 +3,7 @@
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import NoReturn
 import typer
 
 from jaxink.errors import InputRefusedError, JaxinkError
+from jaxink.numerics.progress import Progress
 
 DEBUG_VARIABLE = "JAXINK_DEBUG"
 # XLA writes its log to stderr from this level on: 3 is what ends the process, 1 what JAX sets if nobody does.
@@ -68,9 +69,6 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
 def _fail(sentence: str, code: ExitCode) -> NoReturn:
     typer.echo(f"jaxink: {sentence}", err=True)
     raise typer.Exit(code)
-
-
-Progress = Callable[[str, int, float], None]
 
 
 @contextmanager

@@ -13,10 +13,9 @@ from jaxtyping import Bool, Float, Int
 from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
-from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
-from jaxink.fitting.objective import FitNoise
+from jaxink.effects import AreaWithOtherValues, Case, Effect, Listed, Scene, effects_for, extend, undivided
 from jaxink.fitting.uncertainty import covariance
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -80,7 +79,7 @@ class Setup:
         rest = tuple(c for c in self.catalogue if c.name not in names)
         relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
         # What divides a layer acts last: for all others the layer is one.
-        whole = extend(self.sample, tuple(e for e in accepted if not e.splits))
+        whole = extend(self.sample, undivided(accepted))
         return effects_for(Case(whole, self.scene, relative, self.accuracy), rest)
 
     def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:
@@ -308,7 +307,7 @@ class Stage:
         made = {
             name: pool.submit(make, effects)
             for name, effects in programs.items()
-            if not effects[0].shares_program
+            if not isinstance(effects[0], AreaWithOtherValues)
         }
         try:
             return self.bench.fit(values, self.free), made
@@ -328,11 +327,12 @@ class Stage:
 
     def _secants(self, effect: Effect) -> list[Direction]:
         """Differences between the model with the effect at its settings and without it."""
-        shared = self.bench if effect.shares_program else self.own_bench(effect)
+        mixes = isinstance(effect, AreaWithOtherValues)
+        shared = self.bench if mixes else self.own_bench(effect)
         found = []
         for setting in effect.settings:
             values = self.solution.values | setting
-            if effect.shares_program:
+            if mixes:
                 predicted, there = self.solution.predicted_per_sr, 0.0
                 for share, other in effect.mixture(values):
                     there = there + share * (shared.predict(values | other) - predicted)
@@ -392,7 +392,7 @@ class Stage:
             In units of the column; at least the given limit, unless its range ends before.
         """
         effect, name = direction.effect, direction.effect.strength.name
-        if effect.shares_program or not (effect.scales or name not in direction.setting):
+        if isinstance(effect, AreaWithOtherValues) or not (effect.scales or name not in direction.setting):
             return limit
         bench = self.own_bench(effect) if effect.own_program else self.bench
         unit = direction.setting[name] - effect.neutral if name in direction.setting else 1.0
