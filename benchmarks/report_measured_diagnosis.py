@@ -15,7 +15,7 @@ import numpy as np
 import jaxink
 from jaxink.diagnosis import transfer
 from jaxink.measurement import symmetry_repeatability
-from jaxink.plots.diagnosis import diagnosis_figures
+from jaxink.plots.diagnosis_figures import diagnosis_figures
 from report_common import REPOSITORY, SAMPLES, data_folder, machine, table, write_section
 
 MARK = "diagnosis of the measured samples, by benchmarks/report_measured_diagnosis.py"

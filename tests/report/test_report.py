@@ -23,7 +23,7 @@ from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import table_change
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
-from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
+from jaxink.plots.diagnosis_figures import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change, is_in_table

@@ -8,7 +8,7 @@ import numpy as np
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableChange
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.plots.scans import measurement_name
+from jaxink.plots.scan_views import measurement_name
 from jaxink.report.ink_table import inside_sentences
 from jaxink.report.page import NONE, bullets, chance, number, paragraph, section, share, table, verdict
 

@@ -1,14 +1,12 @@
 """Write a report: for a program, for a reader, and its figures."""
 
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.diagnosis.outcome import REPORT_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.diagnosis import Plate, diagnosis_figures
-from jaxink.plots.thin_sheet import DPI
+from jaxink.plots.diagnosis_figures import diagnosis_figures
 from jaxink.report import page, sections
 from jaxink.report.ink_table import inside_change
 
@@ -47,9 +45,9 @@ def write_report(
     change = inside_change(diagnosis)
     tables = None if isinstance(change, str) else change
     pictures, embedded = {}, {}
-    for plate in diagnosis_figures(diagnosis, tables) if with_figures else ():
-        pictures[plate.name] = _png(plate)
-        embedded[plate.name] = page.figure(pictures[plate.name], plate.caption)
+    for drawn in diagnosis_figures(diagnosis, tables) if with_figures else ():
+        pictures[drawn.name] = drawn.figure.png()
+        embedded[drawn.name] = page.figure(pictures[drawn.name], drawn.caption)
     text = _page(diagnosis, change, embedded)
     with whole_folder(folder, owned=(FIGURE_FOLDER,)) as part:
         diagnosis.write_into(part)
@@ -58,8 +56,8 @@ def write_report(
             (part / FIGURE_FOLDER).mkdir()
         for name, picture in pictures.items():
             (part / FIGURE_FOLDER / f"{name}.png").write_bytes(picture)
-    drawn = [Path(FIGURE_FOLDER, f"{name}.png") for name in pictures]
-    return [Path(folder) / file for file in (REPORT_FILE, *drawn, REPORT_PAGE)]
+    files = [Path(FIGURE_FOLDER, f"{name}.png") for name in pictures]
+    return [Path(folder) / file for file in (REPORT_FILE, *files, REPORT_PAGE)]
 
 
 def _page(diagnosis, change, embedded) -> str:
@@ -79,9 +77,3 @@ def _page(diagnosis, change, embedded) -> str:
         sections.candidates(diagnosis, *drawn("candidates")),
         sections.origin(diagnosis),
     )
-
-
-def _png(plate: Plate) -> bytes:
-    stream = BytesIO()
-    plate.figure.savefig(stream, format="png", dpi=DPI)
-    return stream.getvalue()
