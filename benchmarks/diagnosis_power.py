@@ -27,7 +27,7 @@ from jaxink.diagnosis import (
     diagnose,
     prepare_screen,
 )
-from jaxink.diagnosis.stage import TOLD_APART, Setup, Stage
+from jaxink.diagnosis.search.stage import TOLD_APART, Setup, Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
 from jaxink.fitting.objective import noise_of

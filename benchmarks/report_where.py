@@ -14,7 +14,7 @@ import numpy as np
 
 import jaxink
 from jaxink.diagnosis import Points, locate
-from jaxink.diagnosis.stage import Setup
+from jaxink.diagnosis.search.stage import Setup
 from jaxink.effects import Scene
 from jaxink.files.reading import plain
 from jaxink.fitting.objective import noise_of

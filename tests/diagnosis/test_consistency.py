@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.consistency import consistency_of
+from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.fitting.objective import FitNoise
 from jaxink.measurement import GonioData
 

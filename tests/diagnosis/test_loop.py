@@ -9,7 +9,7 @@ from scipy.stats import chi2
 import jaxink
 from effects.printed import TEXT
 from jaxink.diagnosis import DiagnosisOptions, Points, diagnose, scan_folds, transfer
-from jaxink.diagnosis.stage import Direction
+from jaxink.diagnosis.search.stage import Direction
 from jaxink.effects import AugmentedModel, Case, Effect, Scene
 from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
 from jaxink.effects.sample import PlateAbsorption, RoughInk, ThinPatches

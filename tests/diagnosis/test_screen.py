@@ -14,7 +14,7 @@ from diagnosis.designs import (
     within_binomial,
 )
 from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen, screen
-from jaxink.diagnosis.null_law import NullLaw, maximum_tail, tree_links
+from jaxink.diagnosis.statistics.null_law import NullLaw, maximum_tail, tree_links
 from jaxink.errors import InputRefusedError
 
 DRAWS = 400

@@ -4,7 +4,7 @@ from scipy import stats
 
 from diagnosis.designs import autoregressive, goniometer, parameters, within_binomial
 from jaxink.diagnosis import Points, ScreenOptions, find_structure, prepare_structure
-from jaxink.diagnosis.serial_correlation import ljung_box, moran, runs_z
+from jaxink.diagnosis.statistics.serial_correlation import ljung_box, moran, runs_z
 from jaxink.measurement import GonioData
 
 ONE_SCAN = np.array([0])

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.cross_validation import HeldOutGain
-from jaxink.diagnosis.discrepancy import SmoothPart
-from jaxink.diagnosis.further_measurements import Further, menu_of
-from jaxink.diagnosis.location import Location
-from jaxink.diagnosis.outcome import CandidateRow, Figures, Step, Summary
-from jaxink.diagnosis.structure import StructureResult, StructureStatistic
-from jaxink.diagnosis.verdict import CODES, is_met, judge
+from jaxink.diagnosis.findings.diagnosis import CandidateRow, Figures, Step, Summary
+from jaxink.diagnosis.findings.further_measurements import Further, menu_of
+from jaxink.diagnosis.findings.judgement import CODES, is_met, judge
+from jaxink.diagnosis.findings.location import Location
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart
+from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
+from jaxink.diagnosis.statistics.structure import StructureResult, StructureStatistic
 from jaxink.effects.instrument import StrayLight
 from jaxink.effects.sample import UndeclaredBacking
 

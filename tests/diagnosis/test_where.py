@@ -4,14 +4,14 @@ from scipy import stats
 
 from diagnosis.designs import goniometer, parameters
 from jaxink.diagnosis import Points, ScreenOptions, TangentCone, locate, smooth_part
-from jaxink.diagnosis.discrepancy import (
+from jaxink.diagnosis.findings.location import _divisions, _p_value
+from jaxink.diagnosis.statistics.discrepancy import (
     _VARIANCES,
     _kernel_root,
     _likelihood_gain,
     _modes,
     misfit_deviation,
 )
-from jaxink.diagnosis.location import _divisions, _p_value
 
 FEW = ScreenOptions(n_bootstrap=400)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from effects.printed import TEXT
-from jaxink.diagnosis.workbench import Workbench
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, Scene, effects_for
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
 from jaxink.effects.sample import (

@@ -14,7 +14,7 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
 from jaxink.diagnosis import Verdict
-from jaxink.diagnosis.verdict import CODES
+from jaxink.diagnosis.findings.judgement import CODES
 from jaxink.effects import Effect
 from jaxink.effects.instrument import StrayLight
 from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking

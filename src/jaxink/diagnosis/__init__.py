@@ -1,29 +1,28 @@
 """What a model lacks: the residual, the effect it resembles, and the error before and after that is added."""
 
-from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
-from jaxink.diagnosis.cross_validation import (
+from jaxink.diagnosis.findings.diagnosis import CandidateRow, Diagnosis, Figures, Step, Summary, Verdict
+from jaxink.diagnosis.findings.location import Factor, Location, locate
+from jaxink.diagnosis.findings.transfer import Transfer, transfer
+from jaxink.diagnosis.search.loop import DiagnosisOptions, diagnose
+from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.predictive_density import (
     HeldOutGain,
     Observations,
     block_folds,
     held_out_gain,
     scan_folds,
 )
-from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part
-from jaxink.diagnosis.joint import ImitatingPair, JointDrop, joint_drop, pairs_that_imitate
-from jaxink.diagnosis.location import Factor, Location, locate
-from jaxink.diagnosis.loop import DiagnosisOptions, diagnose
-from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Figures, Step, Summary, Verdict
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.projection import Projection, TangentCone
-from jaxink.diagnosis.screen import PreparedScreen, prepare_screen, screen
-from jaxink.diagnosis.structure import (
+from jaxink.diagnosis.statistics.projection import Projection, TangentCone
+from jaxink.diagnosis.statistics.screen import PreparedScreen, prepare_screen, screen
+from jaxink.diagnosis.statistics.structure import (
     PreparedStructure,
     StructureResult,
     StructureStatistic,
     find_structure,
     prepare_structure,
 )
-from jaxink.diagnosis.transfer import Transfer, transfer
 
 __all__ = [
     "diagnose",
@@ -37,8 +36,6 @@ __all__ = [
     "Candidate",
     "Factor",
     "HeldOutGain",
-    "ImitatingPair",
-    "JointDrop",
     "Location",
     "Observations",
     "Points",
@@ -56,9 +53,7 @@ __all__ = [
     "block_folds",
     "find_structure",
     "held_out_gain",
-    "joint_drop",
     "locate",
-    "pairs_that_imitate",
     "prepare_screen",
     "prepare_structure",
     "scan_folds",

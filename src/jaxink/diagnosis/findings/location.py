@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import chdtrc
 
-from jaxink.diagnosis.candidate import ScreenOptions
-from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.projection import Projection, TangentCone, orthonormal_range
+from jaxink.diagnosis.statistics.candidate import ScreenOptions
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.projection import Projection, TangentCone, orthonormal_range
 
 _DISTANCE_EDGES = {
     "forward": (0.0, 5.0, 15.0, 30.0, 60.0, 180.0),

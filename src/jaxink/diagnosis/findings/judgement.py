@@ -3,13 +3,13 @@
 import dataclasses
 from typing import TYPE_CHECKING
 
-from jaxink.diagnosis.consistency import LEFT, TOLERANCE, Consistency
-from jaxink.diagnosis.location import Location
-from jaxink.diagnosis.outcome import CandidateRow, Step, Summary, Verdict
-from jaxink.diagnosis.structure import StructureResult
+from jaxink.diagnosis.findings.consistency import LEFT, TOLERANCE, Consistency
+from jaxink.diagnosis.findings.diagnosis import CandidateRow, Step, Summary, Verdict
+from jaxink.diagnosis.findings.location import Location
+from jaxink.diagnosis.statistics.structure import StructureResult
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis.further_measurements import Further
+    from jaxink.diagnosis.findings.further_measurements import Further
 
 CODES = (
     "no_misfit",

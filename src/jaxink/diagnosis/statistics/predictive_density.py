@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.diagnosis.points import Points
+from jaxink.diagnosis.statistics.points import Points
 from jaxink.errors import InputRefusedError
 
 

@@ -10,9 +10,9 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
-from jaxink.diagnosis.screen import screen
-from jaxink.diagnosis.workbench import Solution, Workbench
+from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.statistics.candidate import Candidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.statistics.screen import screen
 from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
 from jaxink.fitting.objective import FitNoise
 from jaxink.fitting.uncertainty import covariance

@@ -8,21 +8,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from jaxink.diagnosis.candidate import ScreenOptions, ScreenResult
-from jaxink.diagnosis.consistency import consistency_of
-from jaxink.diagnosis.cross_validation import (
-    HeldOutGain,
-    Observations,
-    block_folds,
-    held_out_gain,
-    scan_folds,
-)
-from jaxink.diagnosis.discrepancy import SmoothPart, misfit_deviation
-from jaxink.diagnosis.further_measurements import Further, further_measurements
-from jaxink.diagnosis.location import locate
-from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Step, summary_of
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.stage import (
+from jaxink.diagnosis.findings.consistency import consistency_of
+from jaxink.diagnosis.findings.diagnosis import CandidateRow, Diagnosis, Step, summary_of
+from jaxink.diagnosis.findings.further_measurements import Further, further_measurements
+from jaxink.diagnosis.findings.judgement import is_met, judge
+from jaxink.diagnosis.findings.location import locate
+from jaxink.diagnosis.search.stage import (
     FAR,
     Direction,
     Refit,
@@ -33,8 +24,17 @@ from jaxink.diagnosis.stage import (
     held_out_predictions,
     in_threads,
 )
-from jaxink.diagnosis.structure import StructureResult, find_structure
-from jaxink.diagnosis.verdict import is_met, judge
+from jaxink.diagnosis.statistics.candidate import ScreenOptions, ScreenResult
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.predictive_density import (
+    HeldOutGain,
+    Observations,
+    block_folds,
+    held_out_gain,
+    scan_folds,
+)
+from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import CATALOGUE, Effect, Scene
 from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting import FitOptions, FitResult, fit

@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from jaxink.diagnosis.stage import Refit, Setup
-from jaxink.diagnosis.workbench import Workbench
+from jaxink.diagnosis.search.stage import Refit, Setup
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import Effect, Scene
 from jaxink.fitting.objective import FitNoise
 from jaxink.measurement import GonioData

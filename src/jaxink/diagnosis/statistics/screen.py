@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.diagnosis.candidate import (
+from jaxink.diagnosis.statistics.candidate import (
     HARDLY,
     Candidate,
     ScreenedCandidate,
@@ -21,8 +21,8 @@ from jaxink.diagnosis.candidate import (
     ScreenResult,
     untestable,
 )
-from jaxink.diagnosis.null_law import NullLaw, admissible, tree_links
-from jaxink.diagnosis.projection import Projection, TangentCone
+from jaxink.diagnosis.statistics.null_law import NullLaw, admissible, tree_links
+from jaxink.diagnosis.statistics.projection import Projection, TangentCone
 from jaxink.errors import InputRefusedError
 
 # With fewer scans their scatter does not tell the variance of a score.

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.diagnosis.candidate import ScreenOptions
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.projection import Projection, TangentCone
+from jaxink.diagnosis.statistics.candidate import ScreenOptions
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.projection import Projection, TangentCone
 
 # Correlation lengths that are tried in the direction of view, and those assumed otherwise.
 _LENGTHS_DEG = (5.0, 12.0, 30.0)

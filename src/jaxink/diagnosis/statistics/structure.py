@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import chdtrc
 
-from jaxink.diagnosis.candidate import ScreenOptions
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.projection import TangentCone
-from jaxink.diagnosis.serial_correlation import ljung_box, moran, runs_z
+from jaxink.diagnosis.statistics.candidate import ScreenOptions
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.projection import TangentCone
+from jaxink.diagnosis.statistics.serial_correlation import ljung_box, moran, runs_z
 
 # Shorter scans have no order to speak of.
 _SHORTEST_SCAN = 8

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.diagnosis.outcome import Diagnosis
-from jaxink.diagnosis.stage import deviations, finite
-from jaxink.diagnosis.workbench import Workbench
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.search.stage import deviations, finite
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import Scene
 from jaxink.fitting import prepare_data
 from jaxink.fitting.objective import noise_of

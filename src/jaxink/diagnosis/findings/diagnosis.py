@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jaxink.diagnosis.consistency import Consistency
-from jaxink.diagnosis.cross_validation import HeldOutGain, Observations
-from jaxink.diagnosis.location import Location
-from jaxink.diagnosis.structure import StructureResult
+from jaxink.diagnosis.findings.consistency import Consistency
+from jaxink.diagnosis.findings.location import Location
+from jaxink.diagnosis.statistics.predictive_density import HeldOutGain, Observations
+from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.reading import plain
 from jaxink.files.writing import whole_folder
@@ -20,8 +20,8 @@ from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis.further_measurements import Further
-    from jaxink.diagnosis.stage import Refit, Stage
+    from jaxink.diagnosis.findings.further_measurements import Further
+    from jaxink.diagnosis.search.stage import Refit, Stage
 
 REPORT_VERSION = 1
 REPORT_FILE = "report.json"
@@ -137,7 +137,7 @@ class Verdict:
     Parameters
     ----------
     code
-        Of `jaxink.diagnosis.verdict.CODES`.
+        Of `jaxink.diagnosis.findings.judgement.CODES`.
     effects
         Names, best first.
     sentence
