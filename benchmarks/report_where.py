@@ -14,7 +14,7 @@ import numpy as np
 
 import jaxink
 from jaxink.diagnosis import Points, locate
-from jaxink.diagnosis.search.stage import Setup
+from jaxink.diagnosis.search.setup import Setup
 from jaxink.effects import Scene
 from jaxink.files.reading import plain
 from jaxink.fitting.objective import noise_of
@@ -35,7 +35,9 @@ def relocate(name: str) -> None:
     with computing():
         config = ForwardModel(sample, *directions, None, accuracy).config
         scene = Scene.of(*directions, data.row[data.used])
-        setup = Setup(sample, data, noise_of(data, sample), config, scene, options.catalogue, None, accuracy)
+        setup = Setup(
+            sample, data, noise_of(data, sample), config, scene, options.catalogue, options.screen, accuracy
+        )
         values = {p["name"]: p["after"] for p in report["parameters"]}
         accepted = []
         for step in report["steps"]:

@@ -18,9 +18,6 @@ from jaxink.cli.session import (
 )
 from jaxink.errors import InputRefusedError
 
-# Verdicts that leave structure in the residual.
-_UNEXPLAINED = ("partly_explained", "unexplained_structure")
-
 
 def run_diagnose(
     files: tuple[Path, Path, Path],
@@ -71,7 +68,7 @@ def run_diagnose(
         show_diagnosis(console(), found, written)
     if not found.result.converged:
         return EXIT_NOT_CONVERGED
-    return EXIT_UNEXPLAINED if found.verdict.code in _UNEXPLAINED else EXIT_FITTED
+    return EXIT_UNEXPLAINED if found.structure_remains else EXIT_FITTED
 
 
 def _options(choices: dict[str, Any], accuracy: float) -> "jaxink.DiagnosisOptions":

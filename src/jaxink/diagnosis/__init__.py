@@ -1,10 +1,26 @@
-"""What a model lacks: the residual, the effect it resembles, and the error before and after that is added."""
+"""What a model lacks: the residual, the effect it resembles, and the error before and after that is added.
 
-from jaxink.diagnosis.findings.diagnosis import CandidateRow, Diagnosis, Figures, Step, Summary, Verdict
-from jaxink.diagnosis.findings.location import Factor, Location, locate
+From below: `policy` holds the thresholds, `statistics` judges residuals and knows neither model nor effects,
+`search` fits and chooses effects, `findings` say what that means, `procedure` runs them all.
+"""
+
+from jaxink.diagnosis.findings.candidates import CandidateRow
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.findings.location import Location, locate
+from jaxink.diagnosis.findings.summary import Figures, Summary
 from jaxink.diagnosis.findings.transfer import Transfer, transfer
-from jaxink.diagnosis.search.loop import DiagnosisOptions, diagnose
-from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
+from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.diagnosis.policy import SearchPolicy
+from jaxink.diagnosis.procedure import diagnose
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.refit import Estimate
+from jaxink.diagnosis.search.step import Step
+from jaxink.diagnosis.statistics.candidate import (
+    Candidate,
+    ScreenedCandidate,
+    ScreenResult,
+    Testability,
+)
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.predictive_density import (
@@ -14,8 +30,9 @@ from jaxink.diagnosis.statistics.predictive_density import (
     held_out_gain,
     scan_folds,
 )
-from jaxink.diagnosis.statistics.projection import Projection, TangentCone
+from jaxink.diagnosis.statistics.projection import Projection
 from jaxink.diagnosis.statistics.screen import PreparedScreen, prepare_screen, screen
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.structure import (
     PreparedStructure,
     StructureResult,
@@ -23,18 +40,17 @@ from jaxink.diagnosis.statistics.structure import (
     find_structure,
     prepare_structure,
 )
+from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+from jaxink.diagnosis.statistics.variance_analysis import Factor
 
 __all__ = [
-    "diagnose",
-    "Verdict",
-    "Summary",
-    "Step",
-    "Figures",
-    "DiagnosisOptions",
-    "Diagnosis",
-    "CandidateRow",
     "Candidate",
+    "CandidateRow",
+    "Diagnosis",
+    "DiagnosisOptions",
+    "Estimate",
     "Factor",
+    "Figures",
     "HeldOutGain",
     "Location",
     "Observations",
@@ -45,12 +61,19 @@ __all__ = [
     "ScreenOptions",
     "ScreenResult",
     "ScreenedCandidate",
+    "SearchPolicy",
     "SmoothPart",
+    "Step",
     "StructureResult",
     "StructureStatistic",
+    "Summary",
     "TangentCone",
+    "Testability",
     "Transfer",
+    "Verdict",
+    "VerdictCode",
     "block_folds",
+    "diagnose",
     "find_structure",
     "held_out_gain",
     "locate",

@@ -131,11 +131,16 @@ class Objective(eqx.Module):
         if self.kind == "logarithmic":
             m, s = jnp.log(measured), jnp.log(jnp.maximum(predicted, 1e-300))
             return (m - s) / _away_from_zero(0.5 * (m + s)) * np.sqrt(1 / n)
-        residual = (measured - predicted) / self.sigma
+        return self.in_noise(predicted, measured - predicted)
+
+    def in_noise(
+        self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]
+    ) -> Float[ArrayLike, " points"]:
+        """A change of the prediction in units of the noise, whatever its weight."""
+        scaled = change / self.sigma
         if self.scan_relative == 0:
-            return residual
-        common = self.scan_relative * predicted / self.sigma
-        return whiten_scans(residual, common, self.scan, self.n_scans)
+            return scaled
+        return whiten_scans(scaled, self.scan_relative * predicted / self.sigma, self.scan, self.n_scans)
 
 
 def _away_from_zero(value):

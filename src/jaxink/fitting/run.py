@@ -20,7 +20,6 @@ from jaxink.fitting.objective import (
     Objective,
     make_objective,
     noise_of,
-    whiten_scans,
 )
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.result import (
@@ -403,9 +402,7 @@ def _with_values(table, values):
 def _whitened(objective: Objective, noise: FitNoise, predicted) -> np.ndarray | None:
     if not noise.known:
         return None
-    residual = (objective.measured - predicted) / noise.sigma_per_sr
-    common = noise.scan_relative * predicted / noise.sigma_per_sr
-    return np.asarray(whiten_scans(residual, common, objective.scan, objective.n_scans))
+    return np.asarray(objective.in_noise(predicted, objective.measured - predicted))
 
 
 def _physical(objective: Objective, position: int, unit: float, best: Search) -> float:

@@ -1,16 +1,23 @@
 """What enters a screen, and what comes out of it."""
 
+import enum
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
-from scipy.special import ndtr
+from jaxtyping import Float
 
-from jaxink.errors import InputRefusedError, require_integer, require_number
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.errors import InputRefusedError
 
-# Share of a candidate that the parameters imitate, beyond which data hardly decide on it.
-HARDLY = 0.98
-STATUSES = ("testable", "hardly_testable", "not_testable")
+
+class Testability(enum.StrEnum):
+    """Whether data can decide on a candidate."""
+
+    __test__ = False
+
+    TESTABLE = "testable"
+    HARDLY = "hardly_testable"
+    NOT = "not_testable"
 
 
 @dataclass(frozen=True)
@@ -48,42 +55,6 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class ScreenOptions:
-    """How a screen decides.
-
-    Parameters
-    ----------
-    n_bootstrap
-        Null data sets drawn.
-    level
-        Chance that any candidate is called where none is present.
-    seed
-        Of the random numbers.
-
-    Raises
-    ------
-    InputRefusedError
-        The level is not between 0 and 0.5, there are too few draws for it, or the seed is not a whole number.
-    """
-
-    n_bootstrap: int = 2000
-    level: float = 0.05
-    seed: int = 20260
-
-    def __post_init__(self):
-        require_integer("n_bootstrap", self.n_bootstrap, 1, 100_000)
-        require_integer("seed", self.seed, 0)
-        require_number("level", self.level)
-        if not 0 < self.level < 0.5:
-            raise InputRefusedError(f"level is {self.level}; it must be between 0 and 0.5.")
-        if self.n_bootstrap * self.level < 10:
-            raise InputRefusedError(
-                f"n_bootstrap is {self.n_bootstrap}; at level {self.level:g} it must be at least "
-                f"{int(np.ceil(10 / self.level))}."
-            )
-
-
-@dataclass(frozen=True)
 class ScreenedCandidate:
     """What the residual says of one candidate, without a refit.
 
@@ -92,8 +63,8 @@ class ScreenedCandidate:
     name, sign
         Of the candidate.
     status
-        ``testable``; ``hardly_testable`` where the parameters imitate more than 98 % of it at every inner
-        value; ``not_testable`` where they imitate all of it, or its direction is zero or not finite.
+        Hardly testable where the parameters imitate more of it than `SearchPolicy.hardly_absorbed` at every
+        inner value; not testable where they imitate all of it, or its direction is zero or not finite.
     reason
         Why it is not testable, otherwise empty.
     inner
@@ -116,14 +87,11 @@ class ScreenedCandidate:
         Strength that is called in half of the cases: critical_z standard errors.
     z_inner, standard_errors, detection_limits
         z, standard error and detection limit at each inner value; nan where not testable.
-    sensitivities
-        What a strength of 1 changes at each inner value beyond what the parameters imitate, as the root of
-        a chi-square; 0 where not testable.
     """
 
     name: str
     sign: int
-    status: str
+    status: Testability
     reason: str
     inner: int
     z: float
@@ -138,24 +106,6 @@ class ScreenedCandidate:
     z_inner: Float[np.ndarray, " inner"]
     standard_errors: Float[np.ndarray, " inner"]
     detection_limits: Float[np.ndarray, " inner"]
-    sensitivities: Float[np.ndarray, " inner"]
-
-    def power(self, strength: float) -> float:
-        """Chance that this candidate is called where it is present.
-
-        Parameters
-        ----------
-        strength
-            True strength, of an admissible sign, at the best inner value.
-
-        Returns
-        -------
-        float
-            Phi(|s|/se - c); the search over other inner values can only add to it.
-        """
-        shift = abs(strength) * self.critical_z / self.detection_limit
-        wrong_side = ndtr(-shift - self.critical_z) if self.sign == 0 else 0.0
-        return float(ndtr(shift - self.critical_z) + wrong_side)
 
 
 def untestable(candidate: Candidate, reason: str, absorbed_fraction: float) -> ScreenedCandidate:
@@ -174,7 +124,7 @@ def untestable(candidate: Candidate, reason: str, absorbed_fraction: float) -> S
     return ScreenedCandidate(
         name=candidate.name,
         sign=candidate.sign,
-        status="not_testable",
+        status=Testability.NOT,
         reason=reason,
         inner=-1,
         z=np.nan,
@@ -189,7 +139,6 @@ def untestable(candidate: Candidate, reason: str, absorbed_fraction: float) -> S
         z_inner=nothing,
         standard_errors=nothing,
         detection_limits=nothing,
-        sensitivities=np.zeros(nothing.size),
     )
 
 
@@ -201,59 +150,16 @@ class ScreenResult:
     ----------
     candidates
         One record each.
-    correlation
-        Cosine between what is left of the directions without the parameters, at the best inner values;
-        nan for those not testable. With its sign: -1 means opposite strengths are alike.
     options
         As asked for.
-    is_significance_known
-        False where the noise was not given and there are too few scans to do without: no p then.
-    chi_square, degrees_of_freedom
-        Of the residual that the parameters leave.
-    unfitted_drop
-        By how much the parameters alone would still lower chi-square; near 0 at a minimum.
-    held
-        True for each parameter whose bound holds it: its column is not among those projected out.
     """
 
     candidates: tuple[ScreenedCandidate, ...]
-    correlation: Float[np.ndarray, "candidates candidates"]
     options: ScreenOptions
-    is_significance_known: bool
-    chi_square: float
-    degrees_of_freedom: int
-    unfitted_drop: float
-    held: Bool[np.ndarray, " parameters"]
 
     def __getitem__(self, name: str) -> ScreenedCandidate:
-        return self.candidates[self.index(name)]
-
-    def index(self, name: str) -> int:
-        """Position of a candidate.
-
-        Parameters
-        ----------
-        name
-            Its identifier.
-
-        Raises
-        ------
-        InputRefusedError
-            There is no such candidate.
-        """
+        """Record of a candidate; InputRefusedError where there is none of that name."""
         names = [candidate.name for candidate in self.candidates]
         if name not in names:
             raise InputRefusedError(f"no candidate is called '{name}'; there are: {', '.join(names)}.")
-        return names.index(name)
-
-    @property
-    def ranked(self) -> tuple[ScreenedCandidate, ...]:
-        """The testable candidates, the largest predicted drop of chi-square first."""
-        testable = [c for c in self.candidates if c.status != "not_testable"]
-        return tuple(sorted(testable, key=lambda c: -c.predicted_drop))
-
-    @property
-    def called(self) -> tuple[ScreenedCandidate, ...]:
-        """Those that are significant at the level, the most significant first."""
-        significant = [c for c in self.ranked if c.p_adjusted <= self.options.level]
-        return tuple(sorted(significant, key=lambda c: c.p_raw))
+        return self.candidates[names.index(name)]

@@ -2,31 +2,30 @@
 
 Near the minimum a residual is J dtheta + D s + noise: what it says of the strengths s is what is left of D
 without the parameters' own part. The score is of Neyman's C(alpha) form, so the small distance of a fit from
-its minimum does not count. Candidates with different null laws share one scale, their own p, and the chance
-that the best of them passes a threshold is counted in one bootstrap for all.
+its minimum does not count.
 """
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.statistics.candidate import (
-    HARDLY,
     Candidate,
     ScreenedCandidate,
-    ScreenOptions,
     ScreenResult,
+    Testability,
     untestable,
 )
-from jaxink.diagnosis.statistics.null_law import NullLaw, admissible, tree_links
-from jaxink.diagnosis.statistics.projection import Projection, TangentCone
+from jaxink.diagnosis.statistics.null_law import admissible
+from jaxink.diagnosis.statistics.projection import UnitColumns
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.diagnosis.statistics.significance import Significance, best_admissible
+from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.errors import InputRefusedError
 
-# With fewer scans their scatter does not tell the variance of a score.
-MINIMUM_CLUSTERS = 20
 _KEPT_VIEWS = 4
 
 
@@ -34,8 +33,8 @@ _KEPT_VIEWS = 4
 class _Columns:
     """All directions of all candidates side by side."""
 
-    directions: np.ndarray
-    norm: np.ndarray
+    directions: Float[np.ndarray, "rows columns"]
+    norm: Float[np.ndarray, " columns"]
     slices: tuple[slice, ...]
 
     @classmethod
@@ -56,70 +55,29 @@ class _Columns:
 
 
 @dataclass(frozen=True)
-class _Decision:
-    """Laws of the candidates and the smallest p of each null data set, ascending."""
-
-    laws: tuple[NullLaw | None, ...]
-    critical_z: tuple[float, ...]
-    smallest_p: np.ndarray
-
-    def adjusted(self, p):
-        as_small = np.searchsorted(self.smallest_p, p, side="right")
-        return (1 + as_small) / (self.smallest_p.size + 1)
-
-    def judged(self, record: ScreenedCandidate, position: int) -> ScreenedCandidate:
-        """The record with its significance."""
-        oriented = max(float(admissible(record.z, record.sign)), 0.0)
-        p = float(self.laws[position].p_value(np.array(oriented**2)))
-        critical = self.critical_z[position]
-        return dataclasses.replace(
-            record,
-            p_raw=p,
-            p_adjusted=float(self.adjusted(p)),
-            critical_z=critical,
-            detection_limit=critical * record.standard_error,
-            detection_limits=critical * record.standard_errors,
-        )
-
-
-def _decide(scores, columns: _Columns, candidates, correlation, level, is_exact) -> _Decision:
-    """Laws from scores of null data sets, shape (draws, columns)."""
-    laws, smallest = [], np.ones(len(scores))
-    for candidate, part in zip(candidates, columns.slices, strict=True):
-        kept = np.flatnonzero(np.diag(correlation)[part] > 0) + part.start
-        if kept.size == 0:
-            laws.append(None)
-            continue
-        statistic = _statistic(scores[:, kept], candidate.sign)
-        links = tree_links(correlation[np.ix_(kept, kept)], candidate.sign)
-        draws = np.zeros(0) if is_exact and kept.size == 1 else np.sort(statistic)
-        laws.append(NullLaw(candidate.sign, links, draws))
-        smallest = np.minimum(smallest, laws[-1].p_value(statistic))
-    smallest = np.sort(smallest)
-    count = int(np.floor(level * (smallest.size + 1)))
-    threshold = float(smallest[count - 1])
-    critical = tuple(np.nan if law is None else law.critical(threshold) for law in laws)
-    return _Decision(tuple(laws), critical, smallest)
-
-
-def _statistic(scores, sign):
-    """T of each row: the best admissible score, squared."""
-    return np.maximum(admissible(scores, sign).max(axis=1), 0.0) ** 2
-
-
-@dataclass(frozen=True)
 class _View:
     """The directions as seen with some parameters on a bound free: what the others do not imitate."""
 
-    active: np.ndarray
-    projection: Projection
-    unit: np.ndarray
-    norm: np.ndarray
+    active: Bool[np.ndarray, " edges"]
+    left: UnitColumns
 
     @classmethod
     def of(cls, cone: TangentCone, columns: _Columns, active) -> "_View":
-        projection = cone.projection(active)
-        return cls(active, projection, *projection.unit(columns.directions))
+        return cls(active, cone.projection(active).unit(columns.directions))
+
+
+@dataclass(frozen=True)
+class PValues:
+    """Significance of all candidates in many residuals; nan where not testable.
+
+    Parameters
+    ----------
+    raw, adjusted
+        As of `ScreenedCandidate`.
+    """
+
+    raw: Float[np.ndarray, "sets candidates"]
+    adjusted: Float[np.ndarray, "sets candidates"]
 
 
 @dataclass(frozen=True)
@@ -131,7 +89,7 @@ class PreparedScreen:
 
     Parameters
     ----------
-    candidates, options
+    candidates, options, policy
         As given.
     cone
         What the parameters imitate.
@@ -139,10 +97,11 @@ class PreparedScreen:
 
     candidates: tuple[Candidate, ...]
     options: ScreenOptions
+    policy: SearchPolicy
     cone: TangentCone
     _columns: _Columns
     _views: tuple[_View, ...]
-    _decision: _Decision | None
+    _significance: Significance
 
     def screen(self, residual: Float[np.ndarray, " rows"]) -> ScreenResult:
         """Screen one residual.
@@ -157,45 +116,81 @@ class PreparedScreen:
         InputRefusedError
             The residual is not finite.
         """
-        _check_finite(residual)
-        view = self._view(self.cone.active(residual[None, :])[0])
-        score = _Score(view, view.unit.T @ residual, np.ones(view.norm.size))
-        return _result(self, residual, score)
+        finite = np.isfinite(residual)
+        if not finite.all():
+            row = int(np.argmin(finite))
+            raise InputRefusedError(
+                f"row {row} of the residual is {residual[row]}; every row must be finite."
+            )
+        left = self._view(self.cone.active(residual[None, :])[0]).left
+        value = left.unit.T @ residual
+        records = []
+        for position, part in enumerate(self._columns.slices):
+            candidate, norm = self.candidates[position], left.norm[part]
+            if np.any(norm > 0):
+                record = self._linear_record(candidate, value[part], norm, self._columns.norm[part])
+                records.append(self._significance.judged(record, position))
+            else:
+                records.append(_nothing(candidate, self._columns.norm[part]))
+        return ScreenResult(tuple(records), self.options)
 
-    def p_values(
-        self, residuals: Float[np.ndarray, "sets rows"]
-    ) -> tuple[Float[np.ndarray, "sets candidates"], Float[np.ndarray, "sets candidates"]]:
+    def p_values(self, residuals: Float[np.ndarray, "sets rows"]) -> PValues:
         """Significance alone, of many residuals at once: for studies of power and of false alarms.
 
         Parameters
         ----------
         residuals
             One row for each data set.
-
-        Returns
-        -------
-        p_raw, p_adjusted
-            As of `ScreenedCandidate`; nan where not testable.
         """
         scores = np.zeros((len(residuals), self._columns.norm.size))
         for active, members in self.cone.groups(residuals):
-            scores[members] = residuals[members] @ self._view(active).unit
-        p_raw = np.full((len(residuals), len(self.candidates)), np.nan)
-        for position, (law, part) in enumerate(zip(self._decision.laws, self._columns.slices, strict=True)):
+            scores[members] = residuals[members] @ self._view(active).left.unit
+        raw = np.full((len(residuals), len(self.candidates)), np.nan)
+        for position, part in enumerate(self._columns.slices):
+            law = self._significance.laws[position]
             if law is not None:
-                p_raw[:, position] = law.p_value(_statistic(scores[:, part], law.sign))
-        return p_raw, np.where(np.isnan(p_raw), np.nan, self._decision.adjusted(p_raw))
+                raw[:, position] = law.p_value(best_admissible(scores[:, part], law.sign))
+        return PValues(raw, np.where(np.isnan(raw), np.nan, self._significance.adjusted(raw)))
 
     def _view(self, active) -> _View:
         seen = [view for view in self._views if np.array_equal(view.active, active)]
         return seen[0] if seen else _View.of(self.cone, self._columns, active)
 
+    def _linear_record(self, candidate: Candidate, value, left_norm, length) -> ScreenedCandidate:
+        """All of a record but its significance, by the scores and lengths of its columns."""
+        known = left_norm > 0
+        norm = np.where(known, left_norm, np.nan)
+        z = np.where(known, value, np.nan)
+        inner = int(np.nanargmax(admissible(z, candidate.sign)))
+        absorbed = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
+        best, is_hardly = float(value[inner]), bool(np.all(absorbed > self.policy.hardly_absorbed))
+        return ScreenedCandidate(
+            name=candidate.name,
+            sign=candidate.sign,
+            status=Testability.HARDLY if is_hardly else Testability.TESTABLE,
+            reason="",
+            inner=inner,
+            z=best,
+            strength=best / float(norm[inner]),
+            standard_error=float(1.0 / norm[inner]),
+            predicted_drop=best**2 if admissible(best, candidate.sign) > 0 else 0.0,
+            p_raw=np.nan,
+            p_adjusted=np.nan,
+            absorbed_fraction=float(absorbed[inner]),
+            critical_z=np.nan,
+            detection_limit=np.nan,
+            z_inner=z,
+            standard_errors=1.0 / norm,
+            detection_limits=np.full(z.shape, np.nan),
+        )
 
-def _check_finite(residual) -> None:
-    finite = np.isfinite(residual)
-    if not finite.all():
-        row = int(np.argmin(finite))
-        raise InputRefusedError(f"row {row} of the residual is {residual[row]}; every row must be finite.")
+
+def _nothing(candidate: Candidate, norm) -> ScreenedCandidate:
+    if np.any(norm > 0):
+        return untestable(candidate, "the free parameters imitate it to rounding", 1.0)
+    if np.isfinite(candidate.directions).all():
+        return untestable(candidate, "it changes no point", np.nan)
+    return untestable(candidate, "its derivative is not finite", np.nan)
 
 
 def prepare_screen(
@@ -204,6 +199,7 @@ def prepare_screen(
     *,
     at_bound: Int[np.ndarray, " parameters"] | None = None,
     options: ScreenOptions | None = None,
+    policy: SearchPolicy = DEFAULT_POLICY,
 ) -> PreparedScreen:
     """Null laws and family-wise threshold of a screen, by a bootstrap of the linearised fit.
 
@@ -218,6 +214,8 @@ def prepare_screen(
         Null data sets then have it on the bound: half of them pull it inside, the others push against it.
     options
         None for the defaults.
+    policy
+        When a candidate is hardly testable.
 
     Raises
     ------
@@ -241,12 +239,16 @@ def prepare_screen(
     views = []
     for active, members in cone.groups(noise):
         views.append(_View.of(cone, columns, active))
-        scores[members] = noise[members] @ views[-1].unit
+        scores[members] = noise[members] @ views[-1].left.unit
     # What is testable with every bound holding is the most that can be.
-    unit = _View.of(cone, columns, np.zeros(cone.n_edges, bool)).unit if cone.n_edges else views[0].unit
-    decision = _decide(scores, columns, candidates, unit.T @ unit, options.level, cone.n_edges == 0)
+    most = _View.of(cone, columns, np.zeros(cone.n_edges, bool)) if cone.n_edges else views[0]
+    correlation = most.left.unit.T @ most.left.unit
+    significance = Significance.of(
+        scores, columns.slices, candidates, correlation, options.level, is_exact=cone.n_edges == 0
+    )
     # A view for each pattern would need much memory where many parameters sit on bounds.
-    return PreparedScreen(tuple(candidates), options, cone, columns, tuple(views[:_KEPT_VIEWS]), decision)
+    kept = tuple(views[:_KEPT_VIEWS])
+    return PreparedScreen(tuple(candidates), options, policy, cone, columns, kept, significance)
 
 
 def screen(
@@ -255,8 +257,8 @@ def screen(
     candidates: Sequence[Candidate],
     *,
     at_bound: Int[np.ndarray, " parameters"] | None = None,
-    clusters: Int[np.ndarray, " rows"] | None = None,
     options: ScreenOptions | None = None,
+    policy: SearchPolicy = DEFAULT_POLICY,
 ) -> ScreenResult:
     """Score, strength, significance and detection limit of every candidate.
 
@@ -264,11 +266,8 @@ def screen(
     ----------
     residual
         Whitened measured minus predicted at the minimum, followed by the rows of priors.
-    jacobian, candidates, at_bound, options
+    jacobian, candidates, at_bound, options, policy
         As of `prepare_screen`.
-    clusters
-        Only where the noise is not known: scan of each row, -1 for priors. The variance of a score is then
-        its scatter over whole scans, and signs of whole scans are drawn at random instead of noise.
 
     Raises
     ------
@@ -278,109 +277,6 @@ def screen(
     References
     ----------
     Rao 1948 Proc. Camb. Phil. Soc. 44, 50; Silvey 1959 Ann. Math. Stat. 30, 389; Neyman 1959 (C(alpha)).
-    Scatter over clusters: Liang, Zeger 1986 Biometrika 73, 13; Kline, Santos 2012 J. Econometr. Meth. 1, 23.
     """
-    options = ScreenOptions() if options is None else options
-    if clusters is None:
-        prepared = prepare_screen(jacobian, candidates, at_bound=at_bound, options=options)
-        return prepared.screen(residual)
-    return _screen_by_clusters(residual, jacobian, candidates, at_bound, clusters, options)
-
-
-def _screen_by_clusters(residual, jacobian, candidates, at_bound, clusters, options) -> ScreenResult:
-    _check_finite(residual)
-    columns = _Columns.of(candidates, len(jacobian))
-    cone = TangentCone.of(jacobian, at_bound)
-    view = _View.of(cone, columns, cone.active(residual[None, :])[0])
-    labels, cluster = np.unique(clusters, return_inverse=True)
-    shares = np.zeros((labels.size, view.norm.size))
-    np.add.at(shares, cluster.reshape(-1), view.unit * view.projection.remove(residual)[:, None])
-    deviation = np.linalg.norm(shares, axis=0)
-    # A column of no information has no scatter either.
-    deviation = np.where(deviation > 0, deviation, 1.0)
-    decision = None
-    if np.sum(labels >= 0) >= MINIMUM_CLUSTERS:
-        signs = np.random.default_rng(options.seed).choice([-1.0, 1.0], (options.n_bootstrap, labels.size))
-        correlation = view.unit.T @ view.unit
-        decision = _decide(
-            signs @ (shares / deviation), columns, candidates, correlation, options.level, False
-        )
-    prepared = PreparedScreen(tuple(candidates), options, cone, columns, (view,), decision)
-    return _result(prepared, residual, _Score(view, view.unit.T @ residual, deviation))
-
-
-@dataclass(frozen=True)
-class _Score:
-    """Scores along the unit directions, and their standard deviations."""
-
-    view: _View
-    value: np.ndarray
-    deviation: np.ndarray
-
-
-def _result(prepared: PreparedScreen, residual, score: _Score) -> ScreenResult:
-    view, columns, decision = score.view, prepared._columns, prepared._decision
-    records, best = [], []
-    for position, (candidate, part) in enumerate(zip(prepared.candidates, columns.slices, strict=True)):
-        if not np.any(view.norm[part] > 0):
-            records.append(_nothing(candidate, columns.norm[part]))
-            best.append(-1)
-            continue
-        z = np.where(view.norm[part] > 0, score.value[part] / score.deviation[part], np.nan)
-        inner = int(np.nanargmax(admissible(z, candidate.sign)))
-        best.append(part.start + inner)
-        record = _linear_record(candidate, z, inner, score, columns.norm, part)
-        records.append(record if decision is None else decision.judged(record, position))
-    chosen = np.full((len(residual), len(best)), np.nan)
-    for position, column in enumerate(best):
-        if column >= 0:
-            chosen[:, position] = view.unit[:, column]
-    fitted = view.projection.remove(residual)
-    held = np.zeros(prepared.cone.bounded.size, bool)
-    held[prepared.cone.parameter[~view.active]] = True
-    return ScreenResult(
-        candidates=tuple(records),
-        correlation=chosen.T @ chosen,
-        options=prepared.options,
-        is_significance_known=decision is not None,
-        chi_square=float(fitted @ fitted),
-        degrees_of_freedom=int(fitted.size - view.projection.basis.shape[1]),
-        unfitted_drop=float(residual @ residual - fitted @ fitted),
-        held=held,
-    )
-
-
-def _nothing(candidate: Candidate, norm) -> ScreenedCandidate:
-    if np.any(norm > 0):
-        return untestable(candidate, "the free parameters imitate it to rounding", 1.0)
-    if np.isfinite(candidate.directions).all():
-        return untestable(candidate, "it changes no point", np.nan)
-    return untestable(candidate, "its derivative is not finite", np.nan)
-
-
-def _linear_record(candidate, z, inner, score: _Score, length, part) -> ScreenedCandidate:
-    """All of a record but its significance."""
-    known = score.view.norm[part] > 0
-    norm = np.where(known, score.view.norm[part], np.nan)
-    absorbed = np.where(known, 1 - (norm / np.where(known, length[part], 1.0)) ** 2, 1.0)
-    value = float(score.value[part][inner])
-    return ScreenedCandidate(
-        name=candidate.name,
-        sign=candidate.sign,
-        status="hardly_testable" if np.all(absorbed > HARDLY) else "testable",
-        reason="",
-        inner=inner,
-        z=float(z[inner]),
-        strength=value / float(norm[inner]),
-        standard_error=float(score.deviation[part][inner] / norm[inner]),
-        predicted_drop=value**2 if admissible(value, candidate.sign) > 0 else 0.0,
-        p_raw=np.nan,
-        p_adjusted=np.nan,
-        absorbed_fraction=float(absorbed[inner]),
-        critical_z=np.nan,
-        detection_limit=np.nan,
-        z_inner=z,
-        standard_errors=score.deviation[part] / norm,
-        detection_limits=np.full(z.shape, np.nan),
-        sensitivities=score.view.norm[part],
-    )
+    prepared = prepare_screen(jacobian, candidates, at_bound=at_bound, options=options, policy=policy)
+    return prepared.screen(residual)
