@@ -7,7 +7,6 @@ import pytest
 from scipy.stats import chi2
 
 import jaxink
-from effects.printed import TEXT
 from jaxink.diagnosis import (
     DiagnosisOptions,
     Points,
@@ -28,10 +27,11 @@ from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
 from jaxink.solver.stack import SolverConfig
+from tests.samples import PRINTED_INK
 
 # Coarse: the procedure is tested here, and both the data and the fits are made with these sizes.
 SIZES = SolverConfig(8, 6, 10, 5)
-SAMPLE = f"""{TEXT}
+SAMPLE = f"""{PRINTED_INK}
 [masks]
 specular_half_angle_deg = 0
 undeviated_half_angle_deg = 0

@@ -4,15 +4,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diagnosis.designs import (
-    autoregressive,
-    catalogue,
-    goniometer,
-    lobes,
-    parameters,
-    smooth_function,
-    within_binomial,
-)
 from jaxink.diagnosis import (
     Candidate,
     Projection,
@@ -24,6 +15,15 @@ from jaxink.diagnosis import (
 )
 from jaxink.diagnosis.statistics.null_law import NullLaw, maximum_tail, tree_links
 from jaxink.errors import InputRefusedError
+from tests.diagnosis.designs import (
+    autoregressive,
+    catalogue,
+    goniometer,
+    lobes,
+    parameters,
+    smooth_function,
+    within_binomial,
+)
 
 DRAWS = 400
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diagnosis.designs import autoregressive, goniometer, parameters, within_binomial
 from jaxink.diagnosis import Points, ScreenOptions, find_structure, prepare_structure
 from jaxink.diagnosis.statistics.serial_correlation import ljung_box, moran, runs_z
 from jaxink.measurement import GonioData
+from tests.diagnosis.designs import autoregressive, goniometer, parameters, within_binomial
 
 ONE_SCAN = np.array([0])
 

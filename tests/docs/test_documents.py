@@ -86,9 +86,9 @@ def test_exit_codes_are_those_of_the_command():
             for pair in re.search(r"Exit codes: (.*?)\.", text.replace("\n", " ")).group(1).split(", ")
         )
         assert int(stated["fitted"]) == session.EXIT_FITTED
-        assert int(stated["misfit left unexplained"]) == session.EXIT_UNEXPLAINED
+        assert int(stated["unexplained misfit"]) == session.EXIT_UNEXPLAINED
         assert int(stated["did not converge"]) == session.EXIT_NOT_CONVERGED
-        assert int(stated["input refused"]) == session.EXIT_REFUSED
+        assert int(stated["invalid input"]) == session.EXIT_REFUSED
         assert int(stated["anything else"]) == session.EXIT_FAILED
 
 

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from effects.printed import TEXT
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, Scene, effects_for
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
@@ -26,6 +25,7 @@ from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
 from jaxink.solver.stack import SolverConfig
+from tests.samples import PRINTED_INK
 
 SIZES = SolverConfig(10, 8, 16, 8)
 
@@ -39,7 +39,7 @@ def directions():
 
 @pytest.fixture(scope="module")
 def sample():
-    return parse_sample(TEXT)
+    return parse_sample(PRINTED_INK)
 
 
 @pytest.fixture(scope="module")
@@ -130,11 +130,11 @@ def test_blur_keeps_a_flat_intensity_and_shows_the_foot_of_the_regular_peak(inst
 
 
 def test_second_lobe_and_backing_are_those_of_the_sample_file(instrument, sample):
-    two = TEXT.replace(
+    two = PRINTED_INK.replace(
         '"henyey_greenstein"',
         '"two_term_henyey_greenstein"\nsecond_weight = 0.1\nsecond_asymmetry_parameter = -0.4',
     )
-    backed = TEXT + '[backing]\nreflectance = 0.3\nside = "R"\n'
+    backed = PRINTED_INK + '[backing]\nreflectance = 0.3\nside = "R"\n'
     values = {"ink__second_weight": 0.1, "ink__second_asymmetry_parameter": -0.4}
     np.testing.assert_allclose(at(instrument, **values), predicted(parse_sample(two)), rtol=1e-9)
     expected = predicted(parse_sample(backed))
@@ -150,7 +150,7 @@ def test_areas_are_mixed(sample, scene):
     # Areas half as thick and half as thick again, 0.1 each: a relative variance of 0.05.
     varied = at(mixed, thickness_variance__relative=0.05)
     np.testing.assert_allclose(varied, 0.8 * thick + 0.1 * thin + 0.1 * thicker, rtol=1e-8)
-    gap = TEXT.replace(
+    gap = PRINTED_INK.replace(
         '[[layers]]\nname = "ink"',
         '[[layers]]\nname = "gap"\nkind = "clear"\nrefractive_index = 1.0\nthickness_mm = 0.01\n'
         '[[layers]]\nname = "ink"',
@@ -185,14 +185,14 @@ def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):
 
 
 def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene):
-    text = TEXT.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
+    text = PRINTED_INK.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
     assert "for each wavelength" in DepthGradient.forms(Case(parse_sample(text), scene))
 
 
 def test_the_screen_looks_at_waves_too_low_to_saturate():
     at_two = [np.concatenate([column, column]) for column in directions()]
     at_two[3] = np.repeat([450.0, 650.0], at_two[0].size // 2)
-    two = parse_sample(TEXT.replace("wavelength_nm = 550", "wavelength_nm = [450, 650]"))
+    two = parse_sample(PRINTED_INK.replace("wavelength_nm = 550", "wavelength_nm = [450, 650]"))
     colours = Scene.of(*at_two, np.arange(at_two[0].size))
     (effect,) = WaveSurface.forms(Case(two, colours))
     waves = bench(two, colours, (effect,), at_two)

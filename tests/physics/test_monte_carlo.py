@@ -14,7 +14,7 @@ import pytest
 from jaxink.optics.directions import Directions
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from physics.probe import SMALL, ink, printed
+from tests.physics.probe import SMALL, ink, printed
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))

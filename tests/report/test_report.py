@@ -24,8 +24,8 @@ from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change, is_in_table
-from report.page_reader import Page
-from report.truth import STRAY_PER_SR, TRUTH
+from tests.report.page_reader import Page
+from tests.samples import STRAY_PER_SR, TRUTH
 
 DATA, SAMPLE = map(str, simulated_example())
 

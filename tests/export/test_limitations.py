@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from export.analytic_tables import lambertian, smooth_table, table_of
-from export.tracer_files import lighttools, read_zemax, zemax
 from jaxink.errors import InputRefusedError
 from jaxink.export import FORMATS, LOSSES, ExportOptions, write
 from jaxink.export.writing import _FORMATS
 from jaxink.ink.totals import diffuse_totals, regular_in_bins
+from tests.export.tracer_files import lighttools, read_zemax, zemax
+from tests.ink.analytic_tables import lambertian, smooth_table, table_of
 
 TITLES = {
     "zemax": "Zemax .bsdf",

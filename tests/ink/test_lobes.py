@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import jaxink
-from export.conftest import UNMATCHED
 from jaxink.errors import InputRefusedError
 from jaxink.export import ExportOptions, write
 from jaxink.ink import TableOptions, read_ink_table
@@ -23,6 +22,7 @@ from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
+from tests.samples import UNMATCHED
 
 REFERENCE = Path(__file__).resolve().parents[2] / "benchmarks" / "reference_interface.json"
 CONFIG = SolverConfig(nodes_escaping=6, nodes_trapped=4, n_moments=4, n_orders=3)

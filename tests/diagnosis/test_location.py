@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diagnosis.designs import goniometer, parameters
 from jaxink.diagnosis import Points, ScreenOptions, TangentCone, locate, smooth_part
 from jaxink.diagnosis.statistics.discrepancy import (
     _VARIANCES,
@@ -12,6 +11,7 @@ from jaxink.diagnosis.statistics.discrepancy import (
     misfit_deviation,
 )
 from jaxink.diagnosis.statistics.variance_analysis import division_p, divisions_of
+from tests.diagnosis.designs import goniometer, parameters
 
 FEW = ScreenOptions(n_bootstrap=400)
 

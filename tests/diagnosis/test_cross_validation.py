@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from diagnosis.designs import goniometer
 from jaxink.diagnosis import HeldOutGain, Observations, block_folds, held_out_gain, scan_folds
 from jaxink.errors import InputRefusedError
+from tests.diagnosis.designs import goniometer
 
 
 @pytest.fixture
