@@ -208,7 +208,7 @@ def test_what_the_parameters_imitate_is_never_called(points, jacobian):
     assert result["zero"].reason == "it changes no point"
     assert result["broken"].reason == "its derivative is not finite"
     assert (result["half"].status, result["half"].inner) == (Testability.TESTABLE, 1)
-    assert np.isnan(result["half"].z_inner[0])
+    assert np.isnan(result["half"].standard_errors[0])
     assert {c.name for c in result.candidates if c.status is not Testability.NOT} == {"nearly", "half"}
     assert not any(c.p_adjusted <= result.options.level for c in result.candidates)
 

@@ -60,86 +60,60 @@ class ScreenedCandidate:
 
     Parameters
     ----------
-    name, sign
+    name
         Of the candidate.
     status
         Hardly testable where the parameters imitate more of it than `SearchPolicy.hardly_absorbed` at every
         inner value; not testable where they imitate all of it, or its direction is zero or not finite.
+    absorbed_fraction
+        Share of the squared direction that the parameters imitate.
+    standard_errors
+        Of the strength at each inner value; nan where not testable.
     reason
         Why it is not testable, otherwise empty.
     inner
         Index of the best inner value; -1 where it is not testable.
     z
         Score in standard errors, positive where the residual looks like a positive strength.
-    strength, standard_error
-        One Gauss-Newton step from zero. The strength is not cut at zero.
+    strength
+        One Gauss-Newton step from zero, not cut at zero.
     predicted_drop
         Of chi-square after a refit; 0 where the sign is not admissible.
     p_raw
         Of this candidate alone.
     p_adjusted
         Chance that any candidate of the screen looks as significant where none is present.
-    absorbed_fraction
-        Share of the squared direction that the parameters imitate.
     critical_z
         |z| from which the candidate is called, all candidates of the screen being accounted for.
-    detection_limit
-        Strength that is called in half of the cases: critical_z standard errors.
-    z_inner, standard_errors, detection_limits
-        z, standard error and detection limit at each inner value; nan where not testable.
     """
 
     name: str
-    sign: int
     status: Testability
-    reason: str
-    inner: int
-    z: float
-    strength: float
-    standard_error: float
-    predicted_drop: float
-    p_raw: float
-    p_adjusted: float
     absorbed_fraction: float
-    critical_z: float
-    detection_limit: float
-    z_inner: Float[np.ndarray, " inner"]
     standard_errors: Float[np.ndarray, " inner"]
-    detection_limits: Float[np.ndarray, " inner"]
+    reason: str = ""
+    inner: int = -1
+    z: float = np.nan
+    strength: float = np.nan
+    predicted_drop: float = 0.0
+    p_raw: float = np.nan
+    p_adjusted: float = np.nan
+    critical_z: float = np.nan
 
+    @property
+    def standard_error(self) -> float:
+        """Of the strength at the best inner value."""
+        return float(self.standard_errors[self.inner])
 
-def untestable(candidate: Candidate, reason: str, absorbed_fraction: float) -> ScreenedCandidate:
-    """The record of a candidate on which these data say nothing.
+    @property
+    def detection_limits(self) -> Float[np.ndarray, " inner"]:
+        """Strength that is called in half of the cases, at each inner value: critical_z standard errors."""
+        return self.critical_z * self.standard_errors
 
-    Parameters
-    ----------
-    candidate
-        The candidate.
-    reason
-        Why.
-    absorbed_fraction
-        1 where the parameters imitate it, nan where there is no direction.
-    """
-    nothing = np.full(candidate.directions.shape[1], np.nan)
-    return ScreenedCandidate(
-        name=candidate.name,
-        sign=candidate.sign,
-        status=Testability.NOT,
-        reason=reason,
-        inner=-1,
-        z=np.nan,
-        strength=np.nan,
-        standard_error=np.nan,
-        predicted_drop=0.0,
-        p_raw=np.nan,
-        p_adjusted=np.nan,
-        absorbed_fraction=absorbed_fraction,
-        critical_z=np.nan,
-        detection_limit=np.nan,
-        z_inner=nothing,
-        standard_errors=nothing,
-        detection_limits=nothing,
-    )
+    @property
+    def detection_limit(self) -> float:
+        """The same at the best inner value."""
+        return self.critical_z * self.standard_error
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from jaxink.diagnosis.statistics.candidate import (
     ScreenedCandidate,
     ScreenResult,
     Testability,
-    untestable,
 )
 from jaxink.diagnosis.statistics.null_law import admissible
 from jaxink.diagnosis.statistics.projection import UnitColumns
@@ -126,12 +125,11 @@ class PreparedScreen:
         value = left.unit.T @ residual
         records = []
         for position, part in enumerate(self._columns.slices):
-            candidate, norm = self.candidates[position], left.norm[part]
-            if np.any(norm > 0):
-                record = self._linear_record(candidate, value[part], norm, self._columns.norm[part])
-                records.append(self._significance.judged(record, position))
+            length = self._columns.norm[part]
+            if np.any(left.norm[part] > 0):
+                records.append(self._record(position, value[part], left.norm[part], length))
             else:
-                records.append(_nothing(candidate, self._columns.norm[part]))
+                records.append(_untestable(self.candidates[position], length))
         return ScreenResult(tuple(records), self.options)
 
     def p_values(self, residuals: Float[np.ndarray, "sets rows"]) -> PValues:
@@ -156,41 +154,40 @@ class PreparedScreen:
         seen = [view for view in self._views if np.array_equal(view.active, active)]
         return seen[0] if seen else _View.of(self.cone, self._columns, active)
 
-    def _linear_record(self, candidate: Candidate, value, left_norm, length) -> ScreenedCandidate:
-        """All of a record but its significance, by the scores and lengths of its columns."""
-        known = left_norm > 0
+    def _record(self, position: int, value, left_norm, length) -> ScreenedCandidate:
+        """Record of a testable candidate by the scores and lengths of its columns."""
+        candidate, known = self.candidates[position], left_norm > 0
         norm = np.where(known, left_norm, np.nan)
-        z = np.where(known, value, np.nan)
-        inner = int(np.nanargmax(admissible(z, candidate.sign)))
+        inner = int(np.nanargmax(admissible(np.where(known, value, np.nan), candidate.sign)))
         absorbed = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
-        best, is_hardly = float(value[inner]), bool(np.all(absorbed > self.policy.hardly_absorbed))
+        z, is_hardly = float(value[inner]), bool(np.all(absorbed > self.policy.hardly_absorbed))
+        p_raw = self._significance.p_raw(position, z)
         return ScreenedCandidate(
             name=candidate.name,
-            sign=candidate.sign,
             status=Testability.HARDLY if is_hardly else Testability.TESTABLE,
-            reason="",
-            inner=inner,
-            z=best,
-            strength=best / float(norm[inner]),
-            standard_error=float(1.0 / norm[inner]),
-            predicted_drop=best**2 if admissible(best, candidate.sign) > 0 else 0.0,
-            p_raw=np.nan,
-            p_adjusted=np.nan,
             absorbed_fraction=float(absorbed[inner]),
-            critical_z=np.nan,
-            detection_limit=np.nan,
-            z_inner=z,
             standard_errors=1.0 / norm,
-            detection_limits=np.full(z.shape, np.nan),
+            inner=inner,
+            z=z,
+            strength=z / float(norm[inner]),
+            predicted_drop=z**2 if admissible(z, candidate.sign) > 0 else 0.0,
+            p_raw=p_raw,
+            p_adjusted=float(self._significance.adjusted(p_raw)),
+            critical_z=self._significance.critical_z[position],
         )
 
 
-def _nothing(candidate: Candidate, norm) -> ScreenedCandidate:
-    if np.any(norm > 0):
-        return untestable(candidate, "the free parameters imitate it to rounding", 1.0)
-    if np.isfinite(candidate.directions).all():
-        return untestable(candidate, "it changes no point", np.nan)
-    return untestable(candidate, "its derivative is not finite", np.nan)
+def _untestable(candidate: Candidate, length) -> ScreenedCandidate:
+    """Record of a candidate on which these data say nothing."""
+    absorbed = 1.0 if np.any(length > 0) else np.nan
+    if np.any(length > 0):
+        reason = "the free parameters imitate it to rounding"
+    elif np.isfinite(candidate.directions).all():
+        reason = "it changes no point"
+    else:
+        reason = "its derivative is not finite"
+    nothing = np.full(candidate.directions.shape[1], np.nan)
+    return ScreenedCandidate(candidate.name, Testability.NOT, absorbed, nothing, reason=reason)
 
 
 def prepare_screen(

@@ -4,14 +4,13 @@ Candidates with different null laws share one scale, their own p, and the chance
 a threshold is counted in one bootstrap for all.
 """
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate
+from jaxink.diagnosis.statistics.candidate import Candidate
 from jaxink.diagnosis.statistics.null_law import NullLaw, admissible, tree_links
 
 
@@ -80,19 +79,11 @@ class Significance:
         as_small = np.searchsorted(self.smallest_p, p, side="right")
         return (1 + as_small) / (self.smallest_p.size + 1)
 
-    def judged(self, record: ScreenedCandidate, position: int) -> ScreenedCandidate:
-        """The record of the candidate at a position, with its significance."""
-        oriented = max(float(admissible(record.z, record.sign)), 0.0)
-        p = float(self.laws[position].p_value(np.array(oriented**2)))
-        critical = self.critical_z[position]
-        return dataclasses.replace(
-            record,
-            p_raw=p,
-            p_adjusted=float(self.adjusted(p)),
-            critical_z=critical,
-            detection_limit=critical * record.standard_error,
-            detection_limits=critical * record.standard_errors,
-        )
+    def p_raw(self, position: int, z: float) -> float:
+        """Chance that noise alone gives the candidate at a position as large a score."""
+        law = self.laws[position]
+        oriented = max(float(admissible(z, law.sign)), 0.0)
+        return float(law.p_value(np.array(oriented**2)))
 
 
 def best_admissible(scores: Float[np.ndarray, "sets columns"], sign: int) -> Float[np.ndarray, " sets"]:

@@ -21,30 +21,9 @@ _MOST_EDGES = 12
 _PULL = 1e-2
 
 
-@dataclass(frozen=True)
-class ConeFit:
-    """Fits of several vectors by columns with coefficients that are not negative.
-
-    Parameters
-    ----------
-    coefficients
-        One row for each vector.
-    drop
-        By how much each squared norm falls.
-    """
-
-    coefficients: Float[np.ndarray, "vectors columns"]
-    drop: Float[np.ndarray, " vectors"]
-
-    @property
-    def active(self) -> Bool[np.ndarray, "vectors columns"]:
-        """Where a coefficient is positive."""
-        return self.coefficients > 0
-
-
-def cone_fit(
+def cone_coefficients(
     scores: Float[np.ndarray, "vectors columns"], gram: Float[np.ndarray, "columns columns"]
-) -> ConeFit:
+) -> Float[np.ndarray, "vectors columns"]:
     """Least squares with coefficients a >= 0, for many vectors at once.
 
     The solution is the best of the plain least squares of all subsets of columns whose coefficients are
@@ -85,7 +64,7 @@ def cone_fit(
             best[better] = drop[better]
             coefficients[better] = 0.0
             coefficients[np.ix_(better, chosen)] = solved[better]
-    return ConeFit(coefficients, best)
+    return coefficients
 
 
 class Group(NamedTuple):
@@ -163,16 +142,6 @@ class TangentCone:
             return Projection(self.basis)
         return Projection(np.hstack([self.basis, orthonormal_range(self.edges[:, active])]))
 
-    def fit(self, vectors: Float[np.ndarray, "vectors rows"]) -> ConeFit:
-        """Least squares of each vector by the edges, the basis having taken its part.
-
-        Parameters
-        ----------
-        vectors
-            Residuals.
-        """
-        return cone_fit(vectors @ self.edges, self.edges.T @ self.edges)
-
     def active(self, vectors: Float[np.ndarray, "vectors rows"]) -> Bool[np.ndarray, "vectors edges"]:
         """Edges that a residual does not push against.
 
@@ -189,7 +158,9 @@ class TangentCone:
         """
         pull = np.abs(vectors @ self.edges)
         size = np.sqrt(np.mean(vectors**2, axis=1, keepdims=True))
-        return self.fit(vectors).active | (pull <= _PULL * size)
+        # The basis has taken its part.
+        coefficients = cone_coefficients(vectors @ self.edges, self.edges.T @ self.edges)
+        return (coefficients > 0) | (pull <= _PULL * size)
 
     def groups(self, vectors: Float[np.ndarray, "vectors rows"]) -> Iterator[Group]:
         """Vectors of the same active edges.
