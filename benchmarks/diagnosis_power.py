@@ -30,7 +30,7 @@ from jaxink.diagnosis import (
     diagnose,
     prepare_screen,
 )
-from jaxink.diagnosis.search.detection_limit import limit_by_refits
+from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.effects import CATALOGUE, Scene

@@ -21,15 +21,7 @@ _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
 
 
 def diagnosis_of(found: SearchResult, follow: Callable[[str, int, float], None]) -> Diagnosis:
-    """The verdict on a search, with all that it rests on.
-
-    Parameters
-    ----------
-    found
-        The search.
-    follow
-        Called with what is done, its number and chi-square.
-    """
+    """The verdict on a search, with all that it rests on."""
     first, last, steps, policy = found.first, found.last, found.steps, found.options.policy
     further = _further(found, follow)
     before = summary_of(first, found.cross_validation)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxink.diagnosis.search.detection_limit import limit_by_refits
+from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability

@@ -18,17 +18,7 @@ def estimates_of(stage: Stage) -> dict[str, Estimate]:
 
 
 def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
-    """How far the smooth part of the misfit may have shifted each parameter.
-
-    Parameters
-    ----------
-    stage
-        The model.
-    points
-        Where the points lie.
-    smooth
-        What of the residual is smooth; where it is not significant, nothing is shifted.
-    """
+    """How far the smooth part of the misfit, unless it is noise, may have shifted each parameter."""
     if smooth.p_value > stage.setup.options.level:
         return {name: 0.0 for name in stage.free}
     shifts = misfit_deviation(smooth, stage.jacobian, points, at_bound=stage.at_bound)
@@ -36,15 +26,7 @@ def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str,
 
 
 def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tuple[str, ...]:
-    """Parameters on a bound, or that the misfit may have shifted so far as to one.
-
-    Parameters
-    ----------
-    stage
-        The model.
-    shifts
-        By its misfit, see `misfit_errors`.
-    """
+    """Parameters on a bound, or that the misfit may have shifted so far as to one."""
     names, coverage = [], stage.setup.policy.coverage_errors
     for name, (value, error) in estimates_of(stage).items():
         term, misfit = stage.bench.terms[name], shifts[name]

@@ -59,15 +59,7 @@ class Summary:
 
 
 def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
-    """Figures of merit of a stage.
-
-    Parameters
-    ----------
-    stage
-        Its fit of all points.
-    cross_validation
-        Its predictions of held-out points.
-    """
+    """Figures of merit of a stage, and of its predictions of held-out points."""
     measured, folds = cross_validation.observations.measured_per_sr, cross_validation.folds
     held_out, data, n = cross_validation.predictions(stage), stage.setup.data, len(measured)
     predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]

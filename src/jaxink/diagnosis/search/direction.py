@@ -62,17 +62,7 @@ class Direction:
 def tangents(
     bench: Workbench, solution: Solution, free: tuple[str, ...], effects: list[Effect]
 ) -> list[Direction]:
-    """Columns of effects that share a program, by its Jacobian at strength 0.
-
-    Parameters
-    ----------
-    bench
-        Of all these effects.
-    solution, free
-        The fit without them, and its free parameters.
-    effects
-        The forms, each at all its settings.
-    """
+    """Columns of effects that share a program, at all their settings, by its Jacobian at strength 0."""
     found = []
     # Settings of one rank at a time: effects do not touch each other while their strengths are zero.
     for rank in range(max((len(e.settings) for e in effects), default=0)):
@@ -90,19 +80,7 @@ def tangents(
 
 
 def secants(bench: Workbench, own: Workbench, solution: Solution, effect: Effect) -> list[Direction]:
-    """Differences between the model with an effect at its settings and without it.
-
-    Parameters
-    ----------
-    bench
-        Of the fit without the effect.
-    own
-        Predicts with the effect; the same for effects that share the program.
-    solution
-        The fit.
-    effect
-        The form.
-    """
+    """What the settings of an effect change, predicted by its `own` workbench."""
     found = []
     for setting in effect.settings:
         values = solution.values | setting

@@ -9,17 +9,7 @@ from jaxink.diagnosis.search.step import Step
 
 
 def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
-    """A step with the class that it has beside all other effects, instead of without the later ones.
-
-    Parameters
-    ----------
-    last
-        The model with all effects.
-    step
-        One of them.
-    n_points
-        Of the measurement.
-    """
+    """A step with the class that it has beside all other effects, instead of without the later ones."""
     policy = last.setup.policy
     others = tuple(e for e in last.accepted if e != step.form)
     terms = tuple(term.name for term in step.form.terms)

@@ -10,9 +10,8 @@ from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.stage import Stage, in_threads
 from jaxink.diagnosis.search.step import Screening, Step
-from jaxink.diagnosis.search.threads import in_threads
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 

@@ -1,8 +1,9 @@
 """One stage of a search: a model with the effects found so far, and its screen."""
 
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import numpy as np
@@ -11,16 +12,19 @@ from jaxtyping import Int
 from jaxink.diagnosis.search.direction import Direction, secants, tangents
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
-from jaxink.diagnosis.search.threads import in_threads
 from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
 from jaxink.effects import Effect, Listed
-from jaxink.numerics.precision import release_programs
+from jaxink.numerics.precision import computing, release_programs
 
 # A parameter nearer than this many standard errors to its bound may sit on it.
 _NEAR_BOUND = 1e-6
+# Programs that are compiled at a time.
+_COMPILING = 2
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 class Score(NamedTuple):
@@ -189,3 +193,14 @@ class Stage:
     def is_far(self) -> bool:
         """Whether the misfit is so large that the linear screen, made where the fit ended, says little."""
         return self.solution.chi_square > self.setup.policy.far_reduced_chi_square * len(self.residual)
+
+
+def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """Work on items of different programs, two at a time: most of it is compiling."""
+
+    def guarded(item: Item) -> Result:
+        with computing():
+            return work(item)
+
+    with ThreadPoolExecutor(_COMPILING) as pool:
+        return list(pool.map(guarded, items))

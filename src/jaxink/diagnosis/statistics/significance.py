@@ -42,20 +42,10 @@ class Significance:
         level: float,
         is_exact: bool,
     ) -> "Significance":
-        """Laws by the scores of null data sets.
+        """Laws by the scores of null data sets along the columns of all candidates.
 
-        Parameters
-        ----------
-        scores
-            Of each null data set along the directions of all candidates.
-        slices, candidates
-            The candidates, and which columns are theirs.
-        correlation
-            Between the columns; 0 on the diagonal where one is not testable.
-        level
-            Chance that any candidate is called where none is present.
-        is_exact
-            Whether no parameter sits on a bound, so that a single column needs no draws.
+        The correlation of the columns is 0 on the diagonal where one is not testable; `is_exact` where no
+        parameter sits on a bound, so that a single column needs no draws.
         """
         laws, smallest = [], np.ones(len(scores))
         for candidate, part in zip(candidates, slices, strict=True):

@@ -102,17 +102,7 @@ def share_as_large(
 def scan_statistics(
     vectors: Float[np.ndarray, "vectors points"], points: Points, policy: SearchPolicy
 ) -> list[ScanStatistic]:
-    """All measures for which the scans are long enough.
-
-    Parameters
-    ----------
-    vectors
-        Residuals, one a row.
-    points
-        Where the points lie.
-    policy
-        Shortest scan and largest lag.
-    """
+    """All measures of residuals, one a row, for which the scans are long enough."""
     path = points.path
     along, scan = vectors[:, path], points.scan[path]
     starts = np.flatnonzero(np.diff(scan, prepend=-1))

@@ -64,19 +64,7 @@ class LevelMeans(NamedTuple):
 def factors_of(
     left: Float[np.ndarray, " rows"], projection: Projection, points: Points, smooth: SmoothPart
 ) -> tuple[Factor, ...]:
-    """Every division of several levels, the largest share first.
-
-    Parameters
-    ----------
-    left
-        What the parameters leave of the residual, rows of priors last.
-    projection
-        Off what the parameters imitate.
-    points
-        Where the points lie.
-    smooth
-        The smooth part of the residual.
-    """
+    """Every division of what the parameters leave of a residual, the largest share first."""
     factors = []
     for name, (labels, levels) in divisions_of(points).items():
         if len(levels) < 2:
@@ -131,17 +119,7 @@ def level_means(
     left: Float[np.ndarray, " points"],
     smooth: Float[np.ndarray, " points"],
 ) -> LevelMeans:
-    """Means by level.
-
-    Parameters
-    ----------
-    labels, n_levels
-        A division.
-    left
-        The residual.
-    smooth
-        Its smooth part.
-    """
+    """Means of a residual and of its smooth part by the level of a division."""
     inside = labels >= 0
     count = np.bincount(labels[inside], minlength=n_levels)
     divisor = np.maximum(count, 1)
@@ -155,15 +133,7 @@ def level_means(
 def division_p(
     labels: Int[np.ndarray, " points"], projection: Projection, left: Float[np.ndarray, " rows"]
 ) -> float:
-    """Chance that noise alone follows a division as much.
-
-    Parameters
-    ----------
-    labels
-        Of the division.
-    projection, left
-        As of `factors_of`.
-    """
+    """Chance that noise alone follows a division as much; `left` and `projection` as of `factors_of`."""
     indicators = (labels[:, None] == np.arange(labels.max() + 1)).astype(float)
     padded = np.zeros((left.size, indicators.shape[1]))
     padded[: labels.size] = indicators
