@@ -17,9 +17,11 @@ from jaxink.diagnosis import (
     transfer,
 )
 from jaxink.diagnosis.search.direction import Direction
-from jaxink.effects import AugmentedModel, Case, Effect, Scene
+from jaxink.effects import AugmentedModel, Case, ReadingEffect, Scene
+from jaxink.effects.constants import PlateAbsorption
+from jaxink.effects.geometry import ThinPatches
 from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
-from jaxink.effects.sample import PlateAbsorption, RoughInk, ThinPatches
+from jaxink.effects.surfaces import RoughInk
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import predict_left_out
 from jaxink.fitting.objective import weights_of
@@ -41,7 +43,7 @@ TRUE = {"ink.scattering_per_mm": 80.0, "ink.absorption_per_mm": 1.2, "ink.asymme
 CATALOGUE = (AngleOffset, StrayLight, Drift, PlateAbsorption)
 
 
-class Rounding(Effect):
+class Rounding(ReadingEffect):
     """Changes no more than the last digits."""
 
     name, statement = "rounding", "digits are lost"

@@ -21,8 +21,8 @@ from jaxink.diagnosis import (
 )
 from jaxink.diagnosis.findings.further_measurements import Further, menu_of
 from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
+from jaxink.effects.geometry import UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
-from jaxink.effects.sample import UndeclaredBacking
 
 
 def summary(reduced, probability, freedom=600):

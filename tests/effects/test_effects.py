@@ -6,21 +6,13 @@ import numpy as np
 import pytest
 
 from jaxink.diagnosis.search.workbench import Workbench
-from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, Scene, effects_for
+from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, ReadingEffect, Scene, effects_for
+from jaxink.effects.geometry import Pinholes, ThicknessVariance, ThinPatches, UndeclaredBacking
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
-from jaxink.effects.sample import (
-    AirGap,
-    DepthGradient,
-    Pinholes,
-    SecondLobe,
-    ThicknessVariance,
-    ThinPatches,
-    TopCoat,
-    UndeclaredBacking,
-    WaveSurface,
-)
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.effects.surfaces import AirGap, TopCoat, WaveSurface
+from jaxink.effects.volume import DepthGradient, SecondLobe
+from jaxink.errors import InputRefusedError
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
@@ -28,6 +20,25 @@ from jaxink.solver.stack import SolverConfig
 from tests.samples import PRINTED_INK
 
 SIZES = SolverConfig(10, 8, 16, 8)
+# Keys of effects in the truth files of the simulated measurements, and the effects that stand for them.
+SIMULATED = {
+    "E1": ("rough_ink", "rough_plate", "rough_contact"),
+    "E2": ("polydispersity",),
+    "E3": ("structure_factor",),
+    "E4": ("thin_patches",),
+    "E5": ("backing",),
+    "E6": ("angle_offset",),
+    "E7": ("blur",),
+    "E8": ("stray_light", "signal_floor"),
+    "E9": ("lateral_loss",),
+    "E10": ("second_lobe",),
+    "E11": ("plate_absorption",),
+    "E12": ("fluorescence",),
+    "E13": ("gain", "side_gain"),
+    "E14": ("binder_index",),
+    "E15": ("air_gap",),
+    "E16": ("incidence_angle",),
+}
 
 
 def directions():
@@ -215,12 +226,16 @@ def test_every_effect_of_the_catalogue_applies_or_says_why_not(sample, scene):
     assert not names & set(listed.not_testable)
     assert all(len(reason) > 10 for reason in listed.not_testable.values())
     assert all(effect.statement for effect in CATALOGUE)
-    keys = {key for effect in CATALOGUE for key in effect.keys}
-    assert keys == {f"E{number}" for number in range(1, 17)}
+
+
+def test_every_simulated_effect_is_in_the_catalogue():
+    assert set(SIMULATED) == {f"E{number}" for number in range(1, 17)}
+    names = {effect.name for effect in CATALOGUE}
+    assert all(set(effects) <= names for effects in SIMULATED.values())
 
 
 def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
-    class Vignetting(Effect):
+    class Vignetting(ReadingEffect):
         name, statement = "vignetting", "the detector sees less of the sample at grazing angles"
         terms = (Parameter("vignetting.loss", 0.0, True, 0.0, 1.0),)
 
@@ -231,6 +246,18 @@ def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
     expected = predicted(sample) * (1 - 0.2 * (directions()[1] / 90) ** 4)
     np.testing.assert_allclose(at(mine, vignetting__loss=0.2), expected, rtol=1e-9)
     assert effects_for(Case(sample, scene), (Vignetting,)).forms[0].name == "vignetting"
+
+
+def test_an_effect_of_no_kind_is_refused_by_name(sample, scene):
+    class Vignetting(Effect):
+        name, terms = "vignetting", ()
+
+    class Dirt(ReadingEffect):
+        name, terms = "dirt", ()
+
+    for effect, missing in ((Vignetting, "program"), (Dirt, "change")):
+        with pytest.raises(InputRefusedError, match=f"'{effect.name}' has no {missing}"):
+            effects_for(Case(sample, scene), (effect,))
 
 
 def test_a_special_form_is_computed_by_the_general_one(sample):

@@ -8,7 +8,7 @@ import pytest
 import jaxink
 from jaxink.diagnosis import DiagnosisOptions, Verdict, VerdictCode, diagnose
 from jaxink.effects.instrument import Drift, StrayLight
-from jaxink.effects.sample import Polydispersity
+from jaxink.effects.volume import Polydispersity
 from jaxink.fitting import FitOptions
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing

@@ -15,8 +15,10 @@ from jaxink.cli.app import app
 from jaxink.data import simulated_example
 from jaxink.diagnosis import Verdict, VerdictCode
 from jaxink.effects import Effect
+from jaxink.effects.geometry import Pinholes, UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
-from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking
+from jaxink.effects.surfaces import AirGap
+from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import table_change
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
@@ -251,11 +253,11 @@ def test_the_same_sample_changes_nothing_and_absorption_darkens(change):
 
 
 def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
-    from jaxink.effects.sample import with_clear
+    from jaxink.effects.sample_edits import with_film
 
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     sample = found.result.sample
-    change = table_change(sample, with_clear(sample, 1, "gap", 1.0), [550.0])
+    change = table_change(sample, with_film(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
     assert change.after.index_inside[0] == change.before.index_inside[0] == 1.5
     beyond = (change.after.theta_deg > 43) & (change.after.theta_deg < 85)
@@ -371,7 +373,7 @@ def test_a_second_report_takes_the_place_of_the_first(run, tmp_path):
         ("none.csv", (), "none.csv: there is no such measurement file."),
         (DATA, ("--level", "0.9"), "level is 0.9; it must be between 0 and 0.5."),
         (DATA, ("--bootstrap", "20"), "n_bootstrap is 20; at level 0.05 it must be at least 200."),
-        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must not be negative."),
+        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must be a whole number of at least 0."),
         (DATA, ("--accuracy", "2"), "accuracy is 2; give a relative error between 1e-08 and 0.1."),
     ],
 )

@@ -1,6 +1,5 @@
 """The whole diagnosis of a measurement: fit, search, judge."""
 
-import logging
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +10,13 @@ from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.errors import require_kind
 from jaxink.fitting import fit
+from jaxink.fitting.inputs import read_inputs
 from jaxink.fitting.objective import weights_of
-from jaxink.fitting.run import Progress, read_inputs
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import USER
 from jaxink.numerics.precision import computing
+from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-
-_LOG = logging.getLogger("jaxink")
 
 
 def diagnose(
@@ -49,7 +47,7 @@ def diagnose(
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
     data = _without_weightless(data, sample)
-    follow = progress or _quiet
+    follow = progress or log_progress
     result = fit(data, sample, options.fit, progress)
     with computing():
         return diagnosis_of(search_effects(result, sample, options, follow), follow)
@@ -60,7 +58,3 @@ def _without_weightless(data: GonioData, sample: Sample) -> GonioData:
     weightless = np.zeros(len(data), bool)
     weightless[data.used] = weights_of(data, sample) == 0
     return data.replace(mask=data.mask | (USER.bit * weightless).astype(np.uint32))
-
-
-def _quiet(what: str, step: int, loss: float) -> None:
-    _LOG.debug("%s: step %d, misfit %.6g", what, step, loss)

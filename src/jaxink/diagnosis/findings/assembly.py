@@ -1,7 +1,5 @@
 """The outcome of a search, judged and put together."""
 
-from collections.abc import Callable
-
 from jaxink.diagnosis.findings.candidates import candidate_rows
 from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
@@ -16,11 +14,12 @@ from jaxink.diagnosis.findings.parameters import (
 )
 from jaxink.diagnosis.findings.summary import summary_of
 from jaxink.diagnosis.search.loop import SearchResult
+from jaxink.numerics.progress import Progress
 
 _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
 
 
-def diagnosis_of(found: SearchResult, follow: Callable[[str, int, float], None]) -> Diagnosis:
+def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     """The verdict on a search, with all that it rests on."""
     first, last, steps, policy = found.first, found.last, found.steps, found.options.policy
     further = _further(found, follow)
@@ -71,7 +70,7 @@ def diagnosis_of(found: SearchResult, follow: Callable[[str, int, float], None])
     )
 
 
-def _further(found: SearchResult, follow: Callable[[str, int, float], None]) -> tuple[Further, ...]:
+def _further(found: SearchResult, follow: Progress) -> tuple[Further, ...]:
     """Measurements that would tell the members of the class apart, where one effect was found."""
     if len(found.steps) != 1 or len(found.steps[0].members) < 2:
         return ()

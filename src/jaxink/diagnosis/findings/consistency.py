@@ -6,8 +6,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData, estimate_noise
+from jaxink.measurement import FitNoise, GonioData, estimate_noise
 from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
 
 _WORDS = {

@@ -1,9 +1,7 @@
 """The outcome of a diagnosis, and its file."""
 
 import dataclasses
-import json
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
@@ -23,8 +21,7 @@ from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.effects import CATALOGUE_VERSION, Effect
-from jaxink.files.reading import plain
-from jaxink.files.writing import whole_folder
+from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
 from jaxink.sample import Sample
 
@@ -33,7 +30,7 @@ REPORT_FILE = "report.json"
 
 
 @dataclasses.dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(SavedInFolder):
     """The outcome of a diagnosis.
 
     Parameters
@@ -68,6 +65,8 @@ class Diagnosis:
     consistency
         Whether the readings agree with each other where they must.
     """
+
+    json_file: ClassVar[str] = REPORT_FILE
 
     result: FitResult
     verdict: Verdict
@@ -133,36 +132,3 @@ class Diagnosis:
                 "versions": self.result.versions,
             }
         )
-
-    def save(self, directory: str | Path) -> Path:
-        """Write ``report.json``, whole or not at all.
-
-        Parameters
-        ----------
-        directory
-            Made if it does not exist.
-
-        Raises
-        ------
-        InputRefusedError
-            If the directory cannot be written.
-        """
-        with whole_folder(directory) as folder:
-            self.write_into(folder)
-        return Path(directory) / REPORT_FILE
-
-    def write_into(self, folder: Path) -> None:
-        """Write the same file into a folder that, with more in it, is about to take its place as a whole.
-
-        Parameters
-        ----------
-        folder
-            As `whole_folder` yields it.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written.
-        """
-        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-        (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")

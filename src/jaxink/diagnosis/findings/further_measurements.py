@@ -8,8 +8,7 @@ from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import Effect, Scene
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 
 _INCIDENCES_DEG, _APART_DEG = (75.0, 45.0, 20.0, 5.0), 7.5
 _VIEW_DEG = np.arange(-85.0, 86.0, 5.0)

@@ -9,13 +9,16 @@ class VerdictCode(enum.StrEnum):
 
     meaning: str
 
-    NO_MISFIT = "no_misfit", "the declared model leaves noise, and no effect is significant"
-    EXPLAINED = "explained", "with the effects found, the residual is noise"
-    EXPLAINED_BY_ONE_OF = "explained_by_one_of", "the same, but a class has several members"
-    INSTRUMENT = "instrument", "explained by effects of the instrument alone"
-    NOT_TESTABLE = "not_testable", "there are no more points than parameters"
-    PARTLY_EXPLAINED = "partly_explained", "effects were found, structure remains"
-    UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, no effect stood the tests"
+    NO_MISFIT = (
+        "no_misfit",
+        "the residual of the declared model is consistent with noise, and no effect is significant",
+    )
+    EXPLAINED = "explained", "with the effects found, the residual is consistent with noise"
+    EXPLAINED_BY_ONE_OF = "explained_by_one_of", "the same, but the data cannot distinguish several effects"
+    INSTRUMENT = "instrument", "explained by instrument effects alone"
+    NOT_TESTABLE = "not_testable", "there are not more points than parameters"
+    PARTLY_EXPLAINED = "partly_explained", "effects were found, but structure remains"
+    UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
 
     def __new__(cls, code: str, meaning: str):
         """A code, with its meaning beside it."""

@@ -10,7 +10,7 @@ from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.workbench import Solution
-from jaxink.effects import Effect
+from jaxink.effects import AreaWithOtherValues, Effect
 
 _LOG = logging.getLogger("jaxink")
 
@@ -113,7 +113,7 @@ def limit_by_refits(stage: Stage, direction: Direction, limit: float, critical_z
         In units of the column; at least the given limit, unless its range ends before.
     """
     effect, name = direction.effect, direction.effect.strength.name
-    if effect.shares_program or not (effect.scales or name not in direction.setting):
+    if isinstance(effect, AreaWithOtherValues) or not (effect.scales or name not in direction.setting):
         return limit
     bench = stage.own_bench(effect) if effect.own_program else stage.bench
     unit = direction.setting[name] - effect.neutral if name in direction.setting else 1.0

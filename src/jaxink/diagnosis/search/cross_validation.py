@@ -1,7 +1,5 @@
 """Fits of a model without each fold of points, and what they predict there."""
 
-from collections.abc import Callable
-
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -20,6 +18,7 @@ from jaxink.diagnosis.statistics.predictive_density import (
 )
 from jaxink.effects import Effect
 from jaxink.fitting.objective import weights_of
+from jaxink.numerics.progress import Progress
 
 
 class CrossValidation:
@@ -42,7 +41,7 @@ class CrossValidation:
         True where a fold leaves a point out.
     """
 
-    def __init__(self, setup: Setup, points: Points, follow: Callable[[str, int, float], None]):
+    def __init__(self, setup: Setup, points: Points, follow: Progress):
         used = setup.data.used
         self.observations = Observations(
             setup.data.bsdf_per_sr[used],

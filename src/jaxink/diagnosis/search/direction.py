@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.search.workbench import Solution, Workbench
-from jaxink.effects import Effect
+from jaxink.effects import AreaWithOtherValues, Effect
 
 # Changes of all points together, in units of the noise, that rounding makes.
 _ROUNDING = 1e-6
@@ -84,7 +84,7 @@ def secants(bench: Workbench, own: Workbench, solution: Solution, effect: Effect
     found = []
     for setting in effect.settings:
         values = solution.values | setting
-        if effect.shares_program:
+        if isinstance(effect, AreaWithOtherValues):
             predicted, there = solution.predicted_per_sr, 0.0
             for share, other in effect.mixture(values):
                 there = there + share * (own.predict(values | other) - predicted)

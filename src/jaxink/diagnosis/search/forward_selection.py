@@ -1,7 +1,6 @@
 """Which effect a stage is given next: refits of its candidates, and the tests that the best must stand."""
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from jaxink.diagnosis.search.stage import Stage, in_threads
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
+from jaxink.numerics.progress import Progress
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ForwardSelection:
     options: DiagnosisOptions
     n_points: int
     cross_validation: CrossValidation
-    follow: Callable[[str, int, float], None]
+    follow: Progress
 
     def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
         """The first class of candidates that stands all tests; None where none does.

@@ -2,7 +2,6 @@
 
 import dataclasses
 import logging
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +17,9 @@ from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import Effect, Scene
 from jaxink.fitting import FitResult
-from jaxink.fitting.objective import noise_of
+from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
+from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
 from jaxink.solver.stack import SolverConfig
 
@@ -69,10 +69,7 @@ class _Accepted(NamedTuple):
 
 
 def search_effects(
-    fit: FitResult,
-    sample: Sample,
-    options: DiagnosisOptions,
-    follow: Callable[[str, int, float], None],
+    fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress
 ) -> SearchResult:
     """Look for the effects that a fitted model lacks.
 
@@ -132,7 +129,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
     return Setup(
         sample,
         data,
-        noise_of(data, sample),
+        noise_of(data, sample.noise),
         _sizes(fit, sample, options),
         Scene.of(*(column[used] for column in data.directions), data.row[used]),
         options.catalogue,

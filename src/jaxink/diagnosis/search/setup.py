@@ -7,9 +7,8 @@ import numpy as np
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
-from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend, undivided
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.stack import SolverConfig
@@ -58,7 +57,7 @@ class Setup:
         rest = tuple(c for c in self.catalogue if c.name not in names)
         relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
         # What divides a layer acts last: for all others the layer is one.
-        whole = extend(self.sample, tuple(e for e in accepted if not e.splits))
+        whole = extend(self.sample, undivided(accepted))
         return effects_for(Case(whole, self.scene, relative, self.accuracy), rest)
 
     def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:

@@ -16,7 +16,7 @@ from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
-from jaxink.effects import Effect, Listed
+from jaxink.effects import AreaWithOtherValues, Effect, Listed
 from jaxink.numerics.precision import computing, release_programs
 
 # A parameter nearer than this many standard errors to its bound may sit on it.
@@ -137,7 +137,7 @@ class Stage:
         made = {
             name: pool.submit(make, effects)
             for name, effects in programs.items()
-            if not effects[0].shares_program
+            if not isinstance(effects[0], AreaWithOtherValues)
         }
         try:
             return _Fitted(self.bench.fit(values, self.free), made)
@@ -156,7 +156,7 @@ class Stage:
         return [direction for directions in in_threads(of, programs) for direction in directions]
 
     def _secants(self, effect: Effect) -> list[Direction]:
-        own = self.bench if effect.shares_program else self.own_bench(effect)
+        own = self.bench if isinstance(effect, AreaWithOtherValues) else self.own_bench(effect)
         return secants(self.bench, own, self.solution, effect)
 
     def screened(self, directions: dict[str, list[Direction]]) -> ScreenResult:

@@ -15,10 +15,10 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.objective import FitNoise, Objective, compose
+from jaxink.fitting.objective import Objective, compose
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.stack import SolverConfig
 
