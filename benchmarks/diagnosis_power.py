@@ -30,7 +30,7 @@ from jaxink.diagnosis import (
 from jaxink.diagnosis.stage import TOLD_APART, Setup, Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
-from jaxink.fitting.objective import noise_of
+from jaxink.measurement import noise_of
 from jaxink.numerics.precision import computing
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.stack import SolverConfig
@@ -61,7 +61,7 @@ class Case:
         scene = Scene.of(*(c[used] for c in self.data.directions), self.data.row[used])
         accuracy = ACCURACY.get(name, DEFAULT_ACCURACY)
         result = jaxink.fit(self.data, self.sample, jaxink.FitOptions(profile="none", accuracy=accuracy))
-        noise = noise_of(self.data, self.sample)
+        noise = noise_of(self.data, self.sample.noise)
         self.setup = Setup(
             self.sample,
             self.data,

@@ -16,9 +16,9 @@ import jaxink
 from jaxink.diagnosis import Points, locate
 from jaxink.diagnosis.stage import Setup
 from jaxink.effects import Scene
-from jaxink.files.reading import plain
-from jaxink.fitting.objective import noise_of
-from jaxink.fitting.run import prepare_data
+from jaxink.files.encoding import plain
+from jaxink.fitting import prepare_data
+from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from report_measured_diagnosis import REPORTS, SAMPLES, declared, save, write
@@ -35,7 +35,9 @@ def relocate(name: str) -> None:
     with computing():
         config = ForwardModel(sample, *directions, None, accuracy).config
         scene = Scene.of(*directions, data.row[data.used])
-        setup = Setup(sample, data, noise_of(data, sample), config, scene, options.catalogue, None, accuracy)
+        setup = Setup(
+            sample, data, noise_of(data, sample.noise), config, scene, options.catalogue, None, accuracy
+        )
         values = {p["name"]: p["after"] for p in report["parameters"]}
         accepted = []
         for step in report["steps"]:

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from jaxink.diagnosis.consistency import consistency_of
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 
 NOISE = 0.01
 

@@ -149,7 +149,16 @@ def test_versions_are_those_of_the_code():
     from jaxink.effects import CATALOGUE_VERSION
 
     assert f"`schema_version` is {measurement_schema.SCHEMA_VERSION}" in SAMPLE_FILE
-    assert f"## Catalogue, version {CATALOGUE_VERSION}" in DIAGNOSIS
+    diagnosis = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    assert f"## Catalogue, version {CATALOGUE_VERSION}" in diagnosis
+
+
+def test_every_effect_of_the_catalogue_is_published():
+    from jaxink.effects import CATALOGUE, CATALOGUE_VERSION
+
+    section = DIAGNOSIS[DIAGNOSIS.index(f"## Catalogue, version {CATALOGUE_VERSION}") :]
+    published = rows(re.search(r"(?:\|.*\n)+", section).group())
+    assert [(row[0].strip("`"), row[-1]) for row in published] == [(e.name, e.statement) for e in CATALOGUE]
 
 
 def test_kinds_of_effects_are_those_of_the_library():

@@ -12,8 +12,7 @@ from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, S
 from jaxink.effects.surfaces import AirGap, TopCoat, WaveSurface
 from jaxink.effects.volume import DepthGradient, SecondLobe
 from jaxink.errors import InputRefusedError
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample

@@ -372,7 +372,7 @@ def test_a_second_report_takes_the_place_of_the_first(run, tmp_path):
         ("none.csv", (), "none.csv: there is no such measurement file."),
         (DATA, ("--level", "0.9"), "level is 0.9; it must be between 0 and 0.5."),
         (DATA, ("--bootstrap", "20"), "n_bootstrap is 20; at level 0.05 it must be at least 200."),
-        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must not be negative."),
+        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must be a whole number of at least 0."),
         (DATA, ("--accuracy", "2"), "accuracy is 2; give a relative error between 1e-08 and 0.1."),
     ],
 )

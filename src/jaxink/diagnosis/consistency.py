@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 from scipy.stats import chi2
 
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData, estimate_noise
+from jaxink.measurement import FitNoise, GonioData, estimate_noise
 from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
 
 _FEWEST_PAIRS = 10

@@ -7,8 +7,7 @@ import numpy as np
 from jaxink.diagnosis.stage import Refit, Setup
 from jaxink.diagnosis.workbench import Workbench
 from jaxink.effects import Effect, Scene
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 
 # A fall of chi-square that tells two effects apart: three standard errors.
 _TELLS = 9.0

@@ -69,7 +69,7 @@ class Location:
     smooth: SmoothPart
 
     def to_dict(self) -> dict:
-        """What a report says of it, for `jaxink.files.reading.plain`."""
+        """What a report says of it, for `jaxink.files.encoding.plain`."""
         return {
             "sentence": self.sentence,
             "structured_share": self.smooth.share,

@@ -2,7 +2,6 @@
 
 import dataclasses
 import logging
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -38,12 +37,13 @@ from jaxink.diagnosis.verdict import is_met, judge
 from jaxink.effects import CATALOGUE, Effect, Scene
 from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting import FitOptions, FitResult, fit
-from jaxink.fitting.objective import noise_of, weights_of
-from jaxink.fitting.run import read_inputs
-from jaxink.measurement import GonioData
+from jaxink.fitting.inputs import read_inputs
+from jaxink.fitting.objective import weights_of
+from jaxink.measurement import GonioData, noise_of
 from jaxink.measurement.masks import USER
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
+from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
 from jaxink.solver.stack import SolverConfig
 
@@ -121,9 +121,6 @@ class DiagnosisOptions:
         return ScreenOptions(self.n_bootstrap, self.level, self.seed)
 
 
-Progress = Callable[[str, int, float], None]
-
-
 def diagnose(
     data: GonioData | str | Path,
     sample: Sample | str | Path,
@@ -152,7 +149,7 @@ def diagnose(
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
     data = _without_weightless(data, sample)
-    follow = progress or _quiet
+    follow = progress or log_progress
     result = fit(data, sample, options.fit, progress)
     with computing():
         return _Loop(result, sample, options, follow).run()
@@ -165,10 +162,6 @@ def _without_weightless(data: GonioData, sample: Sample) -> GonioData:
     return data.replace(mask=data.mask | (USER.bit * weightless).astype(np.uint32))
 
 
-def _quiet(what: str, step: int, loss: float) -> None:
-    _LOG.debug("%s: step %d, misfit %.6g", what, step, loss)
-
-
 class _Loop:
     """The procedure on one measurement."""
 
@@ -177,7 +170,7 @@ class _Loop:
         self.data = result.data
         used = self.data.used
         self.points = Points.of(self.data)
-        noise = noise_of(self.data, sample)
+        noise = noise_of(self.data, sample.noise)
         self.screen_options = options.screen
         self.setup = Setup(
             sample,

@@ -1,9 +1,7 @@
 """The outcome of a diagnosis, and its plain form for files."""
 
 import dataclasses
-import json
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,8 +10,7 @@ from jaxink.diagnosis.cross_validation import HeldOutGain, Observations
 from jaxink.diagnosis.location import Location
 from jaxink.diagnosis.structure import StructureResult
 from jaxink.effects import CATALOGUE_VERSION, Effect
-from jaxink.files.reading import plain
-from jaxink.files.writing import whole_folder
+from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
@@ -150,7 +147,7 @@ class Verdict:
 
 
 @dataclasses.dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(SavedInFolder):
     """The outcome of a diagnosis.
 
     Parameters
@@ -185,6 +182,8 @@ class Diagnosis:
     consistency
         Whether the readings agree with each other where they must.
     """
+
+    json_file: ClassVar[str] = REPORT_FILE
 
     result: FitResult
     verdict: Verdict
@@ -272,39 +271,6 @@ class Diagnosis:
                 "versions": self.result.versions,
             }
         )
-
-    def save(self, directory: str | Path) -> Path:
-        """Write ``report.json``, whole or not at all.
-
-        Parameters
-        ----------
-        directory
-            Made if it does not exist.
-
-        Raises
-        ------
-        InputRefusedError
-            If the directory cannot be written.
-        """
-        with whole_folder(directory) as folder:
-            self.write_into(folder)
-        return Path(directory) / REPORT_FILE
-
-    def write_into(self, folder: Path) -> None:
-        """Write the same file into a folder that, with more in it, is about to take its place as a whole.
-
-        Parameters
-        ----------
-        folder
-            As `whole_folder` yields it.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written.
-        """
-        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-        (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
 
 
 def _scans(data: GonioData, before: Summary, after: Summary) -> list[dict[str, Any]]:

@@ -14,9 +14,8 @@ from jaxink.diagnosis.candidate import Candidate, ScreenOptions, ScreenResult
 from jaxink.diagnosis.screen import screen
 from jaxink.diagnosis.workbench import Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Case, Effect, Listed, Scene, effects_for, extend, undivided
-from jaxink.fitting.objective import FitNoise
 from jaxink.fitting.uncertainty import covariance
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY

@@ -10,8 +10,7 @@ from jaxink.diagnosis.stage import deviations, finite
 from jaxink.diagnosis.workbench import Workbench
 from jaxink.effects import Scene
 from jaxink.fitting import prepare_data
-from jaxink.fitting.objective import noise_of
-from jaxink.measurement import GonioData
+from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing
 from jaxink.solver.stack import SolverConfig
 
@@ -66,7 +65,9 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
         scene = Scene.of(*(column[used] for column in data.directions), data.row[used])
         config = SolverConfig(**diagnosis.result.solver)
         n_slots = max(len(found), 1)
-        bench = Workbench(sample, diagnosis.effects, data, noise_of(data, sample), config, scene, n_slots)
+        bench = Workbench(
+            sample, diagnosis.effects, data, noise_of(data, sample.noise), config, scene, n_slots
+        )
         values = bench.start | {name: value for name, (value, _) in found.items()}
         errors: dict[str, float | None] = {}
         if is_refitted:

@@ -14,10 +14,10 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.objective import FitNoise, Objective, compose, whiten_scans
+from jaxink.fitting.objective import Objective, compose
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
-from jaxink.measurement import GonioData
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.stack import SolverConfig
 
@@ -240,6 +240,4 @@ class Workbench:
 
     def in_noise(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
         """A change of the prediction in units of the noise, whatever its weight."""
-        of = self.objective
-        common = of.scan_relative * predicted / of.sigma
-        return np.asarray(whiten_scans(change / of.sigma, common, of.scan, of.n_scans))
+        return np.asarray(self.objective.in_noise(predicted, change))
