@@ -24,10 +24,15 @@ from jaxink.diagnosis import (
     DiagnosisOptions,
     ScreenOptions,
     ScreenResult,
+    SearchPolicy,
+    Testability,
+    VerdictCode,
     diagnose,
     prepare_screen,
 )
-from jaxink.diagnosis.stage import TOLD_APART, Setup, Stage
+from jaxink.diagnosis.search.candidate_refits import limit_by_refits
+from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.stage import Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
 from jaxink.measurement import noise_of
@@ -129,7 +134,7 @@ class Case:
         direction = self.directions[name][inner]
         if name not in self._limits:
             linear = float(row.detection_limits[inner])
-            self._limits[name] = self.stage.limit_by_refits(direction, linear, row.critical_z)
+            self._limits[name] = limit_by_refits(self.stage, direction, linear, row.critical_z)
         return direction, self._limits[name]
 
     def at_strength(self, name, factor):
@@ -172,11 +177,11 @@ class Case:
 
     def length(self, column) -> float:
         """Length of what the free parameters cannot imitate of a change."""
-        return float(np.linalg.norm(self.stage.remainder(column)))
+        return float(np.linalg.norm(self.stage.projection.remove(column)))
 
     def screens(self, residuals):
         """The case's own screen of some residuals."""
-        _, adjusted = self.prepared.p_values(residuals)
+        adjusted = self.prepared.p_values(residuals).adjusted
         for residual, p in zip(residuals, adjusted, strict=True):
             if np.nanmin(p) <= self.setup.options.level:
                 yield self.prepared.screen(residual)
@@ -189,7 +194,7 @@ def is_first(screened: ScreenResult, name: str) -> bool:
         for c in screened.candidates
         if np.nan_to_num(c.p_adjusted, nan=1.0) <= screened.options.level
     }
-    return name in called and called[name] > max(called.values()) - TOLD_APART
+    return name in called and called[name] > max(called.values()) - SearchPolicy().told_apart
 
 
 def upper_limit(count: int, total: int) -> float:
@@ -272,7 +277,7 @@ def page(store: dict) -> str:
         if "null" in case
     )
     loops = [(name, code) for name, case in store["cases"].items() for code in case.get("loops", [])]
-    named = [code for _, code in loops if code[0] != "no_misfit"]
+    named = [code for _, code in loops if code[0] != VerdictCode.NO_MISFIT]
     what = "; ".join(f"{code[0]} {', '.join(code[1:])}".strip() for code in named)
     cases = ", ".join(dict.fromkeys(f"`{name}`" for name, _ in loops))
     header = [
@@ -337,7 +342,7 @@ def main() -> None:
             residuals = case.residuals(
                 case.stage.solution.predicted_per_sr, N_NULL, np.random.default_rng(SEED)
             )
-            _, adjusted = case.prepared.p_values(residuals)
+            adjusted = case.prepared.p_values(residuals).adjusted
             store["null"] = {"called": int(np.sum(np.nanmin(adjusted, axis=1) <= 0.05))}
             save()
         for name, reason in case.stage.listed.not_testable.items():
@@ -347,7 +352,7 @@ def main() -> None:
             if name in effects or (arguments.only and name not in arguments.only.split(",")):
                 continue
             row = case.screened[name]
-            if row.status == "not_testable":
+            if row.status is Testability.NOT:
                 effects[name] = {"reason": row.reason}
                 continue
             direction, limit = case.limit(name)

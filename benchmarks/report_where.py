@@ -14,7 +14,7 @@ import numpy as np
 
 import jaxink
 from jaxink.diagnosis import Points, locate
-from jaxink.diagnosis.stage import Setup
+from jaxink.diagnosis.search.setup import Setup
 from jaxink.effects import Scene
 from jaxink.files.encoding import plain
 from jaxink.fitting import prepare_data
@@ -36,7 +36,14 @@ def relocate(name: str) -> None:
         config = ForwardModel(sample, *directions, None, accuracy).config
         scene = Scene.of(*directions, data.row[data.used])
         setup = Setup(
-            sample, data, noise_of(data, sample.noise), config, scene, options.catalogue, None, accuracy
+            sample,
+            data,
+            noise_of(data, sample.noise),
+            config,
+            scene,
+            options.catalogue,
+            options.screen,
+            accuracy,
         )
         values = {p["name"]: p["after"] for p in report["parameters"]}
         accepted = []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.consistency import consistency_of
+from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.measurement import FitNoise, GonioData
 
 NOISE = 0.01

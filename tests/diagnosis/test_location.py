@@ -3,14 +3,14 @@ import pytest
 from scipy import stats
 
 from jaxink.diagnosis import Points, ScreenOptions, TangentCone, locate, smooth_part
-from jaxink.diagnosis.discrepancy import (
+from jaxink.diagnosis.statistics.discrepancy import (
     _VARIANCES,
     _kernel_root,
     _likelihood_gain,
     _modes,
     misfit_deviation,
 )
-from jaxink.diagnosis.location import _divisions, _p_value
+from jaxink.diagnosis.statistics.variance_analysis import division_p, divisions_of
 from tests.diagnosis.designs import goniometer, parameters
 
 FEW = ScreenOptions(n_bootstrap=400)
@@ -72,9 +72,9 @@ def test_likelihood_is_that_of_the_dense_covariance():
     rng = np.random.default_rng(3)
     jacobian = parameters(points, rng, 3)
     projection = TangentCone.of(jacobian).projection(np.zeros(0, bool))
-    vectors, square = _modes(points, 12.0, projection)
+    mode = _modes(points, 12.0, projection)
     residual = projection.remove(rng.standard_normal(len(points)) + lobe(points.theta_o_deg, 30))
-    gains = _likelihood_gain((residual[None, :] @ vectors) ** 2, square)[0]
+    gains = _likelihood_gain((residual[None, :] @ mode.vectors) ** 2, mode.square)[0]
     # Coordinates in which the projected noise is white and the rest is not there.
     complement = np.linalg.svd(jacobian)[0][:, 3:]
     root = complement.T @ _kernel_root(points, 12.0)
@@ -114,7 +114,7 @@ def test_a_reading_on_the_edge_of_a_band_is_within_it(name, phi_deg):
     points = Points(
         *same, np.full(n, phi_deg), np.full(n, 550.0), np.zeros(n, bool), np.arange(n, dtype=float)
     )
-    band, words = _divisions(points)[name]
+    band, words = divisions_of(points)[name]
     np.testing.assert_array_equal(band, np.searchsorted(edges, distance))
     assert words[0].startswith("within 5 degrees")
 
@@ -184,7 +184,7 @@ def test_wavelength_and_time():
 def test_factors_have_exact_p_values(points, jacobian):
     projection = TangentCone.of(jacobian).projection(np.zeros(0, bool))
     left = projection.remove(np.random.default_rng(6).standard_normal((len(points), 300)))
-    for name, (labels, levels) in _divisions(points).items():
+    for name, (labels, levels) in divisions_of(points).items():
         if len(levels) > 1:
-            p = [_p_value(labels, projection, column) for column in left.T]
+            p = [division_p(labels, projection, column) for column in left.T]
             assert stats.kstest(p, "uniform").pvalue > 1e-3, name

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.workbench import Workbench
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, ReadingEffect, Scene, effects_for
 from jaxink.effects.geometry import Pinholes, ThicknessVariance, ThinPatches, UndeclaredBacking
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight

@@ -12,9 +12,6 @@ from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
 from jaxink.plots import FIGURE_FOLDER
 
-# Verdicts that leave structure in the residual.
-_UNEXPLAINED = ("partly_explained", "unexplained_structure")
-
 
 def run_diagnose(
     data_file: Path,
@@ -64,4 +61,4 @@ def run_diagnose(
         show_diagnosis(console(), found, written)
     if not found.result.converged:
         return ExitCode.NOT_CONVERGED
-    return ExitCode.UNEXPLAINED if found.verdict.code in _UNEXPLAINED else ExitCode.FITTED
+    return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

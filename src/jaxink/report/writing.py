@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jaxink.diagnosis.outcome import REPORT_FILE
+from jaxink.diagnosis.findings.diagnosis import REPORT_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.diagnosis_figures import diagnosis_figures

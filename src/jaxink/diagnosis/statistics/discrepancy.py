@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.diagnosis.candidate import ScreenOptions
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.projection import Projection, TangentCone
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.projection import Projection
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 
 # Correlation lengths that are tried in the direction of view, and those assumed otherwise.
 _LENGTHS_DEG = (5.0, 12.0, 30.0)
@@ -81,7 +82,7 @@ def smooth_part(
     for length in _LENGTHS_DEG:
         mode = _modes(points, length, projection)
         modes.append(mode)
-        gains.append(_likelihood_gain((vectors @ mode[0]) ** 2, mode[1]))
+        gains.append(_likelihood_gain((vectors @ mode.vectors) ** 2, mode.square))
     gains = np.stack(gains, axis=1)
     best = gains.max(axis=(1, 2))
     p_value = (1 + int(np.sum(best[1:] >= best[0]))) / (1 + options.n_bootstrap)
@@ -90,14 +91,13 @@ def smooth_part(
     if best[0] <= 0:
         nothing = np.zeros(len(points))
         return SmoothPart(nothing, nothing, 0.0, 0.0, _LENGTHS_DEG[at_length], p_value)
-    vector, square = modes[at_length]
-    variance = float(_VARIANCES[at_variance])
-    kept = variance * square / (1 + variance * square)
-    values = (vector @ (kept * (vector.T @ residual)))[: len(points)]
+    mode, variance = modes[at_length], float(_VARIANCES[at_variance])
+    kept = variance * mode.square / (1 + variance * mode.square)
+    values = (mode.vectors @ (kept * (mode.vectors.T @ residual)))[: len(points)]
     freedom = len(points) - projection.basis.shape[1]
     rest = np.sum((left - values) ** 2) / max(freedom - np.sum(kept * (2 - kept)), 1.0)
     share = max(0.0, 1 - float(rest / (np.sum(left**2) / max(freedom, 1))))
-    noise_power = np.sum((vector[: len(points)] * kept) ** 2, axis=1)
+    noise_power = np.sum((mode.vectors[: len(points)] * kept) ** 2, axis=1)
     return SmoothPart(values, noise_power, share, variance, _LENGTHS_DEG[at_length], p_value)
 
 
@@ -148,15 +148,23 @@ def _likelihood_gain(power, square):
     return power @ (ratio / (1 + ratio)).T - np.sum(np.log1p(ratio), axis=1)
 
 
-def _modes(points: Points, length_deg, projection: Projection):
-    """Eigenvectors of P K P and its eigenvalues, from a low-rank root of K."""
+@dataclass(frozen=True)
+class _Modes:
+    """Eigenvectors of P K P and its eigenvalues."""
+
+    vectors: Float[np.ndarray, "rows modes"]
+    square: Float[np.ndarray, " modes"]
+
+
+def _modes(points: Points, length_deg, projection: Projection) -> _Modes:
+    """From a low-rank root of K."""
     root = _kernel_root(points, length_deg)
     padded = np.zeros((projection.basis.shape[0], root.shape[1]))
     padded[: len(points)] = root
     rest = projection.remove(padded)
     square, vectors = np.linalg.eigh(rest.T @ rest)
     kept = square > 1e-10 * square[-1]
-    return rest @ (vectors[:, kept] / np.sqrt(square[kept])), square[kept]
+    return _Modes(rest @ (vectors[:, kept] / np.sqrt(square[kept])), square[kept])
 
 
 def _kernel_root(points: Points, length_deg) -> np.ndarray:

@@ -4,13 +4,12 @@ import dataclasses
 
 import numpy as np
 
-from jaxink.diagnosis.stage import Refit, Setup
-from jaxink.diagnosis.workbench import Workbench
+from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import Effect, Scene
 from jaxink.measurement import FitNoise, GonioData
 
-# A fall of chi-square that tells two effects apart: three standard errors.
-_TELLS = 9.0
 _INCIDENCES_DEG, _APART_DEG = (75.0, 45.0, 20.0, 5.0), 7.5
 _VIEW_DEG = np.arange(-85.0, 86.0, 5.0)
 # Views nearer than this to a regular peak or to the source are not asked for.
@@ -34,11 +33,6 @@ class Further:
     effects: tuple[str, str]
     measurement: str
     chi_square: float
-
-    @property
-    def tells(self) -> bool:
-        """Whether three standard errors are reached."""
-        return self.chi_square >= _TELLS
 
 
 def further_measurements(

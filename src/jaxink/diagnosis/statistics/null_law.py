@@ -6,6 +6,7 @@ which for smooth grids is sharp there.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -68,6 +69,13 @@ def tree_links(correlation: Float[np.ndarray, "inner inner"], sign: int) -> Floa
     return 1 - (tree.data - 1e-9)
 
 
+class _Junction(NamedTuple):
+    """The statistic from which the bound holds, and the factor that makes it continuous there."""
+
+    statistic: float
+    factor: float
+
+
 @dataclass(frozen=True)
 class NullLaw:
     """Law of T = max over the inner values of the squared admissible score, where the effect is absent.
@@ -92,14 +100,14 @@ class NullLaw:
     draws: Float[np.ndarray, " draws"]
 
     @property
-    def _junction(self) -> tuple[float, float]:
-        """Where the bound takes over from the draws, and the factor that makes it continuous there."""
+    def _junction(self) -> _Junction:
+        """Where the bound takes over from the draws."""
         count = int(np.ceil(_JUNCTION * (self.draws.size + 1)))
         at = self.draws[-count] if 0 < count <= self.draws.size else 0.0
         if at <= 0:
-            return 0.0, 1.0
+            return _Junction(0.0, 1.0)
         share = (1 + count) / (self.draws.size + 1)
-        return float(at), share / float(maximum_tail(np.sqrt(at), self.links, self.sign))
+        return _Junction(float(at), share / float(maximum_tail(np.sqrt(at), self.links, self.sign)))
 
     def p_value(self, statistic: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
         """Chance of a statistic as large or larger.

@@ -1,11 +1,11 @@
-"""How well a model predicts points that were held out of its fit."""
+"""Density of points that were held out of a fit, and which points are held out together."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.diagnosis.points import Points
+from jaxink.diagnosis.statistics.points import Points
 from jaxink.errors import InputRefusedError
 
 
@@ -92,7 +92,7 @@ def scan_folds(scan: Int[np.ndarray, " points"]) -> Bool[np.ndarray, "folds poin
     return scan[None, :] == numbers[:, None]
 
 
-def block_folds(points: Points, n_blocks: int = 6) -> Bool[np.ndarray, "folds points"]:
+def block_folds(points: Points, n_blocks: int) -> Bool[np.ndarray, "folds points"]:
     """One block of neighbouring points of every scan held out at a time.
 
     For effects that are a factor of single scans, on which a scan held out whole says nothing.

@@ -5,6 +5,7 @@ compiled once thus fits any choice of parameters, and gives any column of the Ja
 """
 
 import dataclasses
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -73,6 +74,20 @@ class Solution:
     search: Search
 
 
+class Linearisation(NamedTuple):
+    """Derivatives of the whitened prediction by parameters, rows of priors last, and the residual."""
+
+    jacobian: Float[np.ndarray, "rows parameters"]
+    residual: Float[np.ndarray, " rows"]
+
+
+class _Slotted(NamedTuple):
+    """An objective whose slots stand for some parameters, and where these are."""
+
+    objective: SlotObjective
+    unit: Float[np.ndarray, " slots"]
+
+
 class Workbench:
     """A sample with effects on one measurement; `objective` is what it minimises, no slot being taken.
 
@@ -136,8 +151,7 @@ class Workbench:
 
     def _with_slots(
         self, values: dict[str, float], free: tuple[str, ...], left_out: Bool[np.ndarray, " points"] | None
-    ) -> tuple[SlotObjective, np.ndarray]:
-        """The objective whose slots stand for some parameters, and where these are."""
+    ) -> _Slotted:
         whole = self.start | {k: v for k, v in values.items() if k in self.start}
         chosen = [self.terms[name] for name in free]
         chosen += [_UNUSED] * (self.n_slots - len(free))
@@ -152,7 +166,7 @@ class Workbench:
         )
         if left_out is not None:
             objective = without(objective, left_out)
-        return objective, np.clip(scale.to_unit(physical), 0.0, 1.0)
+        return _Slotted(objective, np.clip(scale.to_unit(physical), 0.0, 1.0))
 
     def _search(self, objective: SlotObjective) -> GradientSearch:
         """Search on an objective of this bench; the bench keeps its programs, others may be dropped."""
@@ -210,10 +224,8 @@ class Workbench:
         found |= dict(zip(free, physical.tolist(), strict=False))
         return Solution(found, free, search.loss, search.predicted, search)
 
-    def jacobian(
-        self, values: dict[str, float], free: tuple[str, ...]
-    ) -> tuple[Float[np.ndarray, "rows parameters"], Float[np.ndarray, " rows"]]:
-        """Derivatives of the whitened prediction by parameters, rows of priors last, and the residual."""
+    def jacobian(self, values: dict[str, float], free: tuple[str, ...]) -> Linearisation:
+        """Derivatives by parameters, all others at given values."""
         residual = None
         # Priors belong to the first slots: every batch begins with the declared sample's parameters.
         fixed = self.base_free
@@ -231,13 +243,17 @@ class Workbench:
                 found[name] = -jacobian[:, i] / slope[i]
             residual = value
         columns = [found[name] for name in free]
-        return np.stack(columns, axis=1), residual
+        return Linearisation(np.stack(columns, axis=1), residual)
 
-    def whiten(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
+    def whiten(
+        self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
+    ) -> Float[np.ndarray, " rows"]:
         """A change of the prediction as a fit counts it: in units of the noise, weighted, priors appended."""
         rows = self.objective.weight * self.in_noise(predicted, change)
         return np.concatenate([rows, np.zeros(len(self.objective.prior_mean))])
 
-    def in_noise(self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]):
+    def in_noise(
+        self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
+    ) -> Float[np.ndarray, " points"]:
         """A change of the prediction in units of the noise, whatever its weight."""
         return np.asarray(self.objective.in_noise(predicted, change))

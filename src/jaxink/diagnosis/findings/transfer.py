@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.diagnosis.outcome import Diagnosis
-from jaxink.diagnosis.stage import deviations, finite
-from jaxink.diagnosis.workbench import Workbench
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.search.refit import estimates
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.effects import Scene
 from jaxink.fitting import prepare_data
 from jaxink.measurement import GonioData, noise_of
@@ -73,7 +73,7 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
         if is_refitted:
             solution = bench.fit(values, (*bench.base_free, *terms))
             values, predicted = solution.values, solution.predicted_per_sr
-            errors = {name: finite(error) for name, error in deviations(bench, solution).items()}
+            errors = {name: found.standard_error for name, found in estimates(bench, solution).items()}
         else:
             predicted = bench.predict(values)
         left = bench.in_noise(predicted, bench.measured - predicted)

@@ -5,15 +5,10 @@ import dataclasses
 import numpy as np
 from scipy.stats import chi2
 
+from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.measurement import FitNoise, GonioData, estimate_noise
 from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
 
-_FEWEST_PAIRS = 10
-# Below this chance a residual is not noise.
-LEFT = 1e-3
-# Standard deviations are stated to about a tenth: a residual that is larger than stated by less than that
-# says more of the statement than of the model.
-TOLERANCE = 1.1
 _WORDS = {
     "repeats": "repeated readings",
     "mirror": "readings at +phi and -phi",
@@ -37,6 +32,8 @@ class Consistency:
         That of the noise in use, root mean square, with the scan's factor where the pairs cross scans.
     p_value
         Chance of as much scatter under that noise.
+    is_broken
+        Whether they differ by more than the noise.
     """
 
     kind: str
@@ -44,11 +41,7 @@ class Consistency:
     relative: float
     stated: float
     p_value: float
-
-    @property
-    def is_broken(self) -> bool:
-        """Whether they differ by more than the noise."""
-        return self.p_value < LEFT and self.relative > TOLERANCE * self.stated
+    is_broken: bool
 
     @property
     def sentence(self) -> str:
@@ -59,7 +52,9 @@ class Consistency:
         )
 
 
-def consistency_of(data: GonioData, noise: FitNoise) -> tuple[Consistency, ...]:
+def consistency_of(
+    data: GonioData, noise: FitNoise, policy: SearchPolicy = DEFAULT_POLICY
+) -> tuple[Consistency, ...]:
     """Agreement of repeats, mirror images and reciprocal pairs under the noise in use.
 
     Parameters
@@ -68,17 +63,19 @@ def consistency_of(data: GonioData, noise: FitNoise) -> tuple[Consistency, ...]:
         The measurement.
     noise
         Its noise, at the used points.
+    policy
+        How many pairs are enough, and when they differ.
 
     Returns
     -------
     tuple[Consistency, ...]
-        Of the kinds with at least 10 pairs.
+        Of the kinds with enough pairs.
     """
     relative = noise.sigma_per_sr / np.abs(data.bsdf_per_sr[data.used])
     within = float(np.sqrt(np.mean(relative**2)))
     found = []
     for source in estimate_noise(data).sources:
-        if source.pairs < _FEWEST_PAIRS or not source.relative > 0:
+        if source.pairs < policy.fewest_pairs or not source.relative > 0:
             continue
         between = _between(data, noise.scan_relative) if source.name == "reciprocal" else 0.0
         stated = float(np.hypot(within, between))
@@ -86,7 +83,8 @@ def consistency_of(data: GonioData, noise: FitNoise) -> tuple[Consistency, ...]:
         shared = (between / stated) ** 2 * max(source.pairs / max(len(source.scans) - 1, 1) - 1, 0.0)
         independent = source.pairs / (1 + shared)
         p_value = float(chi2.sf(independent * (source.relative / stated) ** 2, independent))
-        found.append(Consistency(source.name, source.pairs, source.relative, stated, p_value))
+        is_broken = bool(p_value < policy.noise_p and source.relative > policy.sigma_tolerance * stated)
+        found.append(Consistency(source.name, source.pairs, source.relative, stated, p_value, is_broken))
     return tuple(found)
 
 

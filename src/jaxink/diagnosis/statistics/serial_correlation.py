@@ -1,14 +1,27 @@
 """Whether residuals along a scan, and between neighbours, are alike more than chance makes them."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse import csr_array
 
-_LAGS = 10
+
+@dataclass(frozen=True)
+class ByScan:
+    """A statistic of several residuals.
+
+    Parameters
+    ----------
+    per_scan, pooled
+        In each scan, and over all scans.
+    """
+
+    per_scan: Float[np.ndarray, "vectors scans"]
+    pooled: Float[np.ndarray, " vectors"]
 
 
-def runs_z(
-    signs_positive: Bool[np.ndarray, "vectors points"], starts: Int[np.ndarray, " scans"]
-) -> tuple[Float[np.ndarray, "vectors scans"], Float[np.ndarray, " vectors"]]:
+def runs_z(signs_positive: Bool[np.ndarray, "vectors points"], starts: Int[np.ndarray, " scans"]) -> ByScan:
     """Number of runs of one sign, in standard deviations from its mean given the signs.
 
     Parameters
@@ -20,7 +33,7 @@ def runs_z(
 
     Returns
     -------
-    per_scan, pooled
+    ByScan
         Negative where there are too few runs; 0 where all signs of a scan are alike.
 
     References
@@ -39,11 +52,11 @@ def runs_z(
     excess = np.where(variance > 0, runs - mean, 0.0)
     per_scan = excess / np.sqrt(np.where(variance > 0, variance, 1.0))
     total = np.sum(variance, axis=1)
-    return per_scan, np.sum(excess, axis=1) / np.sqrt(np.where(total > 0, total, 1.0))
+    return ByScan(per_scan, np.sum(excess, axis=1) / np.sqrt(np.where(total > 0, total, 1.0)))
 
 
 def ljung_box(
-    residuals: Float[np.ndarray, "vectors points"], starts: Int[np.ndarray, " scans"], lags: int = _LAGS
+    residuals: Float[np.ndarray, "vectors points"], starts: Int[np.ndarray, " scans"], lags: int
 ) -> Float[np.ndarray, "vectors scans"]:
     """Ljung-Box Q of each scan, about zero and not about the mean: an offset is structure too.
 
@@ -73,8 +86,8 @@ def ljung_box(
 
 
 def moran(
-    residuals: Float[np.ndarray, "vectors points"], graph, scan: Int[np.ndarray, " points"]
-) -> tuple[Float[np.ndarray, "vectors scans"], Float[np.ndarray, " vectors"]]:
+    residuals: Float[np.ndarray, "vectors points"], graph: csr_array, scan: Int[np.ndarray, " points"]
+) -> ByScan:
     """Moran's I: likeness of neighbours, about zero.
 
     Parameters
@@ -88,7 +101,7 @@ def moran(
 
     Returns
     -------
-    per_scan, pooled
+    ByScan
         Sum over the pairs of r_i r_j, divided by their number and by the mean square.
 
     References
@@ -104,4 +117,5 @@ def moran(
     mean_square = square / size
     per_scan = each / np.maximum(pairs, 1) / np.where(mean_square > 0, mean_square, 1.0)
     overall = np.sum(square, axis=1) / scan.size
-    return per_scan, np.sum(each, axis=1) / max(pairs.sum(), 1) / np.where(overall > 0, overall, 1.0)
+    pooled = np.sum(each, axis=1) / max(pairs.sum(), 1) / np.where(overall > 0, overall, 1.0)
+    return ByScan(per_scan, pooled)

@@ -68,21 +68,6 @@ class Points:
         """How many scans there are."""
         return int(self.scan.max()) + 1
 
-    def scan_name(self, scan: int) -> str:
-        """Side, incidence and, where there are several, wavelength of a scan.
-
-        Parameters
-        ----------
-        scan
-            Its number.
-        """
-        first = int(np.argmax(self.scan == scan))
-        side = "T" if self.is_transmission[first] else "R"
-        name = f"{side} at {self.theta_i_deg[first]:g} degrees incidence"
-        if np.ptp(self.wavelength_nm) > 0:
-            name += f", {self.wavelength_nm[first]:g} nm"
-        return name
-
     @cached_property
     def direction(self) -> Float[np.ndarray, "points 3"]:
         """Unit vector of view, the normal of its side along z."""
