@@ -1,6 +1,6 @@
 """Translate the declared files of the simulated measurements into sample files.
 
-python benchmarks/declared.py DECLARED.json [DECLARED.json ...] --out FOLDER
+python -m benchmarks.declared DECLARED.json [DECLARED.json ...] --out FOLDER
 """
 
 import argparse

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.files.moves import settle
 from jaxink.files import exchange
+from jaxink.files.moves import settle
 from jaxink.files.staging import left_over, staged_in
 from jaxink.files.writing import whole_folder, written_whole
 
