@@ -1,8 +1,10 @@
-"""Shared by the report scripts: where the data are, and how a page is written."""
+"""Shared by the scripts: where the data are, how numbers are printed, and how a page is written."""
 
 import os
 import platform
 from pathlib import Path
+
+import numpy as np
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 
@@ -40,10 +42,18 @@ def machine() -> str:
 
     device = jax.devices()[0]
     versions = ", ".join(f"{name} {version(name)}" for name in ("jax", "jaxlib", "optimistix", "numpy"))
-    return (
-        f"{os.cpu_count()} cores, {platform.machine()}, {device.platform}, Python {platform.python_version()}, "
-        f"{versions}"
-    )
+    python = f"Python {platform.python_version()}"
+    return f"{os.cpu_count()} cores, {platform.machine()}, {device.platform}, {python}, {versions}"
+
+
+def rms(values) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def filled(template: Path, **parts) -> str:
+    """Text of a template, its fields in braces filled in."""
+    return template.read_text(encoding="utf-8").format(**parts)
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
@@ -53,7 +63,7 @@ def table(header: list[str], rows: list[list[str]]) -> str:
 
 
 def write_section(name: str, mark: str, text: str) -> None:
-    """Write what follows a mark of a page that another script writes; the mark is added where it is missing."""
+    """Write what follows a mark of a page, which another script writes, and the mark where it is missing."""
     page = (REPOSITORY / "docs" / name).read_text(encoding="utf-8")
     write_page(name, f"{page.split(_mark(mark))[0].rstrip()}\n\n{_mark(mark)}\n\n{text}")
 

@@ -1,4 +1,4 @@
-"""Rays at one rough interface by Monte Carlo; writes benchmarks/montecarlo/interface.json.
+"""Rays at one rough interface by Monte Carlo.
 
 Nothing here imports jaxink: the same physics is written down a second time, with another method.
 
@@ -15,15 +15,11 @@ With w(mu) = E[(p - mu)+] of the slope p along one axis, Lambda = w(cot theta) /
 Axes: z points down, into the second medium; "above" is the medium of negative z.
 """
 
-import argparse
-import json
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-INTERFACE_FILE = Path(__file__).with_name("interface.json")
 N_BATCHES = 20
 # The steepest facet of the density that has to be cut, 80 degrees.
 CUT_SLOPE = np.tan(np.deg2rad(80.0))
@@ -232,131 +228,3 @@ def cross(direction, above, indices, facets, random, on_facet=None):
         events[active] += 1
         active = active[~leaves(ray, side, facets, random)]
     return direction, above, events
-
-
-def interface_alone(indices, theta_deg, facets, n_rays, seed=0, edges_deg=None):
-    """Light that leaves one rough interface, lit from the first medium.
-
-    The first facet divides each ray into both parts with Fresnel weights, the later ones choose.
-
-    Parameters
-    ----------
-    indices
-        Refractive index of the medium the light comes from and of the other.
-    theta_deg
-        Incidence in the first medium.
-    facets
-        The interface.
-    n_rays
-        Incident rays, in 20 batches.
-    seed
-        Of the generator.
-    edges_deg
-        Edges of the rings of the outgoing angle in degrees; default 0, 5 ... 90.
-
-    Returns
-    -------
-    dict
-        ``R``, ``T``: totals; ``R_single``, ``T_single``: after exactly one facet; ``R_events``, ``T_events``:
-        power by number of facets 1 ... 6, 7 or more; ``R_bsdf``, ``T_bsdf``: mean over each ring weighted by
-        cos(theta) dOmega, 1/sr; each as (value, standard error from the batches).
-    """
-    edges = np.linspace(0, 90, 19) if edges_deg is None else np.asarray(edges_deg)
-    random = np.random.default_rng(seed)
-    size = n_rays // N_BATCHES
-    rows = [_batch(indices, theta_deg, facets, size, random, edges) for _ in range(N_BATCHES)]
-    means = {name: np.mean([row[name] for row in rows], axis=0) for name in rows[0]}
-    errors = {name: np.std([row[name] for row in rows], axis=0, ddof=1) / N_BATCHES**0.5 for name in rows[0]}
-    return {name: (means[name], errors[name]) for name in means}
-
-
-def _batch(indices, theta_deg, facets, size, random, edges):
-    theta = np.deg2rad(theta_deg)
-    ray = np.repeat([[np.sin(theta)], [0.0], [np.cos(theta)]], size, axis=1)
-    normal, cosine = meet_facet(ray, np.ones(size, bool), facets, random)
-    reflectance, refracted = fresnel(indices[0], indices[1], cosine)
-    passing = reflectance < 1
-    through = refracted_ray(ray, normal, cosine, refracted, indices[0] / indices[1])[:, passing]
-    direction = np.concatenate([reflected_ray(ray, normal, cosine), through], axis=1)
-    above = np.arange(direction.shape[1]) < size
-    weight = np.concatenate([reflectance, 1 - reflectance[passing]]) / size
-    events = np.ones(above.size, int)
-    stay = np.flatnonzero(~leaves(direction, above, facets, random))
-    direction[:, stay], above[stay], more = cross(direction[:, stay], above[stay], indices, facets, random)
-    events[stay] += more
-
-    out = {}
-    sines = np.hypot(direction[0], direction[1])
-    etendue = np.pi * np.diff(np.sin(np.deg2rad(edges)) ** 2)
-    for name, side in (("R", above), ("T", ~above)):
-        by_events = np.bincount(np.minimum(events[side], 7), weight[side], 8)[1:]
-        angle = np.rad2deg(np.arctan2(sines[side], np.abs(direction[2, side])))
-        ring = np.histogram(angle, edges, weights=weight[side])[0]
-        out |= {name: weight[side].sum(), f"{name}_single": by_events[0], f"{name}_events": by_events}
-        out[f"{name}_bsdf"] = ring / etendue
-    return out
-
-
-CONVENTION = (
-    "Simulated by benchmarks.montecarlo.facets. One interface alone between n_from and n_to, lit from "
-    "n_from at theta_i_deg in that medium, unpolarised. t: scale of the slopes; densities and walk: "
-    "docstring of the script. R (back into n_from) and T (into n_to) are shares of the incident power "
-    "after all facet events, *_single after exactly one, *_events after 1, 2, 3, 4, 5, 6, 7 or more. "
-    "*_bsdf_per_sr: radiance over irradiance without cosine, mean over azimuth and over the ring between "
-    "ring_edges_deg of the outgoing angle in the medium of exit, weighted by cos(theta) dOmega: power in "
-    "the ring / (pi (sin^2 edge2 - sin^2 edge1)). *_se: standard error, 20 batches."
-)
-CASES = (
-    ("cauchy", np.tan(np.deg2rad(3.2))),
-    ("beckmann", np.tan(np.deg2rad(5.0))),
-    ("beckmann", np.tan(np.deg2rad(20.0))),
-    ("ggx", np.tan(np.deg2rad(10.0))),
-)
-# A case with a total above the share and a relative error above the limit is simulated again with more rays.
-RELATIVE_ERROR, SMALL_SHARE = 1e-3, 0.01
-INCIDENCES = {(1.0, 1.5): (0, 30, 60, 80), (1.5, 1.0): (0, 20, 40, 50, 70)}
-
-
-def reference(n_rays: int, seed: int = 1) -> dict:
-    """All cases of the reference file."""
-
-    def short(x):
-        return np.vectorize(lambda v: float(f"{v:.6g}"))(x).tolist()
-
-    rows = []
-    for kind, scale in CASES:
-        facets = Facets(kind, scale)
-        for indices, angles in INCIDENCES.items():
-            for theta in angles:
-                n = n_rays
-                result = interface_alone(indices, theta, facets, n, seed)
-                worst = max(result[k][1] / result[k][0] for k in "RT" if result[k][0] > SMALL_SHARE)
-                if worst > RELATIVE_ERROR:
-                    n = int(1.2 * n * (worst / RELATIVE_ERROR) ** 2)
-                    result = interface_alone(indices, theta, facets, n, seed)
-                row = {"density": kind, "t": scale, "n_from": indices[0], "n_to": indices[1]}
-                row |= {"theta_i_deg": theta, "n_rays": n}
-                for name, (value, error) in result.items():
-                    name = name.replace("bsdf", "bsdf_per_sr")
-                    row |= {name: short(value), f"{name}_se": short(error)}
-                rows.append(row)
-    edges = np.linspace(0, 90, 19).tolist()
-    return {"convention": CONVENTION, "seed": seed, "ring_edges_deg": edges, "cases": rows}
-
-
-def main():
-    """Write the reference file."""
-    parser = argparse.ArgumentParser(description="Reference of one rough interface by Monte Carlo.")
-    parser.add_argument("--rays", type=int, default=4_000_000, help="incident rays of a case")
-    parser.add_argument("--out", type=Path, default=INTERFACE_FILE)
-    arguments = parser.parse_args()
-    result = reference(arguments.rays)
-    lines = ",\n".join(json.dumps(row) for row in result.pop("cases"))
-    head = json.dumps(result)[:-1]
-    temporary = arguments.out.with_suffix(".tmp")
-    temporary.write_text(f'{head}, "cases": [\n{lines}\n]}}\n', encoding="utf-8")
-    temporary.replace(arguments.out)
-
-
-if __name__ == "__main__":
-    main()

@@ -18,40 +18,14 @@ Standard errors: 20 batches of photons. All directions share the photons, so tha
 Axes: z down along the incidence, x in its plane; phi 180 is the specular side, as in the measurements.
 """
 
-import argparse
-import json
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 
+from benchmarks.montecarlo.counts import DIFFUSE, REGULAR, SURFACE, Counts
 from benchmarks.montecarlo.events import NextEvents
 from benchmarks.montecarlo.facets import N_BATCHES, cross, fresnel
-from benchmarks.montecarlo.sample import Detectors, sample_from
 
-REGULAR, SURFACE, DIFFUSE = range(3)
 ROULETTE_WEIGHT, ROULETTE_SURVIVAL = 1e-3, 0.1
 MOST_STEPS = 200_000
-
-
-@dataclass(frozen=True)
-class Result:
-    """Batches of all that was counted, the last axis of each array.
-
-    ``powers``: by name, share of the incident power; R and T are divided into ``_regular`` (neither scattered
-    nor turned by a facet), ``_surface`` (facets only) and ``_diffuse``. ``bsdf``: at the detectors, 1/sr.
-    ``rings``: mean BSDF, without the regular light, over bins (side, theta, azimuth from the specular side,
-    folded) and weighted by cos(theta) dOmega, 1/sr.
-    """
-
-    powers: dict[str, np.ndarray]
-    bsdf: np.ndarray | None
-    rings: np.ndarray | None
-
-    @staticmethod
-    def mean_and_error(batches):
-        """Mean and standard error over the batches."""
-        return batches.mean(-1), batches.std(-1, ddof=1) / N_BATCHES**0.5
 
 
 class _Photons:
@@ -109,7 +83,7 @@ def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=No
     in_batch = n_photons // N_BATCHES
     photons = _Photons(sample, theta_deg, N_BATCHES * in_batch, random)
     events = None if detectors is None else NextEvents(sample, detectors)
-    counts = _Counts(ring_edges, sample.axis_offset(theta_deg))
+    counts = Counts(ring_edges, sample.axis_offset(theta_deg))
     for _ in range(MOST_STEPS):
         _pass_faces(sample, photons, events, random)
         counts.leave(sample, photons, events, random)
@@ -149,76 +123,6 @@ def _cross_smooth(direction, above, indices, random):
     ratio = np.where(reflect, 1.0, index_from / index_to)
     vertical = np.where(reflect, -direction[2], np.copysign(refracted, direction[2]))
     return np.stack([ratio * direction[0], ratio * direction[1], vertical]), above == reflect
-
-
-class _Counts:
-    """What has left, by batch."""
-
-    def __init__(self, ring_edges, axis_offset):
-        self.axis_offset = axis_offset
-        names = [f"{side}_{kind}" for side in "RT" for kind in ("regular", "surface", "diffuse")]
-        self.powers = {name: np.zeros(N_BATCHES) for name in (*names, "absorbed", "lost", "backing")}
-        self.edges = None if ring_edges is None else [np.deg2rad(np.asarray(e, float)) for e in ring_edges]
-        if self.edges is not None:
-            self.shape = (2, len(self.edges[0]) - 1, len(self.edges[1]) - 1, N_BATCHES)
-            self.rings = np.zeros(self.shape)
-
-    def add(self, name, batch, weight):
-        self.powers[name] += np.bincount(batch, weight, N_BATCHES)
-
-    def leave(self, sample, photons, events, random):
-        """Count and remove photons outside; the backing sends its share back."""
-        last = len(sample.layers) + 1
-        back = photons.medium == last
-        if sample.backing_albedo is not None and back.any():
-            self._reflect_at_backing(sample, photons, np.flatnonzero(back), events, random)
-            back = np.zeros_like(back)
-        out = back | (photons.medium == 0)
-        if not out.any():
-            return
-        weight, batch, kind = photons.weight[out], photons.batch[out], photons.kind[out]
-        code = np.where(back[out], 3, 0) + kind
-        if sample.seen_radius_mm is not None:
-            x, y = photons.place[:, out]
-            unseen = np.hypot(x - np.where(back[out], self.axis_offset, 0.0), y) > sample.seen_radius_mm
-            code[unseen] = 7
-        for n, name in enumerate(self.powers):
-            self.add(name, batch[code == n], weight[code == n])
-        if self.edges is not None:
-            counted = (kind != REGULAR) & (code != 7)
-            self._to_rings(photons.direction[:, out][:, counted], weight[counted], batch[counted])
-        photons.keep(~out)
-
-    def _to_rings(self, direction, weight, batch):
-        theta = np.arctan2(np.hypot(direction[0], direction[1]), np.abs(direction[2]))
-        azimuth = np.abs(np.arctan2(direction[1], direction[0]))
-        bins = [np.searchsorted(e, x) - 1 for e, x in zip(self.edges, (theta, azimuth), strict=True)]
-        inside = [(b >= 0) & (b < n) for b, n in zip(bins, self.shape[1:3], strict=True)]
-        use = inside[0] & inside[1]
-        place = ((direction[2] > 0).astype(int), *bins, batch)
-        flat = np.ravel_multi_index([p[use] for p in place], self.shape)
-        self.rings += np.bincount(flat, weight[use], self.rings.size).reshape(self.shape)
-
-    def _reflect_at_backing(self, sample, photons, at, events, random):
-        albedo = sample.backing_albedo
-        self.add("backing", photons.batch[at], (1 - albedo) * photons.weight[at])
-        photons.weight[at] *= albedo
-        if events is not None:
-            events.on_backing(photons.weight[at], photons.batch[at])
-        sine, turn = np.sqrt(random.random(at.size)), 2 * np.pi * random.random(at.size)
-        cosine = np.sqrt(1 - sine**2)
-        photons.direction[:, at] = np.stack([sine * np.cos(turn), sine * np.sin(turn), -cosine])
-        photons.kind[at] = DIFFUSE
-        photons.face[at] = len(sample.layers)
-
-    def result(self, events, in_batch):
-        """Batches of all counts, per photon."""
-        rings = None
-        if self.edges is not None:
-            etendue = np.diff(np.sin(self.edges[0]) ** 2)[:, None, None] * np.diff(self.edges[1])[:, None]
-            rings = self.rings / (in_batch * etendue)
-        powers = {name: power / in_batch for name, power in self.powers.items()}
-        return Result(powers, None if events is None else events.bsdf / in_batch, rings)
 
 
 def _travel(sample, photons, counts, events, random):
@@ -267,30 +171,3 @@ def _turned(direction, cosine, random):
     second = np.stack([b, sign + y * y * a, -y])
     turned = sine * (np.cos(turn) * first + np.sin(turn) * second) + cosine * direction
     return turned / np.sqrt(np.sum(turned**2, axis=0))
-
-
-def main():
-    """Print totals and the BSDF in the plane of incidence of a sample described in a JSON file."""
-    parser = argparse.ArgumentParser(description="Light from a stack of layers by Monte Carlo.")
-    parser.add_argument("sample", type=Path, help="JSON file with the fields of Sample")
-    parser.add_argument("--theta", type=float, default=0.0, help="incidence in degrees")
-    parser.add_argument("--photons", type=int, default=100_000)
-    parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    sample = sample_from(json.loads(arguments.sample.read_text(encoding="utf-8")))
-    theta = np.arange(-80.0, 81.0, 10.0)
-    sides = (False,) if sample.backing_albedo is not None else (False, True)
-    side = np.repeat(sides, theta.size)
-    signed = np.tile(theta, len(sides))
-    detectors = Detectors(np.abs(signed), np.where(signed < 0, 0.0, 180.0), side)
-    seen = sample.seen_radius_mm is not None
-    result = simulate(sample, arguments.theta, arguments.photons, arguments.seed, None if seen else detectors)
-    for name, batches in result.powers.items():
-        print("{:12s} {:.6f} +- {:.6f}".format(name, *Result.mean_and_error(batches)))
-    if result.bsdf is not None:
-        for angle, far, value, error in zip(signed, side, *Result.mean_and_error(result.bsdf), strict=True):
-            print(f"{'T' if far else 'R'} {angle:6.1f} deg {value:.6f} +- {error:.6f} 1/sr")
-
-
-if __name__ == "__main__":
-    main()

@@ -8,6 +8,8 @@ import dataclasses
 
 import numpy as np
 
+from benchmarks.montecarlo.facets import fresnel
+
 _ROULETTE_BELOW = 0.02
 
 
@@ -27,15 +29,6 @@ class Plate:
     index_front: float = 1.0
 
 
-def fresnel(index_1: float, index_2: float, cosine_1: np.ndarray) -> np.ndarray:
-    """Reflectance for unpolarised light by the amplitudes; 1 beyond the critical angle."""
-    squared = 1 - (index_1 / index_2) ** 2 * (1 - cosine_1**2)
-    cosine_2 = np.sqrt(np.maximum(squared, 0.0))
-    s = (index_1 * cosine_1 - index_2 * cosine_2) / (index_1 * cosine_1 + index_2 * cosine_2 + 1e-300)
-    p = (index_2 * cosine_1 - index_1 * cosine_2) / (index_2 * cosine_1 + index_1 * cosine_2 + 1e-300)
-    return np.where(squared > 0, (s**2 + p**2) / 2, 1.0)
-
-
 class _Ways:
     """Regular ways of directions inside the plate, by their angle there."""
 
@@ -43,12 +36,35 @@ class _Ways:
         cosine = np.cos(np.deg2rad(theta_deg))
         index = table.index_inside[0]
         through = np.exp(-plate.optical_thickness / np.maximum(cosine, 1e-12))
-        front = fresnel(index, plate.index_front, cosine)
+        front, _ = fresnel(index, plate.index_front, cosine)
         self.back_to_sheet = through**2 * front
         self.out = through * (1 - front)
         self.reflected, self.transmitted = (
             np.interp(theta_deg, table.theta_deg, table.regular[component, 0]) for component in (0, 1)
         )
+
+
+class _Detectors:
+    """Directions to look from, and what each gets of light that the sheet sends on."""
+
+    def __init__(self, table, plate: Plate, theta_o_deg, phi_deg, transmitted):
+        self.table, self.theta_o, self.phi, self.transmitted = table, theta_o_deg, phi_deg, transmitted
+        inside = table.index_inside[0]
+        leaves_into = np.where(transmitted, table.index_outside[0], plate.index_front)
+        self.within = np.rad2deg(np.arcsin(leaves_into * np.sin(np.deg2rad(theta_o_deg)) / inside))
+        ways = _Ways(table, plate, self.within)
+        repeated = 1 / (1 - ways.reflected * ways.back_to_sheet)
+        exit_share = np.where(transmitted, ways.back_to_sheet * ways.transmitted, ways.out)
+        self.upward = exit_share * repeated * (leaves_into / inside) ** 2
+
+    def bsdf(self, theta, azimuth):
+        """Of every detector per power that arrives at the sheet with these angles."""
+        turn = self.phi + np.rad2deg(azimuth)[:, None]
+        value = self.upward * self.table.interpolated("R_II", theta[:, None], self.within, turn)
+        if self.transmitted.any():
+            to = self.transmitted
+            value[:, to] += self.table.interpolated("T_IA", theta[:, None], self.theta_o[to], turn[:, to])
+        return value
 
 
 def plate_bsdf(
@@ -80,36 +96,17 @@ def plate_bsdf(
         1/sr, one for each detector.
     """
     random = np.random.default_rng(seed)
-    theta_o, phi, transmitted = (np.asarray(column) for column in detectors)
-    inside, outside = table.index_inside[0], table.index_outside[0]
-    leaves_into = np.where(transmitted, outside, plate.index_front)
-    within = np.rad2deg(np.arcsin(leaves_into * np.sin(np.deg2rad(theta_o)) / inside))
-    ways = _Ways(table, plate, within)
-    repeated = 1 / (1 - ways.reflected * ways.back_to_sheet)
-    exit_share = np.where(transmitted, ways.back_to_sheet * ways.transmitted, ways.out)
-    upward = exit_share * repeated * (leaves_into / inside) ** 2
-
-    def seen(theta, azimuth):
-        """BSDF of every detector per power that arrives at the sheet."""
-        turn = phi + np.rad2deg(azimuth)[:, None]
-        value = upward * table.interpolated("R_II", theta[:, None], within, turn)
-        if transmitted.any():
-            to = transmitted
-            value[:, to] += table.interpolated("T_IA", theta[:, None], theta_o[to], turn[:, to])
-        return value
-
-    sine = plate.index_front * np.sin(np.deg2rad(theta_i_deg)) / inside
+    seen = _Detectors(table, plate, *(np.asarray(column) for column in detectors))
+    sine = plate.index_front * np.sin(np.deg2rad(theta_i_deg)) / table.index_inside[0]
     theta = np.full(n_photons, np.rad2deg(np.arcsin(sine)))
     entering = _Ways(table, plate, theta[:1])
     azimuth, weight = np.zeros(n_photons), np.full(n_photons, float(entering.out[0]))
-    total = np.zeros((n_photons, len(theta_o)))
+    total = np.zeros((n_photons, len(seen.phi)))
     alive = np.arange(n_photons)
     while alive.size:
-        if np.ptp(theta) == 0:
-            # All photons arrive alike the first time.
-            total[alive] += weight[:, None] * seen(theta[:1], azimuth[:1])
-        else:
-            total[alive] += weight[:, None] * seen(theta, azimuth)
+        # All photons arrive alike the first time.
+        some = slice(1) if np.ptp(theta) == 0 else slice(None)
+        total[alive] += weight[:, None] * seen.bsdf(theta[some], azimuth[some])
         regular = np.interp(theta, table.theta_deg, table.regular[0, 0])
         goes_straight = random.random(alive.size) < regular / (regular + 0.5)
         turn = 2 * np.pi * random.random(alive.size)

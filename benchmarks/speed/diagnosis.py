@@ -15,8 +15,8 @@ import time
 from pathlib import Path
 
 import jaxink
-from benchmarks.declared import sample_toml
-from benchmarks.pages import data_folder, machine, table, write_page
+from benchmarks.pages import machine, table, write_page
+from benchmarks.simulated_data import data_file, declared_text
 
 STORE = Path(__file__).with_suffix(".json")
 NAMES = ("plain_hg", "undeclared_stray_light", "undeclared_backing")
@@ -39,11 +39,10 @@ def python_speed() -> float:
 
 def timed(name: str) -> dict:
     """Seconds of each kind, and what was found."""
-    folder = data_folder("simulated")
-    data = folder / f"{name}.csv"
+    data = data_file(name)
     with tempfile.TemporaryDirectory() as scratch:
         sample, out = Path(scratch) / "sample.toml", Path(scratch) / "out"
-        sample.write_text(sample_toml(json.loads((folder / f"{name}.declared.json").read_text())))
+        sample.write_text(declared_text(name))
         environment = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
         environment["XDG_CACHE_HOME"] = str(Path(scratch) / "cache")
         command = [sys.executable, "-m", "jaxink", "diagnose", str(data), "--sample", str(sample)]

@@ -7,7 +7,7 @@ import argparse
 import statistics
 
 from benchmarks.pages import machine, table, write_page
-from benchmarks.validation.simulated.__main__ import fit_declared
+from benchmarks.validation.simulated.fits import fit_declared
 
 
 def main() -> None:
@@ -19,7 +19,7 @@ def main() -> None:
     rows = []
     seconds = {}
     for method in ("gradient", "simplex"):
-        runs = [fit_declared(arguments.name, method)[0] for _ in range(arguments.repeats)]
+        runs = [fit_declared(arguments.name, method) for _ in range(arguments.repeats)]
         first, search = runs[0], runs[0].searches[0]
         seconds[method] = statistics.median(r.searches[0].run_seconds for r in runs)
         rows.append(

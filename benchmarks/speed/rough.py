@@ -3,7 +3,6 @@
 python -m benchmarks.speed.rough
 """
 
-import json
 import re
 import time
 
@@ -12,18 +11,17 @@ import jax
 import numpy as np
 
 import jaxink
-from benchmarks.declared import sample_toml
-from benchmarks.pages import data_folder, machine, table, write_page
+from benchmarks.pages import machine, table, write_page
+from benchmarks.simulated_data import data_file, declared_text
 from jaxink.numerics.precision import computing
 
-ROUNDS = 60
+NAME, ROUNDS = "white_ink_rough", 60
 _SIGMA = "sigma_deg = { free = true, value = 5, min = 0.5, max = 25 }"
 
 
 def samples() -> dict[str, str]:
     """Sample files: smooth, one rough face with its angle free, and two densities with all numbers free."""
-    name = "white_ink_rough"
-    text = sample_toml(json.loads((data_folder("simulated") / f"{name}.declared.json").read_text()))
+    text = declared_text(NAME)
     two = (
         f'density = "beckmann", {_SIGMA}, second_density = "ggx", '
         "second_sigma_deg = { free = true, value = 15, min = 5, max = 40 }, "
@@ -47,7 +45,7 @@ def samples() -> dict[str, str]:
 
 def main() -> None:
     """Write the page."""
-    data = jaxink.read(data_folder("simulated") / "white_ink_rough.csv")
+    data = jaxink.read(data_file(NAME))
     runs, built = {}, {}
     with computing():
         for name, text in samples().items():
@@ -91,7 +89,7 @@ def main() -> None:
     ]
     text = f"""# Time of a rough face
 
-The simulated plate `white_ink_rough`: {len(data)} directions, five incidences, Mie ink, sizes as they are
+The simulated plate `{NAME}`: {len(data)} directions, five incidences, Mie ink, sizes as they are
 chosen. Medians of {ROUNDS} rounds in which all take turns. Made by `python -m benchmarks.speed.rough`
 ({machine()}).
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import jaxink
-from benchmarks.montecarlo.thin_sheet import Plate, plate_bsdf
+from benchmarks.montecarlo import Plate, plate_bsdf
 from benchmarks.pages import REPOSITORY, machine, table, write_page
 from benchmarks.validation.ink.figure import draw, lines
-from benchmarks.validation.simulated.__main__ import fit_declared
+from benchmarks.validation.simulated.fits import fit_declared
 from jaxink.fitting import FitResult
 from jaxink.ink import COMPONENTS, InkTable, TableOptions, verify_sheet
 from jaxink.ink.sheet import sheets
@@ -79,7 +79,7 @@ table = jaxink.read_ink_table("ink.nc")
 
 def cased(name: str) -> tuple[FitResult, InkTable]:
     """Fit of a simulated measurement, and its table as read from a file."""
-    result, _ = fit_declared(name)
+    result = fit_declared(name)
     with tempfile.TemporaryDirectory() as folder:
         path = jaxink.ink_table(result).to_netcdf(Path(folder) / "ink.nc")
         return result, jaxink.read_ink_table(path)

@@ -6,8 +6,9 @@ python -m benchmarks.validation.measured
 import numpy as np
 
 import jaxink
-from benchmarks.pages import data_folder, machine, section_after, table, write_page
-from benchmarks.validation.measured.diagnosis import MARK, SAMPLES
+from benchmarks.pages import data_folder, machine, rms, section_after, table, write_page
+from benchmarks.validation.measured.diagnosis import SAMPLES
+from benchmarks.validation.measured.diagnosis_page import MARK
 from jaxink.fitting import FitResult, predict_left_out, prepare_data
 from jaxink.measurement import symmetry_repeatability
 from jaxink.numerics.precision import computing
@@ -176,11 +177,6 @@ PAINT_COMMENT = """The smooth surface leaves the lobe about the specular directi
 asymmetry parameter runs to the end of its range to imitate that lobe, and means nothing. A free index ends well below
 the binder's 1.5, as for a surface that is graded or porous. Facets cannot tell one wavelength from another, but the lobe at 70 degrees is 1.7
 times higher at 852 nm than at 631 nm; the waves of one spectrum of heights follow that."""
-
-
-def rms(values) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def validity_sentence(result: FitResult) -> str:

@@ -17,7 +17,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 import jaxink
-from benchmarks.validation.measured.diagnosis import PHASE_STUDY, SAMPLES, measured, rms, write
+from benchmarks.pages import rms
+from benchmarks.validation.measured.diagnosis import SAMPLES, measured
+from benchmarks.validation.measured.diagnosis_page import PHASE_STUDY, write
 from jaxink.fitting.objective import noise_of
 from jaxink.measurement import symmetry_repeatability
 from jaxink.numerics.precision import computing

@@ -13,7 +13,8 @@ import sys
 import numpy as np
 
 import jaxink
-from benchmarks.validation.measured.diagnosis import REPORTS, SAMPLES, declared, save, write
+from benchmarks.validation.measured.diagnosis import SAMPLES, declared, save
+from benchmarks.validation.measured.diagnosis_page import REPORTS, write
 from jaxink.diagnosis import Points, locate
 from jaxink.diagnosis.stage import Setup
 from jaxink.effects import Scene

@@ -4,7 +4,6 @@ python -m benchmarks.validation.photons
 """
 
 import csv
-import json
 from dataclasses import dataclass, field
 
 import jax
@@ -12,11 +11,10 @@ import miepython
 import numpy as np
 
 import jaxink
-from benchmarks.montecarlo.facets import Facets
-from benchmarks.montecarlo.photons import Result, simulate
-from benchmarks.montecarlo.sample import Detectors, Layer, Sample, Tabulated
-from benchmarks.montecarlo.sample import HenyeyGreenstein as DrawnHenyeyGreenstein
-from benchmarks.pages import data_folder, table, write_page
+from benchmarks import montecarlo
+from benchmarks.montecarlo import Detectors, Facets, Layer, Result, Sample, Tabulated, simulate
+from benchmarks.pages import table, write_page
+from benchmarks.simulated_data import data_file, truth_of
 from jaxink.optics.phase_function import PhaseFunction
 from jaxink.particles.phase_function import HenyeyGreenstein, TwoTermHenyeyGreenstein
 from jaxink.solver.stack import block_media
@@ -25,7 +23,7 @@ from jaxink.surfaces.slopes import slope_density
 INCIDENCES_DEG = (20.0, 60.0)
 N_PHOTONS = 160_000
 THETA_DEG, PHI_DEG = (5.0, 25.0, 45.0, 65.0, 85.0), (0.0, 110.0, 180.0)
-HG = DrawnHenyeyGreenstein
+HG = montecarlo.HenyeyGreenstein
 PLATE = Layer(1.5, 1.0)
 
 
@@ -114,7 +112,7 @@ def _layer_of(layer: Layer):
     )
 
 
-def _phase_of(phase: DrawnHenyeyGreenstein) -> PhaseFunction:
+def _phase_of(phase: montecarlo.HenyeyGreenstein) -> PhaseFunction:
     if len(phase.asymmetries) == 1:
         return HenyeyGreenstein(phase.asymmetries[0])
     return TwoTermHenyeyGreenstein(*phase.asymmetries, phase.shares[1])
@@ -220,9 +218,8 @@ def simulated_phase(ink: dict, wavelength_nm: float):
 
 def compare_simulated(case: Simulated, seed: int) -> list[str]:
     """Row of the Monte Carlo against the noise-free values and totals of a simulated measurement."""
-    folder = data_folder("simulated")
-    truth = json.loads((folder / f"{case.name}.truth.json").read_text())
-    with (folder / f"{case.name}.csv").open(encoding="utf-8") as file:
+    truth = truth_of(case.name)
+    with data_file(case.name).open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     ink, optics = truth["ink"], truth["optics"][0]
     phase = simulated_phase(ink, optics["wavelength_nm"])

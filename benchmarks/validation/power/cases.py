@@ -1,14 +1,12 @@
 """Cases of the power study: simulated measurements, and patterns of our own for effects that those cannot show."""
 
 import dataclasses
-import json
 from collections.abc import Callable
 
 import numpy as np
 
 import jaxink
-from benchmarks.declared import sample_toml
-from benchmarks.pages import data_folder
+from benchmarks.simulated_data import data_file, declared_text
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from jaxink.sample import ParameterTable
@@ -48,9 +46,7 @@ retro_half_angle_deg = 0
 
 def _filed(name: str) -> tuple[jaxink.GonioData, jaxink.Sample]:
     """A simulated measurement and its sample as declared."""
-    folder = data_folder("simulated")
-    declared = json.loads((folder / f"{name}.declared.json").read_text())
-    return jaxink.read(folder / f"{name}.csv"), jaxink.parse_sample(sample_toml(declared))
+    return jaxink.read(data_file(name)), jaxink.parse_sample(declared_text(name))
 
 
 def _thin_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:

@@ -3,15 +3,14 @@
 python -m benchmarks.validation.simulated
 """
 
-import json
 import re
 
 import numpy as np
 
-import jaxink
-from benchmarks.declared import sample_toml
-from benchmarks.pages import data_folder, machine, section_after, table, write_page
+from benchmarks.pages import machine, rms, section_after, table, write_page
+from benchmarks.simulated_data import truth_of
 from benchmarks.validation.simulated.diagnosis import MARK
+from benchmarks.validation.simulated.fits import FREE_SIGMA, fit_declared, fit_text, text_of
 from jaxink.fitting import FitResult
 
 NAMES = (
@@ -25,8 +24,6 @@ NAMES = (
     "white_ink_rough",
 )
 DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
-# The angle of a rough face is fitted, too; start and range have nothing to do with the truth.
-_FREE_SIGMA = "sigma_deg = { free = true, value = 6, min = 0.5, max = 25 }"
 
 
 def true_value(key: str, wavelength_nm: float | None, truth: dict) -> float:
@@ -50,24 +47,6 @@ def true_value(key: str, wavelength_nm: float | None, truth: dict) -> float:
         "particle_absorption_index": absorption,
         "sigma_deg": truth.get("roughness", {}).get("ink_air", (None, None))[1],
     }[key]
-
-
-def declared_text(name: str) -> str:
-    """Sample file of a simulated measurement, with the angle of a rough face free."""
-    declared = json.loads((data_folder("simulated") / f"{name}.declared.json").read_text())
-    return re.sub(r"sigma_deg = [0-9.]+", _FREE_SIGMA, sample_toml(declared))
-
-
-def fit_text(name: str, text: str, method: str = "gradient") -> FitResult:
-    """Fit one simulated measurement with the text of a sample file."""
-    sample = jaxink.parse_sample(text, name)
-    return jaxink.fit(data_folder("simulated") / f"{name}.csv", sample, jaxink.FitOptions(method=method))
-
-
-def fit_declared(name: str, method: str = "gradient") -> tuple[FitResult, dict]:
-    """Fit one simulated measurement from what its declared file says, and read its truth."""
-    truth = json.loads((data_folder("simulated") / f"{name}.truth.json").read_text())
-    return fit_text(name, declared_text(name), method), truth
 
 
 def comparison(result: FitResult, truth: dict) -> list[list[str]]:
@@ -98,7 +77,7 @@ def comparison(result: FitResult, truth: dict) -> list[list[str]]:
 
 def section(name: str) -> tuple[str, list[str]]:
     """Text on one measurement, and its row of the overview."""
-    result, truth = fit_declared(name)
+    result, truth = fit_declared(name), truth_of(name)
     m = result.merit
     rows = comparison(result, truth)
     worst = max((abs(float(row[4])) for row in rows if row[4]), default=float("nan"))
@@ -137,13 +116,13 @@ def against_the_noise_free(result: FitResult, truth: dict) -> list[str]:
     return [
         f"{np.sum(drawn**2):.0f} / {len(drawn)}",
         f"{np.mean((error / result.sigma_per_sr) ** 2):.2f}",
-        f"{np.sqrt(np.mean(deviation**2)):.2f}",
+        f"{rms(deviation):.2f}",
     ]
 
 
 def rivals() -> str:
     """The rough white ink without roughness and with each density, and roughness instead of scattering."""
-    text = declared_text("white_ink_rough")
+    text = text_of("white_ink_rough")
     rows = []
     for density in ("none", *DENSITIES):
         if density == "none":
@@ -183,14 +162,14 @@ density, its angle free:
 
 def roughness_only() -> str:
     """A rough face on an ink that does not scatter, fitted to a smooth ink that does."""
-    text = declared_text("white_ink_mie")
+    text = text_of("white_ink_mie")
     for key in ("radius_nm", "volume_fraction", "particle_index", "particle_absorption_index"):
         text = re.sub(rf"{key} = .*\n", "", text)
     text = text.replace(
         'phase_function = "mie"',
         'phase_function = "henyey_greenstein"\nscattering_per_mm = 0\nasymmetry_parameter = 0\n'
         "absorption_per_mm = { free = true, min = 0, max = 50 }\n"
-        f'back_roughness = {{ density = "ggx", {_FREE_SIGMA.replace("max = 25", "max = 45")} }}',
+        f'back_roughness = {{ density = "ggx", {FREE_SIGMA.replace("max = 25", "max = 45")} }}',
     )
     m = fit_text("white_ink_mie", text).merit
     return f"""## Roughness alone on `white_ink_mie`

@@ -2,7 +2,7 @@
 
 python -m benchmarks.validation.simulated.diagnosis [NAME ...]
 
-Each case is diagnosed in a process of its own and its report kept in benchmarks/validation/simulated/reports/NAME.json; with names, only
+Each case is diagnosed in a process of its own and its report kept in reports/NAME.json; with names, only
 these are diagnosed anew. The table is written from all reports that are there.
 """
 
@@ -12,8 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.declared import sample_toml
-from benchmarks.pages import data_folder, machine, table, write_section
+from benchmarks.pages import machine, table, write_section
+from benchmarks.simulated_data import data_file, declared_text, names, truth_of
 
 MARK = "undeclared effects, by benchmarks.validation.simulated.diagnosis"
 REPORTS = Path(__file__).parent / "reports"
@@ -93,13 +93,11 @@ def true_strengths(truth: dict) -> dict[str, float]:
 
 def diagnose(name: str) -> None:
     """Run the command on one case, by its declared file alone, and keep its report."""
-    folder = data_folder("simulated")
-    declared = json.loads((folder / f"{name}.declared.json").read_text())
     with tempfile.TemporaryDirectory() as scratch:
         sample = Path(scratch) / "sample.toml"
-        sample.write_text(sample_toml(declared))
+        sample.write_text(declared_text(name))
         out = Path(scratch) / "out"
-        command = [sys.executable, "-m", "jaxink", "diagnose", str(folder / f"{name}.csv")]
+        command = [sys.executable, "-m", "jaxink", "diagnose", str(data_file(name))]
         command += ["--sample", str(sample), "--out", str(out), "--quiet", "--no-figures"]
         done = subprocess.run(command, check=False)
         report = json.loads((out / "report.json").read_text())
@@ -152,18 +150,15 @@ def row(name: str, report: dict, truth: dict) -> list[str]:
 
 def main() -> None:
     """Diagnose what is asked for or missing, and write the table."""
-    folder = data_folder("simulated")
-    names = sorted(p.name.removesuffix(".declared.json") for p in folder.glob("*.declared.json"))
     asked = sys.argv[1:]
-    for name in names:
+    for name in names():
         if name in asked or (not asked and not (REPORTS / f"{name}.json").exists()):
             diagnose(name)
     rows = []
-    for name in sorted(names, key=lambda n: (not n.startswith("undeclared"), n)):
+    for name in sorted(names(), key=lambda n: (not n.startswith("undeclared"), n)):
         file = REPORTS / f"{name}.json"
         if file.exists():
-            truth = json.loads((folder / f"{name}.truth.json").read_text())
-            rows.append(row(name, json.loads(file.read_text()), truth))
+            rows.append(row(name, json.loads(file.read_text()), truth_of(name)))
     header = [
         "simulated measurement",
         "what the declared file does not say",
@@ -179,9 +174,11 @@ def main() -> None:
     ]
     text = f"""## Undeclared effects
 
-`jaxink diagnose` on every **simulated** measurement, by the declared file alone (`python -m benchmarks.validation.simulated.diagnosis`,
-{machine()}; reports in benchmarks/validation/simulated/reports). Strengths are compared where the definition of the simulation agrees
-with the catalogue's (docs/diagnosis.md): all of E1, E4 to E8, E10, E11 and E13 to E15; of E9 the diameters of beam and field. Parameters in the order of the sample file.
+`jaxink diagnose` on every **simulated** measurement, by the declared file alone
+(`python -m benchmarks.validation.simulated.diagnosis`, {machine()}; reports in
+benchmarks/validation/simulated/reports). Strengths are compared where the definition of the simulation agrees
+with the catalogue's (docs/diagnosis.md): all of E1, E4 to E8, E10, E11 and E13 to E15; of E9 the diameters of
+beam and field. Parameters in the order of the sample file.
 
 {table(header, rows)}
 """

@@ -202,8 +202,3 @@ def fit_discs(predict, data: Discs, thickness_errors_mm, asymmetry=ASYMMETRY, us
     deviation = (left - weights.best_scales(left)).reshape(shape)
     sigma = np.sqrt(np.diag(noise)).reshape(shape)
     return DiscFit(x, errors, 2 * found.cost, weights.log_determinant, deviation, sigma)
-
-
-def rms(values) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -35,3 +35,13 @@ def ink(index, reduced_per_mm, absorption_per_mm, asymmetry, thickness_mm) -> ja
 def sizes_for_power(stack: jaxink.Stack) -> jaxink.SolverConfig:
     """Sizes for totals, which need the azimuthal mean only."""
     return replace(jaxink.choose_sizes(stack, 1e-5), n_orders=1)
+
+
+def refusal(folder: str, file: str, sample: str | None = None) -> str:
+    """What `jaxink diagnose` tells a user who gives it such a file."""
+    path = data_folder("measured") / folder / file
+    try:
+        jaxink.read(path, sample=sample)
+    except jaxink.InputRefusedError as error:
+        return str(error).replace(str(path), path.name)
+    raise SystemExit(f"{path.name} was read as a BSDF; this page has to be written anew.")

@@ -1,11 +1,13 @@
-"""Translate the declared files of the simulated measurements into sample files.
+"""The simulated measurements: their files, and sample files that say what their declared files say.
 
-python -m benchmarks.declared DECLARED.json [DECLARED.json ...] --out FOLDER
+python -m benchmarks.simulated_data DECLARED.json [DECLARED.json ...] --out FOLDER
 """
 
 import argparse
 import json
 from pathlib import Path
+
+from benchmarks.pages import data_folder
 
 _NAMES = {
     "mus": "scattering_per_mm",
@@ -18,6 +20,31 @@ _NAMES = {
 }
 _PHASES = {"hg": "henyey_greenstein", "mie": "mie"}
 _PHASE_UNKNOWNS = {"hg": ("mus", "mua", "g"), "mie": ("radius_nm", "pvc", "n_re", "n_im")}
+
+
+def names() -> list[str]:
+    """Of all simulated measurements."""
+    files = data_folder("simulated").glob("*.declared.json")
+    return sorted(file.name.removesuffix(".declared.json") for file in files)
+
+
+def data_file(name: str) -> Path:
+    """The measurement itself."""
+    return data_folder("simulated") / f"{name}.csv"
+
+
+def declared_text(name: str) -> str:
+    """Sample file that says what the declared file of a measurement says."""
+    return sample_toml(_content(name, "declared"))
+
+
+def truth_of(name: str) -> dict:
+    """What no fit may know of a measurement."""
+    return _content(name, "truth")
+
+
+def _content(name: str, kind: str) -> dict:
+    return json.loads(data_file(name).with_name(f"{name}.{kind}.json").read_text(encoding="utf-8"))
 
 
 def sample_toml(declared: dict) -> str:
