@@ -10,22 +10,9 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 
 
 def data_folder(kind: str) -> Path:
-    """Folder of the measured, simulated or reference data.
+    """Folder of the ``measured``, ``simulated`` or ``reference`` data.
 
-    Parameters
-    ----------
-    kind
-        ``measured``, ``simulated`` or ``reference``.
-
-    Returns
-    -------
-    Path
-        Below the folder that the environment variable JAXINK_DATA names, else beside the repository.
-
-    Raises
-    ------
-    SystemExit
-        With a sentence, if it is absent.
+    It lies below the folder that the environment variable JAXINK_DATA names, else beside the repository.
     """
     root = Path(os.environ.get("JAXINK_DATA", REPOSITORY.parent / "shared" / "data"))
     folder = root / kind

@@ -1,9 +1,5 @@
-"""The simulated measurements: their files, and sample files that say what their declared files say.
+"""The simulated measurements: their files, and sample files that say what their declared files say."""
 
-python -m benchmarks.simulated_data DECLARED.json [DECLARED.json ...] --out FOLDER
-"""
-
-import argparse
 import json
 from pathlib import Path
 
@@ -35,7 +31,7 @@ def data_file(name: str) -> Path:
 
 def declared_text(name: str) -> str:
     """Sample file that says what the declared file of a measurement says."""
-    return sample_toml(_content(name, "declared"))
+    return _sample_toml(_content(name, "declared"))
 
 
 def truth_of(name: str) -> dict:
@@ -47,19 +43,8 @@ def _content(name: str, kind: str) -> dict:
     return json.loads(data_file(name).with_name(f"{name}.{kind}.json").read_text(encoding="utf-8"))
 
 
-def sample_toml(declared: dict) -> str:
-    """Text of the sample file that says what a declared file says.
-
-    Parameters
-    ----------
-    declared
-        Content of a ``*.declared.json``.
-
-    Returns
-    -------
-    str
-        TOML; unknown parameters are free between their declared ranges and start in the middle.
-    """
+def _sample_toml(declared: dict) -> str:
+    """What a declared file says: unknowns are free in their declared ranges and start in the middle."""
     wavelengths = declared["wavelength_nm"]
     lines = ["schema_version = 1", 'title = "simulated measurement"', f"wavelength_nm = {wavelengths}", ""]
     for layer in declared["stack_from_illuminated_side"]:
@@ -113,19 +98,3 @@ def _layer(layer: dict, declared: dict, is_spectrum: bool) -> list[str]:
         face = rough["ink_air"]
         lines.append(f'back_roughness = {{ density = "{face["kind"]}", sigma_deg = {face["sigma_deg"]} }}')
     return [*lines, ""]
-
-
-def main() -> None:
-    """Write one sample file for each declared file."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("declared", nargs="+", type=Path)
-    parser.add_argument("--out", type=Path, required=True)
-    arguments = parser.parse_args()
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    for path in arguments.declared:
-        target = arguments.out / path.name.replace(".declared.json", ".toml")
-        target.write_text(sample_toml(json.loads(path.read_text())))
-
-
-if __name__ == "__main__":
-    main()

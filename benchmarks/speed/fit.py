@@ -48,9 +48,9 @@ def main() -> None:
     text = f"""# Gradient and simplex side by side
 
 The simulated measurement `{arguments.name}`, from the middle of the parameter ranges, median of
-{arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder-Mead on the very same
-objective, the same variables between 0 and 1 and the same start; it takes {ratio:.1f} times as long, and gives
-no standard errors.
+{arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder-Mead on the very
+same objective, the same variables between 0 and 1 and the same start; it takes {ratio:.1f} times as long, and
+gives no standard errors.
 
 {table(header, rows)}
 

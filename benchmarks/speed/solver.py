@@ -13,17 +13,16 @@ import time
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.pages import filled, machine, table, write_page
+from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
+from jaxink.numerics.precision import computing
+from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.solver.layer_response import layer_response
 
 jax.config.update("jax_enable_x64", True)
-
-import jax.numpy as jnp  # noqa: E402
-import numpy as np  # noqa: E402
-
-from benchmarks.pages import machine, table, write_page  # noqa: E402
-from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf  # noqa: E402
-from jaxink.numerics.precision import computing  # noqa: E402
-from jaxink.particles.phase_function import HenyeyGreenstein  # noqa: E402
-from jaxink.solver.layer_response import layer_response  # noqa: E402
 
 TEMPLATE = Path(__file__).with_name("solver.md.in")
 ROUNDS = 9
@@ -135,10 +134,10 @@ def arithmetic() -> str:
     layer = milliseconds(lambda m: layer_response(m, m, 20.0), positive)
     whole = milliseconds(matched, jnp.array(W2))
     return (
-        f"W2 takes {whole:.2f} ms. The response of the layer, 16 matrices of 24 rows, takes {layer:.2f} ms of it,\n"
-        f"and the eigenproblems in there {eigen:.2f} ms, as LAPACK does them; one product of all these matrices\n"
-        f"takes {product:.3f} ms. The rest is phase matrices, inverses, interpolation to 740 directions and the\n"
-        "call itself."
+        f"W2 takes {whole:.2f} ms. The response of the layer, 16 matrices of 24 rows, takes {layer:.2f} ms\n"
+        f"of it, and the eigenproblems in there {eigen:.2f} ms, as LAPACK does them; one product of all\n"
+        f"these matrices takes {product:.3f} ms. The rest is phase matrices, inverses, interpolation to 740\n"
+        "directions and the call itself."
     )
 
 
@@ -210,7 +209,7 @@ def main() -> None:
     with computing():
         parts = {"derivatives": derivatives(), "scaling": scaling(), "arithmetic": arithmetic()}
     parts |= {"fresh": fresh(), "machine": machine()}
-    write_page("performance.md", TEMPLATE.read_text(encoding="utf-8").format(**parts))
+    write_page("performance.md", filled(TEMPLATE, **parts))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,8 @@ Sokolov, Potemin, Zhdanov, Barladian 2021, "BSDF Reconstruction of Inks and Pain
 CEUR-WS 3027, paper 13, describes each of three inks by a Henyey-Greenstein row and by a Mie row (Tables 1-6).
 A coefficient per mm follows from the former only with a reading of its "scattering" column. Each reading is
 held against the reduced scattering of the Mie row, which the printed g turns it into.
+
+python -m benchmarks.validation.published_tables
 """
 
 import math
@@ -13,11 +15,11 @@ from typing import NamedTuple
 
 import jax
 
+from benchmarks.pages import filled, table, write_page
 from jaxink.particles.mie import mie_coefficients
 
 jax.config.update("jax_enable_x64", True)
 
-OUTPUT = Path(__file__).resolve().parents[2] / "docs" / "published-tables.md"
 BINDER_INDEX = 1.5
 # Two rows of one ink, fitted to the same measurement, should agree to better than this factor.
 AGREES = 1.1
@@ -78,45 +80,28 @@ def reduced_scattering_per_mm(ink: Ink) -> float:
     return float(result.scattering_coefficient_per_mm * (1 - asymmetry))
 
 
-def report() -> str:
+def inks_table(reduced: list[float]) -> str:
+    """Both rows of each ink as printed, and the reduced scattering of its spheres."""
+    header = ["ink", "scattering", "concentration, %", "g", "radius, nm", "index"]
+    header += ["concentration of spheres, %", "mu_s (1 - g) of the spheres, 1/mm"]
+    rows = [
+        [
+            ink.name,
+            *(f"{x:g}" for x in (ink.scattering_value, ink.concentration_percent, ink.asymmetry_parameter)),
+            f"{ink.radius_nm:g}",
+            f"{ink.particle_index.real:g} + {ink.particle_index.imag:g}i",
+            f"{ink.sphere_concentration_percent:g}",
+            f"{value:.4g}",
+        ]
+        for ink, value in zip(INKS, reduced, strict=True)
+    ]
+    return table(header, rows)
+
+
+def page() -> str:
     """The whole page."""
     reduced = [reduced_scattering_per_mm(ink) for ink in INKS]
-    lines = [
-        "# Readings of a published table of inks",
-        "",
-        "Written by `benchmarks.validation.published_tables`. Publication: Sokolov, Potemin, Zhdanov, Barladian",
-        '2021, "BSDF Reconstruction of Inks and Paints for Light Guiding Plates", CEUR-WS 3027, paper 13.',
-        "",
-        "## Numbers",
-        "",
-        "Of Tables 1-6: each ink was fitted twice, with Henyey-Greenstein scattering and with Mie spheres. The last",
-        f"column is computed here from the latter. Assumed for it: a binder of index {BINDER_INDEX:g}; a wavelength of",
-        "550 nm, and for ink 3, whose fit took 570-630 nm, of 600 nm.",
-        "",
-        "| ink | scattering | concentration, % | g | radius, nm | index | concentration of spheres, % "
-        "| mu_s (1 - g) of the spheres, 1/mm |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for ink, value in zip(INKS, reduced, strict=True):
-        index = f"{ink.particle_index.real:g} + {ink.particle_index.imag:g}i"
-        lines.append(
-            f"| {ink.name} | {ink.scattering_value:g} | {ink.concentration_percent:g} "
-            f"| {ink.asymmetry_parameter:g} | {ink.radius_nm:g} | {index} "
-            f"| {ink.sphere_concentration_percent:g} | {value:.4g} |"
-        )
-    lines += [
-        "",
-        "## Readings",
-        "",
-        "The text defines the column as the part of a parallel beam that is scattered per mm of path, at a",
-        "concentration that no printed number settles; values above 1 exclude the literal reading. For each reading",
-        "and ink: the scattering coefficient per mm, and the reduced scattering that it gives with the printed g",
-        "over that of the spheres. Two descriptions of one ink should agree in it: 1.",
-        "",
-        "| reading of the value | ink 1 | ink 2 | ink 3 |",
-        "|---|---|---|---|",
-    ]
-    agreeing = []
+    agreeing, rows = [], []
     for name, reading in READINGS.items():
         coefficients = [reading(ink.scattering_value, ink.concentration_percent) for ink in INKS]
         ratios = [
@@ -125,30 +110,24 @@ def report() -> str:
         ]
         if all(q is not None and 1 / AGREES < q < AGREES for q in ratios):
             agreeing.append(name)
-        cells = " | ".join(_cell(c, q) for c, q in zip(coefficients, ratios, strict=True))
-        lines.append(f"| {name} | {cells} |")
-    lines += [
-        "",
-        "## Verdict",
-        "",
-        *_verdict(agreeing),
-        "jaxink's own files hold coefficients per mm and leave nothing to read into them.",
-        "",
-    ]
-    return "\n".join(lines)
+        rows.append([name, *(_cell(c, q) for c, q in zip(coefficients, ratios, strict=True))])
+    return filled(
+        Path(__file__).with_suffix(".md.in"),
+        binder=BINDER_INDEX,
+        inks=inks_table(reduced),
+        readings=table(["reading of the value", *(f"ink {ink.name}" for ink in INKS)], rows),
+        verdict=_verdict(agreeing),
+    )
 
 
-def _verdict(agreeing: list[str]) -> list[str]:
+def _verdict(agreeing: list[str]) -> str:
+    percent = f"{100 * (AGREES - 1):.0f} %"
     if agreeing:
-        return [
-            f"Within {100 * (AGREES - 1):.0f} % for all three inks:",
-            *(f"* {name}" for name in agreeing),
-            "",
-        ]
-    return [
-        f"No reading makes the two rows of all three inks agree to {100 * (AGREES - 1):.0f} %, so that none is adopted:",
-        "coefficients per mm do not follow from the printed Henyey-Greenstein rows alone.",
-    ]
+        return "\n".join([f"Within {percent} for all three inks:", *(f"* {name}" for name in agreeing), ""])
+    return (
+        f"No reading makes the two rows of all three inks agree to {percent}, so that none is adopted:\n"
+        "coefficients per mm do not follow from the printed Henyey-Greenstein rows alone."
+    )
 
 
 def _cell(coefficient: float | None, ratio: float | None) -> str:
@@ -156,7 +135,4 @@ def _cell(coefficient: float | None, ratio: float | None) -> str:
 
 
 if __name__ == "__main__":
-    page = report()
-    print(page)
-    OUTPUT.parent.mkdir(exist_ok=True)
-    OUTPUT.write_text(page, encoding="utf-8")
+    write_page("published-tables.md", page())

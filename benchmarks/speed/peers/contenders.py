@@ -82,25 +82,30 @@ TOTALS = "totals R and T at normal incidence only"
 
 
 def _nanodisort(sizes, note=""):
-    return Contender("nanodisort, delta-M + NT", "nanodisort", "slabs:nanodisort", sizes, note)
+    return Contender("nanodisort, delta-M + NT", "nanodisort", "cdisort:nanodisort", sizes, note)
 
 
 def _nanodisort_batch(sizes, note="2 threads"):
-    return Contender("nanodisort, batch solver", "nanodisort", "slabs:nanodisort_batch", sizes, note)
+    return Contender("nanodisort, batch solver", "nanodisort", "cdisort:nanodisort_batch", sizes, note)
 
 
 def _pydisort(sizes, note=NO_BATCH):
-    return Contender("pydisort, delta-M + NT", "pydisort", "slabs:pydisort", sizes, note)
+    return Contender("pydisort, delta-M + NT", "pydisort", "cdisort:pydisort", sizes, note)
 
 
 def _pythonic(sizes):
     return Contender(
-        "PythonicDISORT, NT", "PythonicDISORT", "slabs:pythonic_disort", sizes, ONE_THREAD, threads=1
+        "PythonicDISORT, NT",
+        "PythonicDISORT",
+        "pythonic_disort:pythonic_disort",
+        sizes,
+        ONE_THREAD,
+        threads=1,
     )
 
 
 def _sasktran2(sizes, name="sasktran2, delta-M", function="sasktran2"):
-    return Contender(name, "sasktran2", f"slabs:{function}", sizes, REFLECTED)
+    return Contender(name, "sasktran2", f"sasktran:{function}", sizes, REFLECTED)
 
 
 def _refracting():
@@ -109,16 +114,16 @@ def _refracting():
         Contender(
             "iadpython",
             "iadpython",
-            "slabs:iadpython",
+            "totals:iadpython",
             (4, 8, 16, 24, 32, 48),
             f"{TOTALS}; {ONE_THREAD}",
             counts=False,
             threads=1,
         ),
         Contender(
-            "mitsuba, llvm_ad_mono", "mitsuba", "slabs:mitsuba_llvm", (20_000, 200_000), total, counts=False
+            "mitsuba, llvm_ad_mono", "mitsuba", "totals:mitsuba_llvm", (20_000, 200_000), total, counts=False
         ),
-        Contender("mitsuba, scalar_rgb", "mitsuba", "slabs:mitsuba_scalar", (20_000,), total, counts=False),
+        Contender("mitsuba, scalar_rgb", "mitsuba", "totals:mitsuba_scalar", (20_000,), total, counts=False),
         _jaxink("jaxink", "slab", REFRACTING_SIZES),
     )
 
@@ -150,7 +155,7 @@ CONTENDERS = {
         Contender(
             "nanodisort, central differences",
             "nanodisort",
-            "slabs:central_differences",
+            "cdisort:central_differences",
             (96,),
             reference=True,
             timed=False,

@@ -3,26 +3,27 @@
 python -m benchmarks.validation.accuracy
 """
 
+from pathlib import Path
+
 import equinox as eqx
 import jax
+import numpy as np
 
-jax.config.update("jax_enable_x64", True)
-
-import numpy as np  # noqa: E402
-
-from benchmarks.pages import table, write_page  # noqa: E402
-from benchmarks.validation.accuracy.disort_problems import (  # noqa: E402
+from benchmarks.pages import filled, table, write_page
+from benchmarks.validation.accuracy.disort_problems import (
     column,
     phase_moments,
     radiances,
     read_problems,
     stack_of,
 )
-from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, choose_sizes, diffuse_bsdf  # noqa: E402
-from jaxink.numerics.legendre import legendre_series  # noqa: E402
-from jaxink.numerics.precision import computing  # noqa: E402
-from jaxink.optics.phase_function import PhaseFunction  # noqa: E402
-from jaxink.particles.phase_function import HenyeyGreenstein, TabulatedByMoments  # noqa: E402
+from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, choose_sizes, diffuse_bsdf
+from jaxink.numerics.legendre import legendre_series
+from jaxink.numerics.precision import computing
+from jaxink.optics.phase_function import PhaseFunction
+from jaxink.particles.phase_function import HenyeyGreenstein, TabulatedByMoments
+
+jax.config.update("jax_enable_x64", True)
 
 ASYMMETRIES = (0.0, 0.35, 0.5, 0.7, 0.8, 0.85, 0.9, 0.95)
 NODES = (6, 8, 12, 16, 24, 32, 48)
@@ -152,94 +153,19 @@ def disort_problems() -> str:
 def main() -> None:
     """Write docs/accuracy.md."""
     with computing():
-        cases = [(kind, g, t) for kind in INDICES for g in ASYMMETRIES for t in THICKNESSES]
         references = {
             (kind, g, t): np.asarray(bsdf(stack(kind, HenyeyGreenstein(g), t), REFERENCE[kind]))
-            for kind, g, t in cases
+            for kind in INDICES
+            for g in ASYMMETRIES
+            for t in THICKNESSES
         }
-        with_once, without = (
-            {kind: against_streams(kind, exact, references) for kind in INDICES} for exact in (True, False)
-        )
-        chosen = {kind: at_chosen_sizes(kind, references) for kind in INDICES}
-        cloud, problems = of_a_cloud(), disort_problems()
-    write_page(
-        "accuracy.md",
-        f"""# Accuracy of the solver
-
-Largest relative error of the BSDF of a Henyey-Greenstein layer of albedo {ALBEDO:g}: incidence 0, 5, 30,
-60 and 75 degrees, outgoing angles 0 to 85 degrees in steps of 5 and 87.5 and 89, five azimuths,
-reflection and transmission. Relative to the value at each direction, however dim it is beside the forward
-peak. The reference is the solver itself with {sizes(REFERENCE["matched"])} (matched) or
-{sizes(REFERENCE["film"])} (film; escaping nodes x trapped nodes x moments x orders); that it agrees with
-other codes is shown by the tests in `tests/reference`, all 120 rows of published tables at 1e-5 and three
-converged tables at 1e-6. For g = 0.95 it is itself not better than about 1e-4.
-
-## Error against streams
-
-Optical thickness 1, outgoing angles to 85 degrees, as many moments and orders as streams of one
-hemisphere of the matched layer. Streams count both hemispheres; those of a film are half escaping and
-half trapped channels.
-
-### A layer without an index step, exact single scattering
-
-{with_once["matched"]}
-
-### The same with single scattering as delta-M leaves it
-
-{without["matched"]}
-
-### A film of index 1.5 in air, exact single scattering
-
-{with_once["film"]}
-
-### The same with single scattering as delta-M leaves it
-
-{without["film"]}
-
-Without the exact part, several times as many streams are needed where the peak is narrow. For g of 0.85
-and more, thin layers: what is left is light scattered twice into the peak, and moments beyond those that
-the nodes integrate make it worse.
-
-## Sizes that are chosen
-
-`jaxink.choose_sizes` (and a fit, at its start and at its solution) takes the sizes from the moments of the
-phase function, the optical thickness and the refractive index. Sizes: error to 85 degrees, at 87.5 and 89
-degrees, and, lit from 85 degrees, to 89 degrees.
-
-### Matched
-
-{chosen["matched"]}
-
-### Matched, cloud C.1
-
-The 299 moments of cloud C.1, albedo {ALBEDO:g}; the reference has {sizes(CLOUD_REFERENCE)}.
-
-{cloud}
-
-### Film of index 1.5
-
-{chosen["film"]}
-
-Where the asked accuracy is missed: films by a factor of up to 2 (thin, g = 0.9). Matched layers lit from
-up to 75 degrees by a factor of up to 3 (thin, or g of 0.85 and more); lit from 85 degrees, for g of 0.8
-and more, by up to 20, and once by 60, where dim light leaves near grazing. When it matters, compare two
-accuracies.
-
-## DISORT's test problems
-
-Problems 1 to 5 and 9 of DISORT's test programme, as far as they ask for light that leaves (not 5b,
-radiances within the layer; not 9c, thermal emission): matched layers lit by a beam, 1c, 1f and 9 by
-diffuse light. Sizes that are chosen: error to 85 degrees, and to 89, against cdisort with up to 236
-streams (`benchmarks.validation.accuracy.disort_reference`); in the last column, how far the values printed by the
-programme, of 8 to 48 streams, are from those. Light of less than {DARK:g} of the beam is not compared; in
-problem 1d it comes through 32 optical thicknesses of albedo 0.2, and the tests ask for 1e-4 there. At
-exact backscatter the reference of problem 5a is itself not better than 1e-4.
-
-{problems}
-
-Made by `python -m benchmarks.validation.accuracy`.
-""",
-    )
+        parts = {kind: against_streams(kind, True, references) for kind in INDICES}
+        parts |= {f"{kind}_delta_m": against_streams(kind, False, references) for kind in INDICES}
+        parts |= {f"{kind}_chosen": at_chosen_sizes(kind, references) for kind in INDICES}
+        parts |= {"cloud": of_a_cloud(), "problems": disort_problems()}
+    parts |= {f"reference_{kind}": sizes(config) for kind, config in REFERENCE.items()}
+    parts |= {"reference_cloud": sizes(CLOUD_REFERENCE), "albedo": ALBEDO, "dark": DARK}
+    write_page("accuracy.md", filled(Path(__file__).with_name("accuracy.md.in"), **parts))
 
 
 if __name__ == "__main__":

@@ -35,17 +35,7 @@ class Lines:
 
 
 def lines(result: FitResult, of_ink: Sheet, theta_i_deg: tuple[float, ...]) -> Lines:
-    """Compute the lines, lit from the plate.
-
-    Parameters
-    ----------
-    result
-        The fit.
-    of_ink
-        The sheet.
-    theta_i_deg
-        Incidences.
-    """
+    """Compute the lines of a fit and of its sheet at some incidences, lit from the plate."""
     theta_o, phi = np.abs(SIGNED_DEG), np.where(SIGNED_DEG < 0, 0.0, 180.0)
     side, incidence, _ = np.meshgrid([False, True], theta_i_deg, SIGNED_DEG, indexing="ij")
     columns = [np.broadcast_to(c, side.shape).ravel() for c in (incidence, theta_o, phi)]
@@ -59,21 +49,7 @@ def lines(result: FitResult, of_ink: Sheet, theta_i_deg: tuple[float, ...]) -> L
 
 
 def draw(result: FitResult, drawn: Lines, side: str, title: str, path: Path) -> None:
-    """Draw one side: BSDF above, differences from the full model below; a column for each incidence.
-
-    Parameters
-    ----------
-    result
-        The fit.
-    drawn
-        Of `lines`.
-    side
-        ``R`` or ``T``.
-    title
-        Of the figure.
-    path
-        The picture.
-    """
+    """Draw one side: BSDF above, differences from the full model below; a column for each incidence."""
     at = "RT".index(side)
     n = len(drawn.theta_i_deg)
     with sheet(0.7 + 2.35 * n, 5.2) as figure:
@@ -104,18 +80,10 @@ def draw(result: FitResult, drawn: Lines, side: str, title: str, path: Path) -> 
         axes[1, 0].set_ylabel("minus full model\n[% of its maximum]", fontsize=9)
         figure.suptitle(f"{title}: {_SIDES[side].lower()}", fontsize=11, y=0.985)
         handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(
-            handles,
-            labels,
-            loc="upper center",
-            ncols=3,
-            fontsize=9,
-            frameon=False,
-            bbox_to_anchor=(0.5, 0.955),
-        )
-        figure.text(
-            0.5, 0.012, "polar angle of view [°], negative on the source's side", ha="center", fontsize=9
-        )
+        where = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.955)}
+        figure.legend(handles, labels, ncols=3, fontsize=9, frameon=False, **where)
+        bottom = "polar angle of view [°], negative on the source's side"
+        figure.text(0.5, 0.012, bottom, ha="center", fontsize=9)
         left = 0.75 / figure.get_figwidth()
         figure.subplots_adjust(left=left, right=0.99, top=0.84, bottom=0.11, wspace=0.1, hspace=0.08)
         figure.savefig(path, dpi=DPI)

@@ -6,9 +6,9 @@ python -m benchmarks.validation.measured
 import numpy as np
 
 import jaxink
-from benchmarks.pages import data_folder, machine, rms, section_after, table, write_page
+from benchmarks.pages import data_folder, filled, machine, rms, section_after, table, write_page
 from benchmarks.validation.measured.diagnosis import SAMPLES
-from benchmarks.validation.measured.diagnosis_page import MARK
+from benchmarks.validation.measured.diagnosis_page import FOLDER, MARK
 from jaxink.fitting import FitResult, predict_left_out, prepare_data
 from jaxink.measurement import symmetry_repeatability
 from jaxink.numerics.precision import computing
@@ -32,13 +32,8 @@ def parameter_table(result: FitResult) -> str:
     return table(["parameter", "value", "standard error", "flag"], rows)
 
 
-def ptfe_section() -> str:
-    """PTFE with and without an interface, by incidence, beside what the pairs show."""
-    path = data_folder("measured") / "ptfe_nist_germer" / "brdf_regular.csv"
-    bare = fitted(path, "ptfe_nist_germer.toml", "relative")
-    weighted = fitted(path, "ptfe_nist_germer.toml", "chi_square")
-    faced = fitted(path, "ptfe_nist_germer_n1.35.toml", "relative")
-    data = prepare_data(jaxink.read(path), bare.sample)
+def incidences_table(data: jaxink.GonioData, bare: FitResult, faced: FitResult) -> str:
+    """Table of the misfit by incidence without and with an interface, beside what the pairs show."""
     repeatability = {s.scan.theta_i_deg: s for s in symmetry_repeatability(data)}
     rows = []
     for no_face, face in zip(bare.scans, faced.scans, strict=True):
@@ -78,32 +73,27 @@ def ptfe_section() -> str:
         "mean +phi minus -phi, %",
         "pairs",
     ]
-    return f"""## Sintered PTFE (`ptfe_nist_germer`), 532 nm, all {bare.merit.points} rows
+    return table(header, [*rows, total])
 
-Germer (NIST), Applied Optics 2017. An opaque Henyey-Greenstein slab with two free parameters, minimised in
-relative RMSD. "rms" and "mean" are those of model / measured - 1.
 
-{table(header, [*rows, total])}
-
-Without an interface:
-
-{parameter_table(bare)}
-
-With a smooth interface of index 1.35 (both parameters run to the end of their ranges, and the model still
-misses the grazing angles: sintered PTFE has no such interface):
-
-{parameter_table(faced)}
-
-Weighted by the noise that the pairs show instead, the bare model gives the same picture:
-chi-square {weighted.merit.chi_square:.0f} for {weighted.merit.degrees_of_freedom} degrees of freedom, relative
-rms {100 * weighted.merit.relative_rms:.2f} %. {weighted.noise["origin"]}
-
-{parameter_table(weighted)}
-
-The two parameters explain the scans up to 30 degrees to within the repeatability; from 45 degrees on the
-misfit grows beyond it, so something is missing towards grazing incidence. The standard errors are those of
-the noise alone; with a chi-square this far above its degrees of freedom they say nothing of the model's error.
-"""
+def ptfe_section() -> str:
+    """PTFE with and without an interface, by incidence, beside what the pairs show."""
+    path = data_folder("measured") / "ptfe_nist_germer" / "brdf_regular.csv"
+    bare = fitted(path, "ptfe_nist_germer.toml", "relative")
+    weighted = fitted(path, "ptfe_nist_germer.toml", "chi_square")
+    faced = fitted(path, "ptfe_nist_germer_n1.35.toml", "relative")
+    incidences = incidences_table(prepare_data(jaxink.read(path), bare.sample), bare, faced)
+    return filled(
+        FOLDER / "ptfe.md.in",
+        points=bare.merit.points,
+        incidences=incidences,
+        bare=parameter_table(bare),
+        faced=parameter_table(faced),
+        merit=weighted.merit,
+        weighted_rms=100 * weighted.merit.relative_rms,
+        noise=weighted.noise["origin"],
+        weighted=parameter_table(weighted),
+    )
 
 
 PAINTS = {
@@ -144,39 +134,15 @@ def paint_section() -> str:
     at = [f"{angle:g} deg" for angle in angles]
     header = ["surface", "free parameters", "points", "relative rms, %", "relative RMSD, %", "rms of ln", *at]
     smooth, waves = results["smooth, n = 1.5 fixed"], results["waves, K-correlation"]
-    return f"""## Black paint (`paint_z307_black`), 631 and 852 nm
-
-LOFT group, University of Arizona. An opaque Henyey-Greenstein slab, both wavelengths together, minimised in
-relative RMSD (differences over the mean of model and measurement). "relative rms" is that of model / measured - 1,
-"rms of ln" that of ln(model / measured), also for each incidence. Under a smooth surface of index 1.5 points
-within 2.5 degrees of the specular direction are masked. The rough surfaces have one index and one set of surface
-parameters for both wavelengths, one asymmetry parameter and an albedo for each wavelength; every point counts.
-
-{table(header, rows)}
-
-Each incidence (both wavelengths) left out in turn, the others fitted anew, rms of ln(model / measured) of what was
-left out:
-
-{table(["surface", "all left-out points", *at], left_out_rows)}
-
-{PAINT_COMMENT}
-
-Under the smooth surface:
-
-{parameter_table(smooth)}
-
-By wave optics:
-
-{parameter_table(waves)}
-
-{validity_sentence(waves)} {smooth.noise["origin"]}
-"""
-
-
-PAINT_COMMENT = """The smooth surface leaves the lobe about the specular direction unexplained; its
-asymmetry parameter runs to the end of its range to imitate that lobe, and means nothing. A free index ends well below
-the binder's 1.5, as for a surface that is graded or porous. Facets cannot tell one wavelength from another, but the lobe at 70 degrees is 1.7
-times higher at 852 nm than at 631 nm; the waves of one spectrum of heights follow that."""
+    return filled(
+        FOLDER / "paint.md.in",
+        surfaces=table(header, rows),
+        left_out=table(["surface", "all left-out points", *at], left_out_rows),
+        smooth=parameter_table(smooth),
+        waves=parameter_table(waves),
+        validity=validity_sentence(waves),
+        noise=smooth.noise["origin"],
+    )
 
 
 def validity_sentence(result: FitResult) -> str:

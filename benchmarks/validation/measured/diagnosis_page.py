@@ -86,10 +86,7 @@ def incidence_table(report: dict, key: str, noise: dict | None = None) -> str:
         ]
         if noise is not None:
             pair = noise.get(angle)
-            line += [
-                percent(pair),
-                "-" if pair is None else f"{row[f'{key}_after'] / pair:.2f}",
-            ]
+            line += [percent(pair), "-" if pair is None else f"{row[f'{key}_after'] / pair:.2f}"]
         rows.append(line)
     header = [
         "incidence, deg",

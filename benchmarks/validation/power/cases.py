@@ -1,4 +1,4 @@
-"""Cases of the power study: simulated measurements, and patterns of our own for effects that those cannot show."""
+"""Cases of the power study: simulated measurements, and patterns of our own for effects those cannot show."""
 
 import dataclasses
 from collections.abc import Callable
@@ -81,7 +81,7 @@ def _drawn(rows, sample) -> tuple[jaxink.GonioData, jaxink.Sample]:
 
 
 def _dense_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
-    """The directions of `white_ink_mie`, of an ink three tenths of which are small particles of known material."""
+    """The directions of `white_ink_mie`, of an ink with three tenths of small particles of known material."""
     data, sample = _filed("white_ink_mie")
     known = {"ink.radius_nm": 120.0, "ink.volume_fraction": 0.3, "ink.particle_index": 2.5}
     known |= {"ink.particle_absorption_index": 0.0}
