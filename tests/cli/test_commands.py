@@ -120,7 +120,9 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch):
 
 
 def test_simplex_that_does_not_converge_says_so(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("jaxink.fitting.run.SimplexSearch", partial(SimplexSearch, max_evaluations=8))
+    monkeypatch.setattr(
+        "jaxink.fitting.minimisation.SimplexSearch", partial(SimplexSearch, max_evaluations=8)
+    )
     done = fit(run, tmp_path / "out", "--method", "simplex", "--no-figures")
     assert done.exit_code == 4
     assert "did not converge: the allowed number of evaluations was used up" in done.stdout

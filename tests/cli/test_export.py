@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from export.analytic_tables import smooth_table
 from jaxink.cli.app import app
+from tests.ink.analytic_tables import smooth_table
 
 pytest.importorskip("jaxink.ink.table_file")
 

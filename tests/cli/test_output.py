@@ -11,10 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 import jaxink
-from export.analytic_tables import smooth_table
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
 from jaxink.files import exchange
+from tests.ink.analytic_tables import smooth_table
 
 DATA, SAMPLE = map(str, simulated_example())
 SURFACE = (

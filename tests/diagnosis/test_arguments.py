@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import jaxink
-from effects.printed import TEXT
 from jaxink.errors import InputRefusedError
+from tests.samples import PRINTED_INK
 
 ANGLES = [10.0, 20.0]
 # In a process without the tests' own check of types, which would be first.
@@ -63,14 +63,14 @@ value of ink.thickness_um is '60'; it must be a number.
 
 
 def sample_with(**changes):
-    sample = jaxink.parse_sample(TEXT)
+    sample = jaxink.parse_sample(PRINTED_INK)
     table = sample.parameters.replace("ink.scattering_per_mm", **changes)
     return dataclasses.replace(sample, parameters=table)
 
 
 def test_another_kind_of_argument():
     command = [sys.executable, "-c", OF_ANOTHER_KIND]
-    done = subprocess.run(command, input=TEXT, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, input=PRINTED_INK, capture_output=True, text=True, timeout=120)
     assert done.stdout == SENTENCES, done.stderr
 
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.consistency import consistency_of
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.diagnosis.findings.consistency import consistency_of
+from jaxink.measurement import FitNoise, GonioData
 
 NOISE = 0.01
 

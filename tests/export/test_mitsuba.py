@@ -5,10 +5,10 @@ import importlib.util
 import numpy as np
 import pytest
 
-from export.analytic_tables import CRITICAL_DEG, INDEX_INSIDE, smooth_table, vector
 from jaxink.export import ExportOptions, write
 from jaxink.ink import COMPONENTS
 from jaxink.ink.totals import diffuse_totals
+from tests.ink.analytic_tables import CRITICAL_DEG, INDEX_INSIDE, smooth_table, vector
 
 mi = pytest.importorskip("mitsuba")
 pytest.importorskip("jaxink.ink.table_file")

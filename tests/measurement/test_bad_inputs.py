@@ -4,7 +4,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import read, read_csv
-from measurement.bad_inputs import BAD_INPUTS, GOOD
+from tests.measurement.bad_inputs import BAD_INPUTS, GOOD
 
 
 @pytest.mark.parametrize("bad", BAD_INPUTS, ids=[bad.name for bad in BAD_INPUTS])

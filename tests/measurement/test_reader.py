@@ -6,7 +6,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import read, read_csv
-from measurement.bad_inputs import GOOD, column
+from tests.measurement.bad_inputs import GOOD, column
 
 NEEDED = [line.rsplit(",", 1)[0] for line in GOOD]
 

@@ -12,7 +12,7 @@ from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf
 from jaxink.solver.stack import SolverConfig, Stack, block_media
-from physics.probe import Light, ink
+from tests.physics.probe import Light, ink
 
 
 @pytest.mark.parametrize(

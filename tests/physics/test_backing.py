@@ -16,8 +16,9 @@ from jaxink.sample import parse_sample
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
 from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
-from physics.probe import ink, printed
-from physics.simulated import PLATE_AND_INK, simulated
+from tests.physics.probe import ink, printed
+from tests.physics.simulated import simulated
+from tests.samples import PLATE_AND_INK
 
 SMALL = SolverConfig(10, 8, 16, 6)
 REFLECTANCE = 0.7

@@ -9,7 +9,7 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
 from jaxink.solver.stack import SolverConfig, Stack
-from physics.probe import Light, film, ink, matched, pair_angles, printed, two_inks
+from tests.physics.probe import Light, film, ink, matched, pair_angles, printed, two_inks
 
 
 @pytest.mark.parametrize("share", [0.0, 0.15, 0.5])

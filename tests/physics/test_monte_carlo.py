@@ -14,7 +14,7 @@ from benchmarks import montecarlo
 from jaxink.optics.directions import Directions
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from physics.probe import SMALL, ink, printed
+from tests.physics.probe import SMALL, ink, printed
 
 LIMIT = 4.0
 THETA_DEG = 35.0

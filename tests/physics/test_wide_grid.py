@@ -12,7 +12,7 @@ from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
 from jaxink.solver.layer_response import LAYER_METHODS, layer_method
 from jaxink.solver.stack import SolverConfig, Stack
-from physics.probe import pair_angles
+from tests.physics.probe import pair_angles
 
 CONFIG = SolverConfig(10, 8, 20, 6)
 N_SEEDED = 60

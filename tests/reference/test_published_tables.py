@@ -14,7 +14,7 @@ from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
 from jaxink.particles.phase_function import TabulatedByMoments
 from jaxink.solver.bsdf import regular_power
 from jaxink.solver.stack import SolverConfig, Stack
-from reference.conftest import (
+from tests.reference.conftest import (
     MATCHED,
     TOTALS_MATCHED,
     TOTALS_REFRACTING,

@@ -13,11 +13,12 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.diagnosis import Verdict
-from jaxink.diagnosis.verdict import CODES
+from jaxink.diagnosis import Verdict, VerdictCode
 from jaxink.effects import Effect
+from jaxink.effects.geometry import Pinholes, UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
-from jaxink.effects.sample import AirGap, Pinholes, SecondLobe, UndeclaredBacking
+from jaxink.effects.surfaces import AirGap
+from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import table_change
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
@@ -25,20 +26,20 @@ from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change, is_in_table
-from report.page_reader import Page
-from report.truth import STRAY_PER_SR, TRUTH
+from tests.report.page_reader import Page
+from tests.samples import STRAY_PER_SR, TRUTH
 
 DATA, SAMPLE = map(str, simulated_example())
 
 
 def test_it_names_the_stray_light(found):
-    assert (found.verdict.code, found.verdict.effects) == ("instrument", ("stray_light",))
+    assert (found.verdict.code, found.verdict.effects) == (VerdictCode.INSTRUMENT, ("stray_light",))
     (step,) = found.steps
     assert abs(step.strength - STRAY_PER_SR) < 3 * step.standard_error
     for name, truth in TRUTH.items():
         value, error = found.parameters_after[name]
         assert abs(value - truth) < 3 * error
-        assert abs(found.parameters_before[name][0] - truth) > 3 * error
+        assert abs(found.parameters_before[name].value - truth) > 3 * error
 
 
 def test_files_and_one_page_without_a_network(found, written):
@@ -90,7 +91,7 @@ def test_numbers_of_the_page_are_those_of_the_diagnosis(found, change, written):
     assert list(rows) == [*TRUTH, "stray_light.level_per_sr"]
     for name in TRUTH:
         assert float(rows[name][5]) == pytest.approx(biased[name], rel=5e-3)
-        before, after = found.parameters_before[name][0], found.parameters_after[name][0]
+        before, after = found.parameters_before[name].value, found.parameters_after[name].value
         assert float(rows[name][4].removesuffix(" %")) == pytest.approx(100 * (before / after - 1), rel=5e-3)
     (step,) = page.table("what it says")[1:]
     assert step[1:3] == ["stray_light", StrayLight.statement]
@@ -252,11 +253,11 @@ def test_the_same_sample_changes_nothing_and_absorption_darkens(change):
 
 
 def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
-    from jaxink.effects.sample import with_clear
+    from jaxink.effects.sample_edits import with_film
 
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     sample = found.result.sample
-    change = table_change(sample, with_clear(sample, 1, "gap", 1.0), [550.0])
+    change = table_change(sample, with_film(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
     assert change.after.index_inside[0] == change.before.index_inside[0] == 1.5
     beyond = (change.after.theta_deg > 43) & (change.after.theta_deg < 85)
@@ -315,19 +316,21 @@ def with_code(found, code):
     return dataclasses.replace(found, verdict=Verdict(code, (), f"It is {code}."))
 
 
-@pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("code", VerdictCode)
 def test_exit_code_of_each_verdict(code, run, found, tmp_path):
     run.outcome = with_code(found, code)
     done = run(tmp_path / "out", "--no-figures", "--quiet")
     assert (done.stdout, done.stderr) == ("", "")
-    assert done.exit_code == (3 if code in ("partly_explained", "unexplained_structure") else 0)
+    assert done.exit_code == (
+        3 if code in (VerdictCode.PARTLY_EXPLAINED, VerdictCode.UNEXPLAINED_STRUCTURE) else 0
+    )
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
     assert f"It is {code}." in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_fit_that_did_not_converge_goes_first(run, found, tmp_path):
     stalled = dataclasses.replace(found.result, outcome=Outcome.STALLED)
-    run.outcome = dataclasses.replace(with_code(found, "partly_explained"), result=stalled)
+    run.outcome = dataclasses.replace(with_code(found, VerdictCode.PARTLY_EXPLAINED), result=stalled)
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 4
     assert "did not converge" in done.stdout
@@ -370,7 +373,7 @@ def test_a_second_report_takes_the_place_of_the_first(run, tmp_path):
         ("none.csv", (), "none.csv: there is no such measurement file."),
         (DATA, ("--level", "0.9"), "level is 0.9; it must be between 0 and 0.5."),
         (DATA, ("--bootstrap", "20"), "n_bootstrap is 20; at level 0.05 it must be at least 200."),
-        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must not be negative."),
+        (DATA, ("--max-effects", "-1"), "max_effects is -1; it must be a whole number of at least 0."),
         (DATA, ("--accuracy", "2"), "accuracy is 2; give a relative error between 1e-08 and 0.1."),
     ],
 )

@@ -6,8 +6,8 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import load_sample, parse_sample
-from sample.refused import edited, sentence_of
-from sample.test_bad_samples import GOOD
+from tests.refused import edited, sentence_of
+from tests.samples import GOOD_SAMPLE
 
 LARGE = "has an integer of more than 64 bits; write a decimal number, such as 1e20."
 DEEP_15, DEEP_16 = (
@@ -54,7 +54,7 @@ ABSURD = {
 
 @pytest.mark.parametrize(("entry", "beginning"), ABSURD.values(), ids=ABSURD)
 def test_absurd_entries(entry, beginning, tmp_path):
-    text = edited(GOOD, ("absorption_per_mm = 1.0", f"absorption_per_mm = {entry}"))
+    text = edited(GOOD_SAMPLE, ("absorption_per_mm = 1.0", f"absorption_per_mm = {entry}"))
     sentence = sentence_of(text, tmp_path)
     assert sentence.startswith(beginning)
     assert len(sentence) < 2000
@@ -63,7 +63,7 @@ def test_absurd_entries(entry, beginning, tmp_path):
 
 def test_numbers_with_points_do_not_count_as_nested():
     wavelengths = ", ".join(f"{450 + 0.5 * k}" for k in range(100))
-    text = edited(GOOD, ("[450, 550]", f"[\n# a.b.c\n{wavelengths}]"))
+    text = edited(GOOD_SAMPLE, ("[450, 550]", f"[\n# a.b.c\n{wavelengths}]"))
     assert len(parse_sample(text).wavelengths_nm) == 100
 
 
@@ -87,8 +87,8 @@ def test_files_that_cannot_be_read(tmp_path):
 
 def test_a_byte_order_mark_is_left_out_and_utf_16_refused(tmp_path):
     path = tmp_path / "sample.toml"
-    path.write_text(GOOD, encoding="utf-8-sig")
-    assert load_sample(path) == parse_sample(GOOD)
-    path.write_text(GOOD, encoding="utf-16")
+    path.write_text(GOOD_SAMPLE, encoding="utf-8-sig")
+    assert load_sample(path) == parse_sample(GOOD_SAMPLE)
+    path.write_text(GOOD_SAMPLE, encoding="utf-16")
     with pytest.raises(InputRefusedError, match=r"sample\.toml: is UTF-16 text; save it as UTF-8\.$"):
         load_sample(path)

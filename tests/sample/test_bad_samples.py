@@ -4,28 +4,9 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import parse_sample
-from sample.refused import edited, sentence_of
+from tests.refused import edited, sentence_of
+from tests.samples import GOOD_SAMPLE
 
-GOOD = """\
-schema_version = 1
-wavelength_nm = [450, 550]
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 80
-scattering_per_mm = { free = true, min = 1, max = 1000 }
-absorption_per_mm = 1.0
-asymmetry_parameter = 0.6
-[noise]
-scan_relative = 0.002
-"""
 SCATTERING = "scattering_per_mm = { free = true, min = 1, max = 1000 }"
 
 
@@ -372,11 +353,11 @@ BAD_SAMPLES = [
     ("changes", "sentence"), [bad[1:] for bad in BAD_SAMPLES], ids=[bad[0] for bad in BAD_SAMPLES]
 )
 def test_sentence(changes, sentence, tmp_path):
-    assert sentence_of(edited(GOOD, changes), tmp_path) == sentence
+    assert sentence_of(edited(GOOD_SAMPLE, changes), tmp_path) == sentence
 
 
 def test_good_sample_is_accepted():
-    sample = parse_sample(GOOD)
+    sample = parse_sample(GOOD_SAMPLE)
     assert [p.name for p in sample.parameters.free] == ["ink.scattering_per_mm"]
     assert sample.parameters["ink.scattering_per_mm"].value == 500.5
 

@@ -7,7 +7,7 @@ import pytest
 
 from jaxink.data import simulated_example
 from jaxink.sample import Population, load_sample, parse_sample, sample_from_dict, sample_to_dict
-from sample.refused import edited, sentence_of
+from tests.refused import edited, sentence_of
 
 GOOD = """\
 schema_version = 1

@@ -10,8 +10,8 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import parse_sample, sample_from_dict, sample_to_dict
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.ties import evaluate_tie
-from sample.refused import edited, sentence_of
-from sample.test_bad_samples import GOOD
+from tests.refused import edited, sentence_of
+from tests.samples import GOOD_SAMPLE
 
 ABSURD = [
     (
@@ -46,13 +46,13 @@ ABSURD = [
 
 @pytest.mark.parametrize(("tie", "sentence"), ABSURD, ids=[tie[:20] for tie, _ in ABSURD])
 def test_absurd_ties_are_refused(tie, sentence, tmp_path):
-    text = edited(GOOD, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
+    text = edited(GOOD_SAMPLE, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
     assert sentence_of(text, tmp_path) == f"ink.absorption_per_mm: {sentence}"
 
 
 @pytest.mark.parametrize("tie", ["-" * 20_000 + "1", "(" * 20_000, "a." * 20_000 + "a", "1" * 20_000])
 def test_long_ties_are_refused_by_a_short_sentence(tie, tmp_path):
-    text = edited(GOOD, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
+    text = edited(GOOD_SAMPLE, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
     sentence = sentence_of(text, tmp_path)
     assert sentence.startswith("ink.absorption_per_mm: the tie ")
     assert sentence.endswith(f" has {len(tie)} characters; 1000 are allowed.")
@@ -61,7 +61,7 @@ def test_long_ties_are_refused_by_a_short_sentence(tie, tmp_path):
 
 @pytest.mark.parametrize("tie", ["9**9**9**9", "10**20000000*0", "-" * 20_000 + "1", "1or 2"])
 def test_absurd_ties_of_a_stored_sample_are_refused(tie):
-    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD))))
+    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD_SAMPLE))))
     (parameter,) = (p for p in plain["parameters"] if p["name"] == "ink.absorption_per_mm")
     parameter["tie"] = tie
     with pytest.raises(InputRefusedError, match=r"ink\.absorption_per_mm"):
@@ -69,7 +69,7 @@ def test_absurd_ties_of_a_stored_sample_are_refused(tie):
 
 
 def test_a_stored_tie_that_is_no_text_is_refused():
-    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD))))
+    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD_SAMPLE))))
     plain["parameters"][8]["tie"] = 7
     with pytest.raises(InputRefusedError, match=r"sample\.parameters\[8\]\.tie is 7; it must be a text\."):
         sample_from_dict(plain)

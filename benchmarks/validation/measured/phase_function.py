@@ -20,8 +20,7 @@ import jaxink
 from benchmarks.pages import rms
 from benchmarks.validation.measured.diagnosis import SAMPLES, measured
 from benchmarks.validation.measured.diagnosis_page import PHASE_STUDY, write
-from jaxink.fitting.objective import noise_of
-from jaxink.measurement import symmetry_repeatability
+from jaxink.measurement import noise_of, symmetry_repeatability
 from jaxink.numerics.precision import computing
 from jaxink.optics.directions import Directions
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
@@ -66,7 +65,7 @@ class Study:
         self.data = jaxink.fit(file, sample, jaxink.FitOptions(profile="none")).data
         used = self.data.used
         self.bsdf = self.data.bsdf_per_sr[used]
-        self.sigma = np.asarray(noise_of(self.data, sample).sigma_per_sr, float)
+        self.sigma = np.asarray(noise_of(self.data, sample.noise).sigma_per_sr, float)
         columns = [column[used] for column in self.data.directions]
         self.incidence_deg = columns[0]
         self.angles = tuple(np.deg2rad(c) for c in columns[:3])

@@ -16,11 +16,11 @@ import jaxink
 from benchmarks.validation.measured.diagnosis import SAMPLES, declared, save
 from benchmarks.validation.measured.diagnosis_page import REPORTS, write
 from jaxink.diagnosis import Points, locate
-from jaxink.diagnosis.stage import Setup
+from jaxink.diagnosis.search.setup import Setup
 from jaxink.effects import Scene
-from jaxink.files.reading import plain
-from jaxink.fitting.objective import noise_of
-from jaxink.fitting.run import prepare_data
+from jaxink.files.encoding import plain
+from jaxink.fitting import prepare_data
+from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 
@@ -36,7 +36,16 @@ def relocate(name: str) -> None:
     with computing():
         config = ForwardModel(sample, *directions, None, accuracy).config
         scene = Scene.of(*directions, data.row[data.used])
-        setup = Setup(sample, data, noise_of(data, sample), config, scene, options.catalogue, None, accuracy)
+        setup = Setup(
+            sample,
+            data,
+            noise_of(data, sample.noise),
+            config,
+            scene,
+            options.catalogue,
+            options.screen,
+            accuracy,
+        )
         values = {p["name"]: p["after"] for p in report["parameters"]}
         accepted = []
         for step in report["steps"]:

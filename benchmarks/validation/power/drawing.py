@@ -7,10 +7,12 @@ import numpy as np
 import jaxink
 from benchmarks.validation.power.cases import ACCURACY, case_of
 from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen
-from jaxink.diagnosis.stage import Setup, Stage
+from jaxink.diagnosis.search.candidate_refits import limit_by_refits
+from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.stage import Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
-from jaxink.fitting.objective import noise_of
+from jaxink.measurement import noise_of
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.stack import SolverConfig
 
@@ -30,7 +32,7 @@ class Case:
         scene = Scene.of(*(c[used] for c in self.data.directions), self.data.row[used])
         accuracy = ACCURACY.get(name, DEFAULT_ACCURACY)
         result = jaxink.fit(self.data, self.sample, jaxink.FitOptions(profile="none", accuracy=accuracy))
-        noise = noise_of(self.data, self.sample)
+        noise = noise_of(self.data, self.sample.noise)
         self.setup = Setup(
             self.sample,
             self.data,
@@ -98,7 +100,7 @@ class Case:
         direction = self.directions[name][inner]
         if name not in self._limits:
             linear = float(row.detection_limits[inner])
-            self._limits[name] = self.stage.limit_by_refits(direction, linear, row.critical_z)
+            self._limits[name] = limit_by_refits(self.stage, direction, linear, row.critical_z)
         return direction, self._limits[name]
 
     def at_strength(self, name, factor):
@@ -141,11 +143,11 @@ class Case:
 
     def length(self, column) -> float:
         """Length of what the free parameters cannot imitate of a change."""
-        return float(np.linalg.norm(self.stage.remainder(column)))
+        return float(np.linalg.norm(self.stage.projection.remove(column)))
 
     def screens(self, residuals):
         """The case's own screen of some residuals."""
-        _, adjusted = self.prepared.p_values(residuals)
+        adjusted = self.prepared.p_values(residuals).adjusted
         for residual, p in zip(residuals, adjusted, strict=True):
             if np.nanmin(p) <= self.setup.options.level:
                 yield self.prepared.screen(residual)

@@ -5,6 +5,7 @@ from pathlib import Path
 from benchmarks.pages import filled, machine, table
 from benchmarks.validation.power.cases import ACCURACY
 from benchmarks.validation.power.study import FACTORS, LOOPED, N_NULL, N_SETS, TOO_WEAK
+from jaxink.diagnosis import VerdictCode
 from jaxink.effects import CATALOGUE
 
 
@@ -61,7 +62,7 @@ def page(store: dict) -> str:
         if "null" in case
     ]
     loops = [(name, code) for name, case in store["cases"].items() for code in case.get("loops", [])]
-    misfits = [code for _, code in loops if code[0] != "no_misfit"]
+    misfits = [code for _, code in loops if code[0] != VerdictCode.NO_MISFIT]
     which = "; ".join(f"{code[0]} {', '.join(code[1:])}".strip() for code in misfits)
     header = ["effect", "case", "detection limit", "at", *(f"{f:g} x" for f in FACTORS)]
     header += ["upper limit at 2 x", "found"]

@@ -3,8 +3,7 @@
 import numpy as np
 
 from benchmarks.validation.power.drawing import Case
-from jaxink.diagnosis import DiagnosisOptions, ScreenResult, diagnose
-from jaxink.diagnosis.stage import TOLD_APART
+from jaxink.diagnosis import DiagnosisOptions, ScreenResult, SearchPolicy, Testability, diagnose
 
 N_SETS, N_NULL, FACTORS, SEED = 50, 200, (0.5, 1.0, 2.0, 4.0), 4711
 # The multiple at which data sets are drawn from the model itself; at others the screen's linear one serves.
@@ -22,20 +21,20 @@ def is_first(screened: ScreenResult, name: str) -> bool:
         for c in screened.candidates
         if np.nan_to_num(c.p_adjusted, nan=1.0) <= screened.options.level
     }
-    return name in called and called[name] > max(called.values()) - TOLD_APART
+    return name in called and called[name] > max(called.values()) - SearchPolicy().told_apart
 
 
 def false_alarms(case: Case) -> int:
     """Number of data sets without an effect that have a candidate called."""
     residuals = case.residuals(case.stage.solution.predicted_per_sr, N_NULL, np.random.default_rng(SEED))
-    _, adjusted = case.prepared.p_values(residuals)
+    adjusted = case.prepared.p_values(residuals).adjusted
     return int(np.sum(np.nanmin(adjusted, axis=1) <= 0.05))
 
 
 def power(case: Case, position: int, name: str) -> dict:
     """How often an effect is called first at multiples of its detection limit; or why that is not asked."""
     row = case.screened[name]
-    if row.status == "not_testable":
+    if row.status is Testability.NOT:
         return {"reason": row.reason}
     direction, limit = case.limit(name)
     if limit >= direction.largest or case.at_strength(name, REFITTED)[0] is None:

@@ -12,7 +12,7 @@ from jaxink.solver.accuracy import DEFAULT_ACCURACY
 app = typer.Typer(
     name="jaxink",
     help="Optical properties of printed and painted inks from goniometer BSDF measurements.",
-    epilog="Exit codes: 0 fitted, 3 misfit left unexplained, 4 did not converge, 5 input refused, "
+    epilog="Exit codes: 0 fitted, 3 unexplained misfit, 4 did not converge, 5 invalid input, "
     "2 unknown option, 1 anything else.",
     add_completion=False,
     no_args_is_help=True,

@@ -1,6 +1,5 @@
 """What the commands do; JAX, xarray and matplotlib are imported when it is their turn."""
 
-import json
 import os
 import shutil
 from collections.abc import Sequence
@@ -11,6 +10,7 @@ import jaxink
 from jaxink.cli.folder import require_folder, require_writable_file
 from jaxink.cli.session import EXIT_FITTED, EXIT_NOT_CONVERGED, installed_version, prepare_jax, progress
 from jaxink.errors import InputRefusedError
+from jaxink.files.encoding import json_text
 from jaxink.files.spreadsheet import cell
 from jaxink.files.writing import whole_folder, written_whole
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -64,7 +64,7 @@ def run_fit(
     files = _write(result, out, formats)
     if output == "json":
         written = {**result.to_dict(), "files": [str(file) for file in files]}
-        _echo(json.dumps(written, indent=1, allow_nan=False))
+        _echo(json_text(written))
     elif output == "tables":
         from jaxink.cli.tables import console, show_result
 

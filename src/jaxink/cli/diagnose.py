@@ -1,6 +1,5 @@
 """The command that says what a sample's description lacks."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,7 @@ from jaxink.cli.session import (
     prepare_jax,
     progress,
 )
-from jaxink.errors import InputRefusedError
-
-# Verdicts that leave structure in the residual.
-_UNEXPLAINED = ("partly_explained", "unexplained_structure")
+from jaxink.files.encoding import json_text
 
 
 def run_diagnose(
@@ -56,14 +52,15 @@ def run_diagnose(
     require_folder(out, (FIGURES,))
     data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
     prepare_jax()
-    options = _options(choices, accuracy)
+    fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
+    options = jaxink.DiagnosisOptions(**choices, fit=fit)
     with progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(data, sample, options, follow)
     from jaxink.report import write_report
 
     written = write_report(found, out, with_figures)
     if output == "json":
-        typer.echo(json.dumps(found.to_dict(), indent=1, allow_nan=False))
+        typer.echo(json_text(found.to_dict()))
     elif output == "tables":
         from jaxink.cli.diagnosis_tables import show_diagnosis
         from jaxink.cli.tables import console
@@ -71,16 +68,4 @@ def run_diagnose(
         show_diagnosis(console(), found, written)
     if not found.result.converged:
         return EXIT_NOT_CONVERGED
-    return EXIT_UNEXPLAINED if found.verdict.code in _UNEXPLAINED else EXIT_FITTED
-
-
-def _options(choices: dict[str, Any], accuracy: float) -> "jaxink.DiagnosisOptions":
-    """Choices, refused before anything is computed."""
-    from jaxink.diagnosis import ScreenOptions
-
-    for name in ("max_effects", "max_parameters"):
-        if choices[name] is not None and choices[name] < 0:
-            raise InputRefusedError(f"{name} is {choices[name]}; it must not be negative.")
-    ScreenOptions(**{name: choices[name] for name in ("n_bootstrap", "level", "seed")})
-    fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
-    return jaxink.DiagnosisOptions(**choices, fit=fit)
+    return EXIT_UNEXPLAINED if found.structure_remains else EXIT_FITTED

@@ -96,7 +96,7 @@ def change_table(diagnosis: "Diagnosis") -> Table:
     for name, (value, error) in diagnosis.parameters_after.items():
         first = diagnosis.parameters_before.get(name)
         before = "" if first is None else with_uncertainty(*first)
-        bias = "" if first is None or not error else f"{(first[0] - value) / error:+.3g}"
+        bias = "" if first is None or not error else f"{(first.value - value) / error:+.3g}"
         cells = [name, before, with_uncertainty(value, error), bias]
         if diagnosis.structure_remains:
             cells.append(_short(diagnosis.misfit_errors[name]))

@@ -3,13 +3,14 @@
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import typer
 
 from jaxink.errors import InputRefusedError, JaxinkError
+from jaxink.numerics.progress import Progress
 
 EXIT_FITTED, EXIT_FAILED, EXIT_UNEXPLAINED, EXIT_NOT_CONVERGED, EXIT_REFUSED = 0, 1, 3, 4, 5
 EXIT_INTERRUPTED = 130
@@ -57,9 +58,6 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
 def _fail(sentence: str, code: int) -> None:
     typer.echo(f"jaxink: {sentence}", err=True)
     raise typer.Exit(code)
-
-
-Progress = Callable[[str, int, float], None]
 
 
 @contextmanager

@@ -10,21 +10,22 @@ from jaxink.numerics.precision import computing
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import bounded, choice, missing, only, table_of
 from jaxink.sample.heights import read_heights, read_pitch
-from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS, Quantity
+from jaxink.sample.measurement_schema import WAVELENGTH_NM
+from jaxink.sample.quantity import Quantity
+from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, slope_density
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
 
 METHODS = ("facets", "waves")
-WAVELENGTH_NM = Quantity("nm", 100.0, 1e5)
 INDEX = SURROUNDINGS["index_front"]
 # Numbers of each description; a file has exactly one of these tables.
 DESCRIPTIONS: dict[str, dict[str, Quantity]] = {
     "facets": ROUGHNESS,
     **SPECTRA,
     "height_map": {
-        "height_scale": Quantity("", 1e-3, 1e3, 1.0),
-        "height_scale_standard_error": Quantity("", 0.0, 1e3, 0.0),
+        "height_scale": Quantity("", 1e-3, 1e3, 1.0, meaning="factor of the heights"),
+        "height_scale_standard_error": Quantity("", 0.0, 1e3, 0.0, meaning="of the factor"),
     },
 }
 # Keys of a description that are no single number.
@@ -134,14 +135,14 @@ def _numbers(document: Mapping[str, Any], key: str, quantity: Quantity) -> tuple
     given = document[key] if isinstance(document[key], list) else [document[key]]
     if not given:
         raise InputRefusedError(f"{key} is an empty list; give a number or several.")
-    return tuple(bounded(value, quantity.lowest, quantity.highest, key, quantity.unit) for value in given)
+    return tuple(bounded(value, quantity, key) for value in given)
 
 
 def _number(table: Mapping[str, Any], key: str, quantity: Quantity, name: str) -> float:
     value = table.get(key, quantity.default)
     if value is None:
         raise missing(name, key, quantity)
-    return bounded(value, quantity.lowest, quantity.highest, name, quantity.unit)
+    return bounded(value, quantity, name)
 
 
 def _facets(table, numbers, _) -> dict[str, Any]:

@@ -18,13 +18,16 @@ from jaxink.measurement.noise import (
     estimate_noise,
     symmetry_repeatability,
 )
+from jaxink.measurement.point_noise import FitNoise, Noise, noise_of
 from jaxink.measurement.reader import read, read_csv
 
 __all__ = [
+    "FitNoise",
     "GonioData",
     "MASK_FLAGS",
     "MaskFlag",
     "MaskLimits",
+    "Noise",
     "NoiseEstimate",
     "NoiseModel",
     "NoiseSource",
@@ -34,6 +37,7 @@ __all__ = [
     "estimate_noise",
     "mask_counts",
     "mask_sentences",
+    "noise_of",
     "read",
     "read_csv",
     "read_netcdf",

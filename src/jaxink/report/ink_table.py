@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from jaxink.effects import Effect
+from jaxink.effects import Effect, SampleEffect
 from jaxink.errors import InputRefusedError
 from jaxink.ink.comparison import TableChange, table_change
 from jaxink.plots.diagnosis import drawn_wavelengths
@@ -35,9 +35,7 @@ def inside_change(diagnosis: "Diagnosis") -> TableChange | str:
 
 def is_in_table(effect: Effect) -> bool:
     """Whether an effect itself changes layers or their values, which is all that a table of an ink holds."""
-    kind = type(effect)
-    elsewhere = effect.group in ("instrument", "geometry") or kind.change is not Effect.change
-    return not (elsewhere or effect.shares_program or kind.other is not Effect.other)
+    return isinstance(effect, SampleEffect) and effect.group not in ("instrument", "geometry")
 
 
 def inside_sentences(diagnosis: "Diagnosis") -> list[str]:

@@ -15,9 +15,6 @@ from jaxink.report.page import bullets, chance, number, paragraph, section, tabl
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
 
-# Verdicts that leave nothing to look for.
-GOOD = ("no_misfit", "explained", "explained_by_one_of", "instrument")
-
 _SETTINGS = {
     "max_effects": "most effects",
     "max_parameters": "most free parameters",
@@ -41,7 +38,7 @@ def top(diagnosis: "Diagnosis") -> str:
     spectrum = f"{wavelengths[0]:g} nm"
     if wavelengths.size > 1:
         spectrum = f"{wavelengths.size} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
-    parts = [verdict(found.sentence, found.code, found.code in GOOD)]
+    parts = [verdict(found.sentence, found.code, found.code.is_met)]
     if not result.converged:
         parts.append(paragraph(f"The fit of the declared model {result.outcome.value}.", "verdict"))
     what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
@@ -139,10 +136,10 @@ def parameters(diagnosis: "Diagnosis") -> str:
         rows = [
             [
                 name,
-                _with_unit(with_uncertainty(*pair), _unit(diagnosis, name)),
+                _with_unit(with_uncertainty(*estimate), _unit(diagnosis, name)),
                 *_by_misfit(diagnosis, name),
             ]
-            for name, pair in before.items()
+            for name, estimate in before.items()
         ]
         return section("Parameters", table(["parameter", "value(s.e.)", *misfit_heads], rows))
     rows = []
@@ -150,7 +147,7 @@ def parameters(diagnosis: "Diagnosis") -> str:
         unit = _unit(diagnosis, name)
         cells = [number(None), with_uncertainty(value, error), number(None), number(None)]
         if name in before:
-            first = before[name][0]
+            first = before[name].value
             cells[0] = with_uncertainty(*before[name])
             cells[2] = f"{number(100 * (first / value - 1), 3)} %" if value else number(None)
             cells[3] = number((first - value) / error, 3) if error else number(None)

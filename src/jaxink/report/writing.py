@@ -4,7 +4,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jaxink.diagnosis.outcome import REPORT_FILE
+from jaxink.diagnosis.findings.diagnosis import REPORT_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.plots.diagnosis import Plate, diagnosis_figures
 from jaxink.plots.thin_sheet import DPI

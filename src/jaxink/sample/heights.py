@@ -13,6 +13,7 @@ from jaxtyping import Float, Real
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import read_bounded, utf8_text
 from jaxink.sample.entries import bounded
+from jaxink.sample.schema import PITCH_UM
 
 # A map of some 11 000 heights squared.
 _MOST_BYTES = 1_000_000_000
@@ -71,7 +72,7 @@ def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, ...]
         raise InputRefusedError(
             f"{where} is {pitch}; give one number, or one along y and one along x for a map."
         )
-    each = [bounded(p, 1e-6, 1e6, where, "um") for p in each]
+    each = [bounded(p, PITCH_UM, where) for p in each]
     return each[0] if len(each) == 1 else tuple(each)
 
 

@@ -1,0 +1,202 @@
+"""What a format cannot hold is refused by name, and files are written whole or not at all."""
+
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jaxink.errors import InputRefusedError
+from jaxink.export import FORMATS, LOSSES, ExportOptions, write
+from jaxink.export.writing import _FORMATS
+from jaxink.ink.totals import diffuse_totals, regular_in_bins
+from tests.export.tracer_files import lighttools, read_zemax, zemax
+from tests.ink.analytic_tables import lambertian, smooth_table, table_of
+
+TITLES = {
+    "zemax": "Zemax .bsdf",
+    "lighttools": "LightTools .bsdf",
+    "speos": "Speos .anisotropicbsdf",
+    "radiance": "Radiance XML",
+}
+
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "export.md"
+
+
+def with_regular(share=0.25):
+    table = smooth_table()
+    beyond = table.theta_deg > np.degrees(np.arcsin(1 / 1.5)) + 1e-6
+    regular = np.full(table.regular.shape, share)
+    regular[0, 0, beyond], regular[1, 0, beyond] = 2 * share, 0
+    return dataclasses.replace(table, regular=regular)
+
+
+def refusal(table, format, folder, **options):
+    with pytest.raises(InputRefusedError) as caught:
+        write(table, format, folder, ExportOptions(**options))
+    assert list(folder.iterdir()) == []
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("format", TITLES)
+def test_regular_part_is_refused_where_it_cannot_be_kept_apart(format, tmp_path):
+    # Index 1 on both sides, so that nothing else is lost.
+    table = table_of(lambda *_: 0.1, [0.0, 45, 90], [0.0, 90, 180], index_inside=1.0)
+    table.regular[3, 0, 1] = 0.0321
+    sentence = refusal(table, format, tmp_path)
+    assert sentence.startswith(
+        f"{TITLES[format]} cannot hold the regular (specular and refracted) light apart"
+    )
+    assert "up to 0.0321 of the incident power (R_AA at 45 degrees, 550 nm)" in sentence
+    assert "--allow-loss regular)" in sentence
+    assert "--regular-bin-deg" in sentence
+    assert write(table, format, tmp_path, ExportOptions(drop=("regular",)))
+
+
+def test_zemax_refuses_diffuse_transmission_beyond_the_critical_angle(tmp_path):
+    most = diffuse_totals(smooth_table())[1, 0, -1]
+    sentence = refusal(smooth_table(), "zemax", tmp_path)
+    assert "diffuse transmission of light beyond the critical angle" in sentence
+    assert "(T_IA beyond 41.81 degrees, 550 nm)" in sentence
+    assert float(sentence.split("up to ")[1].split()[0]) > most
+    write(smooth_table(), "zemax", tmp_path, ExportOptions(drop=("beyond_critical",)))
+
+
+def test_zemax_takes_an_ink_that_sends_nothing_beyond_the_critical_angle(tmp_path):
+    table = smooth_table()
+    table.bsdf_per_sr[1, :, table.theta_deg > 41.9] = 0
+    assert len(write(table, "zemax", tmp_path)) == 4
+
+
+def test_radiance_refuses_media(tmp_path):
+    sentence = refusal(smooth_table(), "radiance", tmp_path)
+    assert "refractive indices (1.5 inside, 1 outside)" in sentence
+    assert "refracts none at this surface" in sentence
+
+
+@pytest.mark.parametrize("format", TITLES)
+def test_standard_errors_are_refused(format, tmp_path):
+    table = lambertian()
+    table = dataclasses.replace(table, bsdf_standard_error_per_sr=0.01 * table.bsdf_per_sr)
+    allowed = ("beyond_critical", "index_step")
+    sentence = refusal(table, format, tmp_path, drop=allowed)
+    assert sentence.startswith(f"{TITLES[format]} cannot hold standard errors: allow the loss")
+    assert write(table, format, tmp_path, ExportOptions(drop=(*allowed, "standard_errors")))
+
+
+def test_all_losses_are_named_at_once(tmp_path):
+    table = dataclasses.replace(with_regular(), regular_standard_error=0.01 * with_regular().regular)
+    assert "--allow-loss regular,beyond_critical,standard_errors)" in refusal(table, "zemax", tmp_path)
+
+
+def test_regular_part_in_bins_keeps_the_sum_and_the_direction(tmp_path):
+    table = table_of(lambda *_: 0.0, np.linspace(0, 90, 37), np.linspace(0, 180, 73))
+    table.regular[0] = 0.4
+    table.regular[1, 0, table.theta_deg < 41.8] = 0.3
+    folded = regular_in_bins(table, 6.0)
+    np.testing.assert_allclose(diffuse_totals(folded), table.regular, atol=1e-12)
+    assert not folded.regular.any()
+    i = int(np.flatnonzero(table.theta_deg == 30)[0])
+    for component, leaving in ((0, 30.0), (1, np.degrees(np.arcsin(0.75)))):
+        o, p = np.unravel_index(np.argmax(folded.bsdf_per_sr[component, 0, i]), (37, 73))
+        assert table.theta_deg[o] == pytest.approx(leaving, abs=1.3)
+        assert table.phi_deg[p] == 180
+    # In the file the bin is at the specular direction, half as high at half the stated width.
+    drop = ("beyond_critical",)
+    write(table, "zemax", tmp_path, ExportOptions(drop=drop, regular_bin_deg=6.0))
+    file = read_zemax(tmp_path / "ink_550nm_R_II.bsdf")
+    peak = file["values"][i, 18]
+    assert np.argmax(peak) == 0
+    assert np.interp(3.0, file["scatterradial"], peak) / peak[0] == pytest.approx(0.5, abs=0.05)
+    assert (
+        "in cones of 6 degrees full width at half maximum" in (tmp_path / "ink_550nm_R_II.bsdf").read_text()
+    )
+    assert zemax(tmp_path).files["T_IA"]["tis"][i] == pytest.approx(0.3, rel=1e-8)
+
+
+def test_bins_narrower_than_the_table_are_refused(tmp_path):
+    sentence = refusal(with_regular(), "lighttools", tmp_path, regular_bin_deg=2.0)
+    assert "regular_bin_deg is 2, but the angles of the ink table are up to 5 degrees apart" in sentence
+    assert "between 0 and 30 degrees" in refusal(with_regular(), "lighttools", tmp_path, regular_bin_deg=-1.0)
+    assert "keeps the regular part apart" in refusal(with_regular(), "csv", tmp_path, regular_bin_deg=6.0)
+
+
+def test_energy_from_nothing_is_refused(tmp_path):
+    table = lambertian(regular=np.full((4, 1, 10), 0.45))
+    sentence = refusal(table, "csv", tmp_path)
+    assert "sends out 1.5 times the power that arrives from side I" in sentence
+
+
+@pytest.mark.parametrize(
+    ("value", "words"), [(np.nan, "has values that are not finite"), (-0.1, "goes down to -0.1")]
+)
+def test_values_that_are_no_bsdf_are_refused(value, words, tmp_path):
+    table = lambertian()
+    table.bsdf_per_sr[2, 0, 3, 4, 5] = value
+    assert words in refusal(table, "csv", tmp_path)
+
+
+def test_rounding_below_zero_is_written_as_zero(tmp_path):
+    table = lambertian()
+    table.bsdf_per_sr[1, 0, 1, 1] = -1e-12
+    write(table, "lighttools", tmp_path)
+    assert lighttools(tmp_path).blocks["back", "btdf"][1]["values"].min() == 0
+
+
+def test_coarse_zemax_axes_are_refused(tmp_path):
+    table = table_of(
+        lambda c, w, i, o, p: np.exp(-0.5 * (np.hypot(o - 40, p - 60) / 8) ** 2),
+        range(0, 91, 3),
+        range(0, 181, 5),
+    )
+    axes = {"radial_deg": (0.0, 90, 180), "azimuth_deg": (0.0, 90, 180)}
+    sentence = refusal(table, "zemax", tmp_path, drop=("beyond_critical",), **axes)
+    assert sentence.startswith("Zemax: with 3 azimuths and 3 radial angles R_II at 550 nm would scatter")
+    assert "give finer axes (radial_deg, azimuth_deg)" in sentence
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"drop": ("colour",)}, "drop names 'colour'; what may be lost is one of: regular, beyond_critical,"),
+        ({"basis": "klems_half"}, "basis is 'klems_half'; it must be one of: klems, tensor_tree."),
+        ({"name": "my ink"}, "name is 'my ink'"),
+        ({"radial_deg": (0.0, 90.0)}, "radial_deg must ascend from 0 to 180 degrees."),
+    ],
+)
+def test_bad_options_are_refused(options, words):
+    with pytest.raises(InputRefusedError, match="^" + words.replace("'", ".")):
+        ExportOptions(**options)
+
+
+def test_unknown_format_and_missing_folder_are_refused(tmp_path):
+    assert (
+        refusal(lambertian(), "merl", tmp_path)
+        == f"format is 'merl'; it must be one of: {', '.join(FORMATS)}."
+    )
+    with pytest.raises(InputRefusedError, match="is not a folder; create it first"):
+        write(lambertian(), "csv", tmp_path / "missing")
+
+
+def test_failed_writing_leaves_the_folder_as_it_was(tmp_path, monkeypatch):
+    write(lambertian(), "csv", tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("jaxink.export.flat_csv._write_totals", full)
+    with pytest.raises(InputRefusedError, match="cannot be written there .No space left on device."):
+        write(smooth_table(), "csv", tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_the_document_names_every_format_and_its_losses():
+    lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
+    rows = [re.findall(r"`(\w+)`", line) for line in lines if line.startswith("| `")]
+    assert [row[0] for row in rows if row[0] in LOSSES] == list(LOSSES)
+    formats = {row[0]: row[1:] for row in rows}
+    for name in FORMATS:
+        assert [loss for loss in formats[name] if loss in LOSSES] == list(_FORMATS[name].lost)
