@@ -7,6 +7,7 @@ import pytest
 
 import jaxink
 from jaxink.ink import TableOptions, read_ink_table
+from tests.samples import UNMATCHED
 
 
 @pytest.fixture(scope="package")
