@@ -1,4 +1,4 @@
-"""Kinds of effects: what they ask of the model follows from the kind, and nothing is overridden twice."""
+"""Kinds of effects: an effect is of one kind, and nothing is overridden twice."""
 
 import inspect
 

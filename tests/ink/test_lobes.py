@@ -1,7 +1,6 @@
 """Lobes of a rough face, read apart from the table: against Monte Carlo, power, reciprocity, the solver."""
 
 import json
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -9,13 +8,12 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.errors import InputRefusedError
+from benchmarks.montecarlo import INTERFACE_FILE
 from jaxink.export import ExportOptions, write
 from jaxink.ink import TableOptions, read_ink_table
 from jaxink.ink.hemispherical_totals import azimuth_weights, diffuse_totals, projected_weights
 from jaxink.ink.sheet import sheets
 from jaxink.ink.stack_lobes import facet_lobes
-from jaxink.ink.table import InkTable
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import ScatteringLayer
@@ -24,7 +22,6 @@ from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
 from tests.samples import UNMATCHED
 
-REFERENCE = Path(__file__).resolve().parents[2] / "benchmarks" / "reference_interface.json"
 CONFIG = SolverConfig(nodes_escaping=6, nodes_trapped=4, n_moments=4, n_orders=3)
 # The tie keeps the angle from being tabulated beforehand, which takes longer than all else here.
 ROUGH = UNMATCHED.replace(
@@ -45,7 +42,7 @@ def lobes_of(kind, scale, index_inside):
 
 @pytest.mark.parametrize("kind", ["cauchy", "beckmann"])
 def test_one_facet_sends_on_what_the_monte_carlo_counts(kind):
-    cases = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"]
+    cases = json.loads(INTERFACE_FILE.read_text(encoding="utf-8"))["cases"]
     chosen = [c for c in cases if c["density"] == kind]
     scale = max(c["t"] for c in chosen)
     lobes = lobes_of(kind, scale, 1.5)
@@ -103,17 +100,17 @@ def test_power_comes_back_although_lobes_are_narrow(table):
     np.testing.assert_allclose(totals[2] + totals[3], 1.0, atol=5e-3)
 
 
-def test_what_has_no_place_for_lobes_is_refused(table, tmp_path):
-    with pytest.raises(InputRefusedError, match="the lobes of a rough face, narrower than its angles"):
+def test_what_has_no_place_for_lobes_is_refused(table, tmp_path, refused):
+    with refused():
         write(table, "csv", tmp_path)
     assert list(tmp_path.iterdir()) == []
     assert write(table, "csv", tmp_path, ExportOptions(drop=("narrow_lobes",)))
 
 
-def test_a_file_without_part_of_its_lobes_is_refused(table):
+def test_a_file_without_part_of_its_lobes_is_refused(table, refused):
     whole = table.to_dataset()
     assert np.array_equal(InkTable.from_dataset(whole).rest_per_sr, table.rest_per_sr)
-    with pytest.raises(InputRefusedError, match="variable facet_passage is missing"):
+    with refused("facet_passage"):
         InkTable.from_dataset(whole.drop_vars("facet_passage"))
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis import DiagnosisOptions, Verdict, diagnose
+from jaxink.diagnosis import DiagnosisOptions, Verdict, VerdictCode, diagnose
 from jaxink.effects.instrument import Drift, StrayLight
 from jaxink.effects.volume import Polydispersity
 from jaxink.fitting import FitOptions
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
-from jaxink.plots.diagnosis import diagnosis_figures
+from jaxink.plots.diagnosis_figures import diagnosis_figures
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change
 from tests.samples import STRAY_LIGHT, STRAY_PER_SR, TRUTH
@@ -61,7 +61,7 @@ def written(found, change, tmp_path_factory):
 @pytest.fixture(scope="session")
 def unchanged(found):
     """The same where no effect is found."""
-    verdict = Verdict("no_misfit", (), "No misfit: nothing to see.")
+    verdict = Verdict(VerdictCode.NO_MISFIT, (), "No misfit: nothing to see.")
     return dataclasses.replace(found, verdict=verdict, steps=(), after=found.before, effects=())
 
 

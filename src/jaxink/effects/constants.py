@@ -1,7 +1,6 @@
 """Effects of declared constants: a number that the sample file gives as fixed is wrong."""
 
 import dataclasses
-from typing import final
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import Effect, SampleEffect
@@ -18,18 +17,15 @@ class DeclaredConstant(SampleEffect):
     sign, group = 0, "constant"
 
     @property
-    @final
     def terms(self):
         """The number itself."""
         return (self.term,)
 
-    @final
     def extend(self, sample: Sample) -> Sample:
         """The structure for a number that is not what was declared: where indices differ, channels do."""
         return with_parameters(sample, self.term)
 
     @classmethod
-    @final
     def of(cls, case: Case, layer: Layer | None, key: str, limits) -> tuple[Effect, ...] | str:
         """The form for a number of a layer, or why there is none; `limits` gives its range by its value."""
         name = None if layer is None else f"{layer.name}.{key}"
@@ -54,7 +50,6 @@ class _Index(DeclaredConstant):
     changes_structure, shared_program, scales = True, "indices", True
 
     @property
-    @final
     def settings(self):
         """A step to the side where there is room for it."""
         return ({self.term.name: self.term.value + 0.02},)

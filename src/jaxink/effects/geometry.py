@@ -1,7 +1,6 @@
 """Effects of geometry: areas that differ, light beside the detector's field, something behind the sample."""
 
 import dataclasses
-from typing import final
 
 import numpy as np
 
@@ -62,13 +61,11 @@ class _OtherThickness(AreaWithOtherValues):
     layer: str
 
     @classmethod
-    @final
     def forms(cls, case: Case):
         """Unless the ink is opaque."""
         ink = case.inks[0]
         return "the ink is opaque" if ink.opaque else (cls(ink.name),)
 
-    @final
     def _times(self, factor, values):
         """The ink as a multiple of its thickness."""
         name = f"{self.layer}.thickness_um"

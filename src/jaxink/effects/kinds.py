@@ -1,7 +1,7 @@
 """What an effect is, and the kinds of effects: something that a model may lack, with a strength.
 
-Of each method there is one implementation: it is abstract or final. A few defaults of `Effect` (`forms`,
-`settings`, `carrier`, `is_screened`) may be replaced, once. No class derives from one that has instances.
+A method has one implementation: it is abstract, or nothing overrides it. Only the defaults of `forms`,
+`settings`, `carrier` and `is_screened` may be replaced, once. A class with a ``name`` has no subclasses.
 """
 
 import abc

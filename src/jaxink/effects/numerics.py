@@ -1,7 +1,7 @@
 """Effects of the solver's own discretisation."""
 
 import dataclasses
-from typing import ClassVar, final
+from typing import ClassVar
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import FinerDiscretisation
@@ -20,7 +20,6 @@ class _HalfAsManyAgain(FinerDiscretisation):
     sign = 0
 
     @classmethod
-    @final
     def forms(cls, case: Case):
         """Unless the requested accuracy is far below the noise."""
         if case.accuracy < _FAR_BELOW * case.noise:
@@ -31,18 +30,15 @@ class _HalfAsManyAgain(FinerDiscretisation):
         return (cls(),)
 
     @property
-    @final
     def terms(self):
         """Share of the step."""
         return (Parameter(f"{self.name}.share", 0.0, True, -3.0, 3.0),)
 
     @property
-    @final
     def settings(self):
         """The whole step."""
         return ({self.strength.name: 1.0},)
 
-    @final
     def refined(self, config: SolverConfig) -> SolverConfig:
         """Half as many again."""
         finer = {size: round(1.5 * getattr(config, size)) for size in self.refined_sizes}

@@ -1,7 +1,6 @@
 """Effects of surfaces: faces that are rough, films on them, gaps between them."""
 
 import dataclasses
-from typing import final
 
 import numpy as np
 
@@ -45,7 +44,6 @@ class _RoughFace(SampleEffect):
     group, changes_structure = "surface", True
 
     @classmethod
-    @final
     def forms(cls, case: Case):
         """One for each density of slopes."""
         faces = exposed_faces(case.sample)
@@ -56,25 +54,21 @@ class _RoughFace(SampleEffect):
         return tuple(cls(layer, face, density) for density in ("cauchy", "beckmann", "ggx"))
 
     @property
-    @final
     def is_screened(self) -> bool:
         """The densities look alike to a screen; refits try them all."""
         return self.density == "cauchy"
 
     @property
-    @final
     def terms(self):
         """The angle of the density. The screen uses a share of the area that is rough by a given angle."""
         angle = f"{self.layer}.{self.face}.sigma_deg"
         return (Parameter(angle, 0.0, True, 0.2, 25.0, "deg", scale="log"),)
 
     @property
-    @final
     def settings(self):
         """Angles."""
         return tuple({self.strength.name: angle} for angle in (1.0, 3.0, 9.0))
 
-    @final
     def extend(self, sample: Sample) -> Sample:
         """With a rough face."""
         rough = Roughness(self.face, self.density, None, f"{self.layer}.{self.face}")

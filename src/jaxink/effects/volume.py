@@ -1,7 +1,7 @@
 """Effects of the volume: particles, absorption and phase function of the ink."""
 
 import dataclasses
-from typing import ClassVar, final
+from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -26,7 +26,6 @@ class _MieTerm(SampleEffect):
     unit: ClassVar[str] = ""
 
     @classmethod
-    @final
     def of_mie_ink(cls, case: Case) -> tuple[Effect, ...] | str:
         """For a Mie ink that does not have it."""
         mie = [ink for ink in case.inks if ink.phase_function == "mie" and ink.radius_table is None]
@@ -37,12 +36,10 @@ class _MieTerm(SampleEffect):
         return (cls(mie[0].name),)
 
     @property
-    @final
     def terms(self):
         """The number itself."""
         return (Parameter(f"{self.layer}.{self.key}", 0.0, True, 0.0, self.maximum, self.unit),)
 
-    @final
     def extend(self, sample: Sample) -> Sample:
         """With the number."""
         return with_parameters(sample, self.strength)

@@ -34,22 +34,7 @@ class Rules:
 
 
 def read_json(path, limit_bytes: int, what: str) -> Any:
-    """Plain data of a JSON file.
-
-    Parameters
-    ----------
-    path
-        The file.
-    limit_bytes
-        The largest that it may be.
-    what
-        What it should be, such as ``result``.
-
-    Raises
-    ------
-    InputRefusedError
-        If it is missing, no ordinary file, too large, or not JSON of numbers that there are.
-    """
+    """Plain data of a JSON file; parameters and refusals as of `open_bounded`, and of `json_of`."""
     name = shown_path(path)
     content = read_bounded(path, limit_bytes, what)
     try:
@@ -96,11 +81,6 @@ def decode(kind: Any, value: Any, key: str = "", rules: Rules | None = None) -> 
         How the data are called, dotted.
     rules
         What types alone do not say.
-
-    Returns
-    -------
-    Any
-        An instance of the type.
 
     Raises
     ------

@@ -1,18 +1,14 @@
-"""Files that are read within bounds; values as JSON holds them."""
+"""Files that are read within bounds."""
 
 import codecs
-import dataclasses
 import difflib
 import errno
-import math
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
-
-import numpy as np
+from typing import BinaryIO
 
 from jaxink.errors import InputRefusedError
 
@@ -24,34 +20,6 @@ _OTHER_KINDS = (
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
 )
-
-
-def plain(value: Any) -> Any:
-    """Strings, numbers, lists and None; numbers that are not finite become None.
-
-    Parameters
-    ----------
-    value
-        Of dataclasses, dictionaries, sequences, arrays and numbers.
-
-    Returns
-    -------
-    Any
-        As `json.dumps` takes it.
-    """
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, dict):
-        return {k: plain(v) for k, v in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(v) for v in value]
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 def shown_path(path: str | Path) -> str:
@@ -104,7 +72,7 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
 
 
 def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
-    """Content of an ordinary file; arguments and refusals as of `open_bounded`."""
+    """Content of an ordinary file; parameters and refusals as of `open_bounded`."""
     with open_bounded(path, limit_bytes, what) as file:
         content = bytearray()
         # The size that a file claims is no bound: it may grow, and those of the system claim 0.
@@ -141,7 +109,7 @@ def utf8_text(content: bytes, name: str) -> str:
 
 
 def require_readable(path: str | Path, limit_bytes: int, what: str) -> None:
-    """Refuse, as `open_bounded` does, a file that a library opens by its name."""
+    """Refuse a file that a library opens by its name; parameters and refusals as of `open_bounded`."""
     with open_bounded(path, limit_bytes, what):
         pass
 

@@ -10,14 +10,17 @@ from jaxink.measurement.masks import (
 )
 from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
+from jaxink.measurement.point_noise import FitNoise, Noise, noise_of
 from jaxink.measurement.reader import read, read_csv, read_netcdf
 from jaxink.measurement.scans import Scan
 
 __all__ = [
+    "FitNoise",
     "GonioData",
     "MASK_FLAGS",
     "MaskFlag",
     "MaskLimits",
+    "Noise",
     "NoiseEstimate",
     "NoiseModel",
     "NoiseSource",
@@ -26,6 +29,7 @@ __all__ = [
     "estimate_noise",
     "mask_counts",
     "mask_sentences",
+    "noise_of",
     "read",
     "read_csv",
     "read_netcdf",
