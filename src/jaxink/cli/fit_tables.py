@@ -78,7 +78,7 @@ def show_outcome(to: Console, result: "FitResult") -> None:
     objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
     method = f"{result.method} fit of {objective} {result.outcome.value}."
     to.print(method, style="bold" if result.converged else "bold red")
-    for sentence in mask_sentences(data)[:-1]:
+    for sentence in mask_sentences(data.mask)[:-1]:
         to.print(sentence, soft_wrap=True)
 
 

@@ -23,7 +23,7 @@ from jaxink.plots.strips import StripLayout, draw_strips
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
 # Beyond as many, a report would be a catalogue of pages.
 MOST_WAVELENGTHS = 3
@@ -70,7 +70,7 @@ def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
 
 
 def diagnosis_figures(
-    diagnosis: "Diagnosis", change: "TableChange | None" = None
+    diagnosis: "Diagnosis", change: "TableComparison | None" = None
 ) -> Iterator[CaptionedFigure]:
     """All figures of a diagnosis, drawn one after the other.
 
@@ -182,7 +182,7 @@ def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
     return CaptionedFigure("candidates", text, page)
 
 
-def _inside(diagnosis: "Diagnosis", change: "TableChange") -> Iterator[CaptionedFigure]:
+def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[CaptionedFigure]:
     for i, wavelength_nm in enumerate(change.before.wavelength_nm):
         title = _title(diagnosis, f"the ink for light from inside the plate at {wavelength_nm:g} nm")
         with blank_figure(*InsideLayout().size) as page:

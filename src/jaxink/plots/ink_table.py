@@ -11,7 +11,7 @@ from jaxink.plots.figure import PageFigure, set_angle_axis
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
 # Light from inside: what comes back into the plate, and what leaves on the other side.
 FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "out of the other side"}
@@ -52,7 +52,7 @@ class InsideLayout:
         return tuple(made)
 
 
-def draw_inside(figure: PageFigure, change: "TableChange", wavelength: int, title: str) -> None:
+def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, title: str) -> None:
     """Draw cuts in the plane of incidence by both tables, and the relative change below.
 
     Parameters

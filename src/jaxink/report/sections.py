@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxink.ink.comparison import LARGEST_THETA_DEG, TableChange
+from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.plots.scan_views import measurement_name
@@ -276,7 +276,7 @@ def _levels(levels: Sequence[str], means: np.ndarray) -> str:
     return "; ".join(f"{level} {mean:+.2f}" for level, mean in known)
 
 
-def inside(diagnosis: "Diagnosis", change: TableChange | str, *figures: str) -> str:
+def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> str:
     """What was found changes in the BSDF that is exported."""
     title = "The ink for light inside the plate"
     if isinstance(change, str):
