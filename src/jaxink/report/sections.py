@@ -10,7 +10,7 @@ from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.plots.scan_views import measurement_name
 from jaxink.report.ink_table import inside_sentences
-from jaxink.report.page import NONE, bullets, chance, number, paragraph, section, share, table, verdict
+from jaxink.report.html import NONE, bullets, chance, number, paragraph, section, share, table, verdict
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
