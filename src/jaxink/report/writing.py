@@ -57,7 +57,7 @@ def write_report(
         for name, picture in pictures.items():
             (part / FIGURE_FOLDER / f"{name}.png").write_bytes(picture)
     files = [Path(FIGURE_FOLDER, f"{name}.png") for name in pictures]
-    return [Path(folder) / file for file in (REPORT_FILE, *files, REPORT_PAGE)]
+    return [Path(folder) / file for file in (Path(REPORT_FILE), *files, Path(REPORT_PAGE))]
 
 
 def _page(diagnosis, change, embedded) -> str:
