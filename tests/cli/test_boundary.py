@@ -30,7 +30,7 @@ COARSE = ("--n-theta", "31", "--n-phi", "13")
 
 @pytest.fixture(autouse=True)
 def short_and_in_place(monkeypatch):
-    monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     # The ends are worst; between them is only time.
     monkeypatch.setattr("jaxink.ink.boundary_validity.INCIDENCES_DEG", (0.0, 75.0))
 

@@ -20,7 +20,7 @@ FREE = tuple(SIMULATED_TRUTH)
 @pytest.fixture
 def run(monkeypatch, coarse):
     """Run the command; the test session's JAX settings stay as they are."""
-    monkeypatch.setattr("jaxink.cli.commands.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
@@ -93,7 +93,7 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch, told):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jaxink.plots.save_figures", full)
+    monkeypatch.setattr("jaxink.cli.fit.save_figures", full)
     done = fit(run, out, "--profile", "none")
     assert done.exit_code == 5
     told(done.stderr, f"jaxink: {out}: ", "No space left on device")

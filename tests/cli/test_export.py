@@ -92,8 +92,8 @@ def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, exam
         asked.append((result.values, layers))
         return smooth_table()
 
-    monkeypatch.setattr("jaxink.ink.tabulate.ink_table", table_of)
-    monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.ink_table", table_of, raising=False)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     example_result.save(tmp_path / "result")
     done = run(tmp_path / "result", "--format", "csv", "--out", tmp_path / "out", "--layer", "ink")
     assert done.exit_code == 0, done.stderr

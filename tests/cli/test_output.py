@@ -28,8 +28,7 @@ def tree(folder):
 
 @pytest.fixture
 def run(monkeypatch, coarse):
-    for module in ("commands", "diagnose", "export"):
-        monkeypatch.setattr(f"jaxink.cli.{module}.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
@@ -39,10 +38,9 @@ def nothing_is_computed(monkeypatch):
     def computed(*_, **__):
         raise AssertionError("something was computed")
 
-    for name in ("jaxink.fit", "jaxink.diagnose", "jaxink.predict"):
+    for name in ("jaxink.fit", "jaxink.diagnose", "jaxink.predict", "jaxink.read_ink_table"):
         monkeypatch.setattr(name, computed, raising=False)
-    for name in ("jaxink.ink.table_file.read_ink_table", "jaxink.ink.boundary.boundary_table"):
-        monkeypatch.setattr(name, computed)
+    monkeypatch.setattr("jaxink.ink.boundary.boundary_table", computed)
 
 
 FOLDERS = {

@@ -1,8 +1,5 @@
 """Samples whose ink is tabulated, and the tables."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
 
 import jaxink
@@ -21,13 +18,3 @@ def unmatched_table(unmatched, tmp_path_factory):
     made = jaxink.ink_table(unmatched, options=TableOptions(n_theta=51, n_phi=25))
     path = made.to_netcdf(tmp_path_factory.mktemp("table") / "ink.nc")
     return read_ink_table(path)
-
-
-@pytest.fixture(scope="package")
-def photons():
-    """The Monte Carlo of the benchmarks."""
-    path = Path(__file__).resolve().parents[2] / "benchmarks" / "sheet_photons.py"
-    spec = importlib.util.spec_from_file_location("sheet_photons", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module

@@ -1,7 +1,6 @@
 """Lobes of a rough face, read apart from the table: against Monte Carlo, power, reciprocity, the solver."""
 
 import json
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from benchmarks.montecarlo import INTERFACE_FILE
 from jaxink.export import ExportOptions, write
 from jaxink.ink import TableOptions, read_ink_table
 from jaxink.ink.lobe_tables import facet_lobes
@@ -23,7 +23,6 @@ from jaxink.solver.stack import SolverConfig, Stack
 from jaxink.surfaces.slopes import slope_density
 from tests.samples import UNMATCHED
 
-REFERENCE = Path(__file__).resolve().parents[2] / "benchmarks" / "reference_interface.json"
 CONFIG = SolverConfig(nodes_escaping=6, nodes_trapped=4, n_moments=4, n_orders=3)
 # The tie keeps the angle from being tabulated beforehand, which takes longer than all else here.
 ROUGH = UNMATCHED.replace(
@@ -44,7 +43,7 @@ def lobes_of(kind, scale, index_inside):
 
 @pytest.mark.parametrize("kind", ["cauchy", "beckmann"])
 def test_one_facet_sends_on_what_the_monte_carlo_counts(kind):
-    cases = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"]
+    cases = json.loads(INTERFACE_FILE.read_text(encoding="utf-8"))["cases"]
     chosen = [c for c in cases if c["density"] == kind]
     scale = max(c["t"] for c in chosen)
     lobes = lobes_of(kind, scale, 1.5)

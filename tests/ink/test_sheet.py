@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from benchmarks import montecarlo
 from jaxink.ink import TableOptions, verify_sheet
 from jaxink.ink.sheet import sheets
 
@@ -33,13 +34,13 @@ def test_light_without_its_index_step_is_noticed(unmatched_table, unmatched):
     assert by_side["inside", "R"] < 5e-3
 
 
-def test_photons_that_know_the_table_only_agree(unmatched_table, unmatched, photons):
+def test_photons_that_know_the_table_only_agree(unmatched_table, unmatched):
     axes = np.meshgrid([5.0, 30, 55, 75, 85], [0.0, 90, 180], [False, True], indexing="ij")
     theta_o, phi, side = (axis.ravel() for axis in axes)
     (sheet,) = sheets(unmatched_table, unmatched)[1]
-    plate = photons.Plate(optical_thickness=0.05)
+    plate = montecarlo.Plate(optical_thickness=0.05)
     for seed, theta_i in enumerate((0.0, 60.0)):
-        found, error = photons.plate_bsdf(
+        found, error = montecarlo.plate_bsdf(
             unmatched_table, plate, theta_i, (theta_o, phi, side), n_photons=8000, seed=seed
         )
         expected = sheet.bsdf(0, theta_i, theta_o, phi, side)

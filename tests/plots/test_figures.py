@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from jaxink.measurement import GonioData
 from jaxink.plots import cut_figure, figures, residual_map, save_figures
 from jaxink.plots.cuts import FITTED, MASKED, MEASURED
-from jaxink.plots.scans import scan_views
+from jaxink.plots.scan_views import scan_views
 
 
 def lines(axes, style):

@@ -22,7 +22,7 @@ from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import table_change
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
-from jaxink.plots.diagnosis import diagnosis_figures, drawn_wavelengths
+from jaxink.plots.diagnosis_figures import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change, is_in_table
@@ -298,7 +298,7 @@ def run(monkeypatch, found, change):
         return run.outcome
 
     monkeypatch.setattr(jaxink, "diagnose", diagnosed, raising=False)
-    monkeypatch.setattr("jaxink.cli.diagnose.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     monkeypatch.setattr("jaxink.report.writing.inside_change", lambda _: change)
 
     def run(out, *more, data=DATA):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from jaxink.effects import Effect, SampleEffect
 from jaxink.errors import InputRefusedError
 from jaxink.ink.comparison import TableChange, table_change
-from jaxink.plots.diagnosis import drawn_wavelengths
+from jaxink.plots.diagnosis_figures import drawn_wavelengths
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis
