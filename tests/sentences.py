@@ -2,7 +2,7 @@
 
 Tests state the type of an exception and what it names (keys, rows, parameters, options); the words around
 that are compared with the file. `python -m pytest --write-sentences` runs the tests that are told something
-and writes the file anew: its difference is then what a change of words changes.
+and writes the file anew: its difference is then what a change of words changes. `-m told` only runs them.
 """
 
 import json
@@ -33,11 +33,14 @@ def pytest_addoption(parser):
     )
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
+    for item in items:
+        if "told" in getattr(item, "fixturenames", ()):
+            item.add_marker("told")
     if config.getoption("--write-sentences"):
-        silent = [item for item in items if "told" not in getattr(item, "fixturenames", ())]
-        config.hook.pytest_deselected(items=silent)
-        items[:] = [item for item in items if item not in set(silent)]
+        config.hook.pytest_deselected(items=[item for item in items if not item.get_closest_marker("told")])
+        items[:] = [item for item in items if item.get_closest_marker("told")]
 
 
 @pytest.fixture(scope="session")

@@ -57,16 +57,17 @@ def run_predict(
             "directions are then predicted."
         )
     sample = jaxink.load_sample(source) if is_sample else None
-    data = jaxink.read(data_file, **columns) if data_file is not None else None
+    given = None if data_file is None else jaxink.read(data_file, **columns)
     session.prepare_jax()
     config = None
     if sample is None:
         result = jaxink.load_result(source)
-        sample, data = result.sample, result.data if data is None else data
-        config = jaxink.SolverConfig(**result.solver) if accuracy is None else None
+        sample, given = result.sample, result.data if given is None else given
+        config = result.config if accuracy is None else None
     from jaxink.fitting import marked
 
-    data = marked(data, sample)
+    assert given is not None, "a sample file without a measurement was refused"
+    data = marked(given, sample)
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     _write_prediction(data, predicted, out)
     if not quiet:

@@ -44,12 +44,9 @@ class InsideLayout:
         x = self._left + column * (self._panel + self._beside)
         y = self.size[1] - self._top - row * self._block - self._above
         figure.write_panel_title(title, x + self._panel / 2, y, 9.5)
-        made = []
-        for panel in (self._curve, self._change):
-            y -= panel
-            made.append(figure.panel(x, y, self._panel, panel))
-            y -= self._between
-        return tuple(made)
+        below = y - self._curve - self._between - self._change
+        above = figure.panel(x, y - self._curve, self._panel, self._curve)
+        return above, figure.panel(x, below, self._panel, self._change)
 
 
 def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, title: str) -> None:
