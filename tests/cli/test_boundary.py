@@ -15,7 +15,7 @@ from jaxink.ink import read_ink_table
 from jaxink.ink.boundary import BoundaryOptions, boundary_table, facet_boundary
 from jaxink.ink.boundary_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_boundary
 from jaxink.ink.boundary_validity import validity_checks
-from jaxink.ink.totals import power_sent_out
+from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.slopes import Beckmann
 

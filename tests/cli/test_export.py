@@ -9,8 +9,6 @@ from typer.testing import CliRunner
 from jaxink.cli.app import app
 from tests.ink.analytic_tables import smooth_table
 
-pytest.importorskip("jaxink.ink.table_file")
-
 
 def run(*arguments):
     return CliRunner().invoke(app, ["export", *map(str, arguments)])
@@ -51,7 +49,7 @@ def test_each_format_is_written(format, loss, names, file, tmp_path, told):
 
 
 def test_netcdf_comes_back_to_the_last_bit(file, tmp_path):
-    from jaxink.ink.table_file import read_ink_table
+    from jaxink.ink import read_ink_table
 
     assert run(file, "--format", "netcdf", "--out", tmp_path, "--name", "red", "--quiet").stdout == ""
     first, again = read_ink_table(file), read_ink_table(tmp_path / "red.nc")

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from jaxink.export import FORMATS, LOSSES, ExportOptions, write
-from jaxink.export.writing import _FORMATS
-from jaxink.ink.totals import diffuse_totals, regular_in_bins
+from jaxink.export.formats import _FORMATS
+from jaxink.export.preparation import regular_in_bins
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from tests.export.tracer_files import lighttools, read_zemax, zemax
 from tests.ink.analytic_tables import lambertian, smooth_table, table_of
 

@@ -7,11 +7,10 @@ import pytest
 
 from jaxink.export import ExportOptions, write
 from jaxink.ink import COMPONENTS
-from jaxink.ink.totals import diffuse_totals
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from tests.ink.analytic_tables import CRITICAL_DEG, INDEX_INSIDE, smooth_table, vector
 
 mi = pytest.importorskip("mitsuba")
-pytest.importorskip("jaxink.ink.table_file")
 
 
 def regular_part():

@@ -6,19 +6,15 @@ import pytest
 
 from jaxink.export import write
 from jaxink.ink import read_ink_table
-from jaxink.ink.boundary import (
-    BoundaryOptions,
-    facet_boundary,
-    wave_boundary,
-    within_incident_power,
-)
-from jaxink.ink.totals import diffuse_totals, power_sent_out
+from jaxink.ink.boundary import BoundaryOptions, facet_boundary, wave_boundary
+from jaxink.ink.hemispherical_totals import diffuse_totals, power_sent_out
+from jaxink.ink.power_limit import within_incident_power
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum
-from jaxink.surfaces.wave_optics import WaveSurface
 from jaxink.surfaces.wave_power import balance
+from jaxink.surfaces.wave_surface import WaveSurface
 
 OPTIONS = BoundaryOptions(1.5, 1.0, n_theta=61, n_phi=37)
 WAVES = GaussianSpectrum(0.05**2, 1.2)

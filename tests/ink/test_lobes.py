@@ -11,10 +11,9 @@ import jaxink
 from benchmarks.montecarlo import INTERFACE_FILE
 from jaxink.export import ExportOptions, write
 from jaxink.ink import TableOptions, read_ink_table
-from jaxink.ink.lobe_tables import facet_lobes
+from jaxink.ink.hemispherical_totals import azimuth_weights, diffuse_totals, projected_weights
 from jaxink.ink.sheet import sheets
-from jaxink.ink.table_file import from_dataset
-from jaxink.ink.totals import azimuth_weights, diffuse_totals, projected_weights
+from jaxink.ink.stack_lobes import facet_lobes
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import ScatteringLayer
@@ -110,9 +109,9 @@ def test_what_has_no_place_for_lobes_is_refused(table, tmp_path, refused):
 
 def test_a_file_without_part_of_its_lobes_is_refused(table, refused):
     whole = table.to_dataset()
-    assert np.array_equal(from_dataset(whole).rest_per_sr, table.rest_per_sr)
+    assert np.array_equal(InkTable.from_dataset(whole).rest_per_sr, table.rest_per_sr)
     with refused("facet_passage"):
-        from_dataset(whole.drop_vars("facet_passage"))
+        InkTable.from_dataset(whole.drop_vars("facet_passage"))
 
 
 def test_the_rough_sheet_is_the_full_model(table, rough):

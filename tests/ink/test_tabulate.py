@@ -10,9 +10,10 @@ import pytest
 
 import jaxink
 from jaxink.ink import COMPONENTS, TableOptions
-from jaxink.ink.extraction import find_ink, ink_alone, ink_stacks, reversed_sample
+from jaxink.ink.ink_layers import find_ink
 from jaxink.ink.polar_grid import polar_grid
-from jaxink.ink.uncertainty import Spread
+from jaxink.ink.stacks import ink_stacks, isolated_model, reversed_sample
+from jaxink.ink.uncertainty import ParameterCovariance
 from jaxink.numerics.precision import computing
 from jaxink.optics.directions import Directions
 from jaxink.optics.layers import ClearLayer, ScatteringLayer
@@ -46,7 +47,7 @@ def test_no_light_is_lost_or_made_at_any_incidence(unmatched_table):
 
 def test_the_solver_keeps_the_energy_of_light_from_a_dense_medium(unmatched):
     ink = find_ink(unmatched)
-    model = ink_alone(ink, (550.0,), 1e-3)
+    model = isolated_model(ink, (550.0,), 1e-3)
     between = np.sin(np.deg2rad([0.0, 30, 42, 60, 80, 88]))
     with computing():
         stack = jax.tree.map(lambda x: x[0], ink_stacks(ink, model, {}))
@@ -115,7 +116,7 @@ def test_standard_errors_are_those_of_finite_differences_and_of_draws(example_re
     errors = np.array([example_result[n].standard_error for n in names])
     covariance = errors[:, None] * example_result.correlations * errors
     ink = find_ink(example_result.sample, index_inside=1.45)
-    model = ink_alone(ink, (550.0,), 1e-3)
+    model = isolated_model(ink, (550.0,), 1e-3)
     i, o, p = (axis.ravel() for axis in np.meshgrid([0, 5, 9], [1, 6, 10], [0, 4], indexing="ij"))
     theta, phi = of_fit.theta_deg, of_fit.phi_deg
     directions = Directions.from_degrees(
@@ -153,12 +154,12 @@ def test_a_parameter_on_its_bound_counts_as_known(example_result, told):
         else p
         for p in example_result.parameters
     )
-    spread = Spread.of(dataclasses.replace(example_result, parameters=rows))
+    spread = ParameterCovariance.of(dataclasses.replace(example_result, parameters=rows))
     assert spread.names == ("ink.scattering_per_mm", "ink.asymmetry_parameter")
     told(spread.sentence, "ink.absorption_per_mm")
     slopes = np.array([[2.0, 0.0], [0.0, 3.0]])
-    errors = [example_result[name].standard_error for name in spread.names]
-    assert spread.standard_error(slopes) == pytest.approx([2 * errors[0], 3 * errors[1]])
+    errors = [example_result[name].standard_error for name in covariance.names]
+    assert covariance.standard_error(slopes) == pytest.approx([2 * errors[0], 3 * errors[1]])
 
 
 def test_only_a_fit_has_standard_errors(of_fit, example_result, unmatched_table, told):
@@ -172,8 +173,8 @@ def test_only_a_fit_has_standard_errors(of_fit, example_result, unmatched_table,
         for p in example_result.parameters
     )
     unknown = dataclasses.replace(example_result, parameters=rows)
-    assert not Spread.of(unknown).known
-    told(Spread.of(unknown).sentence, "ink.scattering_per_mm")
+    assert not ParameterCovariance.of(unknown).known
+    told(ParameterCovariance.of(unknown).sentence, "ink.scattering_per_mm")
 
 
 PRIMED = """
@@ -207,7 +208,7 @@ def test_layers_that_belong_to_the_ink_and_their_wavelengths():
     parameters = sample.parameters.replace("coat.absorption_per_mm@650", value=20.0)
     ink = find_ink(dataclasses.replace(sample, parameters=parameters), ["ink", "coat"])
     assert (ink.inside, ink.names) == ("back", ("coat", "ink"))
-    model = ink_alone(ink, (450.0, 650.0), 1e-2)
+    model = isolated_model(ink, (450.0, 650.0), 1e-2)
     stacks = ink_stacks(ink, model, {})
     layer = ScatteringLayer(1.53, 61 * 0.03, 60 / 61, HenyeyGreenstein(0.3))
     for wavelength, absorbed in ((0, 0.04), (1, 0.4)):
@@ -236,7 +237,7 @@ def test_roughness_stays_with_its_interface():
     assert [layer.name for layer in turned.layers] == ["plate", "ink", "coat"]
     assert [face.face for face in turned.layers[0].roughness] == ["back_roughness"]
     # The plate declares the face that it shares with the ink: it is the ink's, and is not left out.
-    model = ink_alone(find_ink(sample, ["coat", "ink"]), sample.wavelengths_nm or (550.0,), 1e-2)
+    model = isolated_model(find_ink(sample, ["coat", "ink"]), sample.wavelengths_nm or (550.0,), 1e-2)
     *others, shared = model.rough_faces
     assert shared.name == "plate.front_roughness"
     assert others == [None, None]

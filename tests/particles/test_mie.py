@@ -4,7 +4,8 @@ import miepython
 import numpy as np
 import pytest
 
-from jaxink.particles.mie import mie_coefficients, mie_orders, mie_sphere
+from jaxink.particles.mie import mie_coefficients, mie_sphere
+from jaxink.particles.mie_series import mie_orders
 from jaxink.particles.phase_function import Rayleigh
 
 COSINES = np.cos(np.deg2rad(np.linspace(0, 180, 181)))

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.ink.extraction import reversed_stack
+from jaxink.ink.stacks import reversed_stack
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.optics.directions import Directions

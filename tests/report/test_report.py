@@ -20,7 +20,7 @@ from jaxink.effects.instrument import StrayLight
 from jaxink.effects.surfaces import AirGap
 from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
-from jaxink.ink.comparison import table_change
+from jaxink.ink.comparison import compare_tables
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
 from jaxink.plots.diagnosis_figures import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
@@ -257,7 +257,7 @@ def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
 
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     sample = found.result.sample
-    change = table_change(sample, with_film(sample, 1, "gap", 1.0), [550.0])
+    change = compare_tables(sample, with_film(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
     assert change.after.index_inside[0] == change.before.index_inside[0] == 1.5
     beyond = (change.after.theta_deg > 43) & (change.after.theta_deg < 85)

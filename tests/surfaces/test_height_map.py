@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes, isotropic_from_profile
+from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
+from jaxink.surfaces.profile_spectrum import isotropic_from_profile
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 

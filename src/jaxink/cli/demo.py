@@ -13,9 +13,9 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.fit import OWNED, write_result
 from jaxink.cli.fit_tables import console, merit_lines, parameter_notes, show_files
-from jaxink.cli.folder import require_folder
 from jaxink.cli.session import ExitCode
 from jaxink.data import SIMULATED_TRUTH, simulated_example
+from jaxink.files.writing import require_folder
 from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:

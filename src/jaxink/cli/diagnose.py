@@ -7,9 +7,9 @@ import typer
 
 import jaxink
 from jaxink.cli import session
-from jaxink.cli.folder import require_folder
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
+from jaxink.files.writing import require_folder
 from jaxink.plots import FIGURE_FOLDER
 
 

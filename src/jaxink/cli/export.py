@@ -10,9 +10,9 @@ import typer
 
 import jaxink
 from jaxink.cli import session
-from jaxink.cli.folder import require_folder
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
+from jaxink.files.writing import require_folder
 
 if TYPE_CHECKING:
     from jaxink.export import ExportOptions
@@ -44,7 +44,7 @@ class Target:
     def options(self) -> "ExportOptions":
         """The choices; refused before anything is computed."""
         from jaxink.export import ExportOptions
-        from jaxink.export.writing import require_format
+        from jaxink.export.formats import require_format
 
         require_format(self.format)
         options = ExportOptions(**self.choices)
@@ -91,7 +91,7 @@ def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> Exit
     session.prepare_jax()
     from jaxink.ink.boundary import boundary_table
     from jaxink.ink.boundary_file import load_boundary
-    from jaxink.ink.totals import excess_of_power
+    from jaxink.ink.hemispherical_totals import excess_of_power
 
     options = target.options()
     boundary = load_boundary(source)
@@ -111,7 +111,7 @@ def _write(
     table: "InkTable", target: Target, options: "ExportOptions", what: str, remarks: Sequence[str] = ()
 ) -> None:
     """Write the files, and say what they hold."""
-    from jaxink.export.writing import write_folder
+    from jaxink.export.formats import write_folder
 
     files = write_folder(table, target.format, target.folder, options)
     if target.quiet:

@@ -9,11 +9,11 @@ import typer
 
 import jaxink
 from jaxink.cli import session
-from jaxink.cli.folder import require_writable_file
 from jaxink.cli.session import ExitCode, installed_version
 from jaxink.errors import InputRefusedError
+from jaxink.files.reading import shown_path
 from jaxink.files.spreadsheet import cell
-from jaxink.files.writing import written_whole
+from jaxink.files.writing import require_file, written_whole
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
@@ -45,7 +45,11 @@ def run_predict(
     quiet
         Print nothing.
     """
-    require_writable_file(out, (".csv", ".nc"))
+    if out.suffix not in (".csv", ".nc"):
+        raise InputRefusedError(
+            f"{shown_path(out)}: the suffix '{out.suffix}' is not one of .csv, .nc, which name the format."
+        )
+    require_file(out)
     is_sample = source.suffix == ".toml" and not os.path.isdir(source)
     if is_sample and data_file is None:
         raise InputRefusedError(
@@ -53,16 +57,17 @@ def run_predict(
             "directions are then predicted."
         )
     sample = jaxink.load_sample(source) if is_sample else None
-    data = jaxink.read(data_file, **columns) if data_file is not None else None
+    given = None if data_file is None else jaxink.read(data_file, **columns)
     session.prepare_jax()
     config = None
     if sample is None:
         result = jaxink.load_result(source)
-        sample, data = result.sample, result.data if data is None else data
-        config = jaxink.SolverConfig(**result.solver) if accuracy is None else None
+        sample, given = result.sample, result.data if given is None else given
+        config = result.config if accuracy is None else None
     from jaxink.fitting import marked
 
-    data = marked(data, sample)
+    assert given is not None, "a sample file without a measurement was refused"
+    data = marked(given, sample)
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     _write_prediction(data, predicted, out)
     if not quiet:
@@ -79,7 +84,7 @@ def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
     """What a fit of the sample would leave out of what was predicted."""
     from jaxink.measurement.masks import mask_sentences
 
-    *masked, _ = mask_sentences(data)
+    *masked, _ = mask_sentences(data.mask)
     named = sample.wavelengths_nm
     other = [w for w in sorted(set(data.wavelength_nm.tolist())) if all(abs(w - n) > 1e-6 for n in named)]
     if not (named and other):
@@ -106,15 +111,12 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
 
     from jaxink.measurement.masks import mask_names
 
-    extra["masked"] = np.array(mask_names(data))
+    extra["masked"] = np.array(mask_names(data.mask))
     names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
     columns = [getattr(prediction, name).tolist() for name in names]
     # A blank cell where a kept column has no number, as in the file that was read.
     columns += [["" if v != v else cell(v) for v in values.tolist()] for values in extra.values()]
-    try:
-        with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow([*names, *map(cell, extra)])
-            writer.writerows(zip(*columns, strict=True))
-    except OSError as problem:
-        raise InputRefusedError(f"{out}: cannot be written ({problem.strerror or problem}).") from None
+    with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*names, *map(cell, extra)])
+        writer.writerows(zip(*columns, strict=True))

@@ -111,7 +111,8 @@ def prepare_jax() -> None:
     """Import JAX, with its compiled programs kept from one command to the next."""
     import jax
 
-    folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()
+    chosen: str | None = jax.config.values["jax_compilation_cache_dir"]
+    folder = None if chosen else _cache_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)

@@ -10,11 +10,12 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind, require_number
 from jaxink.fitting import FitResult
-from jaxink.ink.extraction import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
-from jaxink.ink.lobe_tables import facet_lobes
+from jaxink.ink.ink_layers import InkLayers, find_ink
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
+from jaxink.ink.stack_lobes import facet_lobes
+from jaxink.ink.stacks import ink_stacks, isolated_model, reversed_stack
 from jaxink.ink.table import InkTable
-from jaxink.ink.uncertainty import Spread
+from jaxink.ink.uncertainty import ParameterCovariance
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.compiling import Tiered
 from jaxink.numerics.precision import computing
@@ -127,12 +128,16 @@ def ink_table(
         table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
-    if not isinstance(source, FitResult):
-        spread = Spread.none("not from a fit")
-    else:
-        spread = Spread.none("other values than those of the fit") if values else Spread.of(source)
     with computing():
-        return _tabulate(ink, wavelengths, spread, options)
+        return _tabulate(ink, wavelengths, _covariance(source, values), options)
+
+
+def _covariance(source, values) -> ParameterCovariance:
+    if not isinstance(source, FitResult):
+        return ParameterCovariance.none("not from a fit")
+    if values:
+        return ParameterCovariance.none("other values than those of the fit")
+    return ParameterCovariance.of(source)
 
 
 def _sample_and_wavelengths(source, wavelengths_nm):
@@ -156,9 +161,11 @@ def _sample_and_wavelengths(source, wavelengths_nm):
     return sample, tuple(wavelengths)
 
 
-def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions) -> InkTable:
-    model = ink_alone(ink, wavelengths, options.accuracy)
-    stacks, tangents = _stacks_and_tangents(ink, model, spread.names)
+def _tabulate(
+    ink: InkLayers, wavelengths, covariance: ParameterCovariance, options: TableOptions
+) -> InkTable:
+    model = isolated_model(ink, wavelengths, options.accuracy)
+    stacks, tangents = _stacks_and_tangents(ink, model, covariance.names)
     other_way = reversed_stack(stacks), reversed_stack(tangents)
     one_way = tuple(reversed_stack(tree) for tree in other_way)
     lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
@@ -173,7 +180,7 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
         (r_ii, t_ia), (r_aa, t_ai) = (
             _side(_at(trees[0], w, 0), _at(trees[1], w, 1), evaluated, phi_deg, model.config) for trees in lit
         )
-        spectrum.append([_with_error(*part, spread) for part in (r_ii, t_ia, t_ai, r_aa)])
+        spectrum.append([_with_error(*part, covariance) for part in (r_ii, t_ia, t_ai, r_aa)])
     # Four columns by wavelength and component: BSDF, its error, regular power, its error.
     bsdf, bsdf_error, regular, regular_error = (
         None if column[0][0] is None else np.swapaxes(np.array(column), 0, 1)
@@ -189,7 +196,7 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
         index_outside=np.asarray(stacks.index_back),
         bsdf_standard_error_per_sr=bsdf_error,
         regular_standard_error=regular_error,
-        attrs=_attrs(ink, spread, options, model.config, grazing_deg),
+        attrs=_attrs(ink, covariance, options, model.config, grazing_deg),
         lobes=facet_lobes(stacks, model.config, theta_deg, grazing_deg),
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
@@ -199,21 +206,21 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
     return table
 
 
-def _with_error(bsdf, regular, spread: Spread):
+def _with_error(bsdf, regular, covariance: ParameterCovariance):
     """BSDF and regular power of one component, each with its standard error or None."""
-    if not spread.known:
+    if not covariance.known:
         return bsdf[0], None, regular[0], None
-    return bsdf[0], spread.standard_error(bsdf[1:]), regular[0], spread.standard_error(regular[1:])
+    return bsdf[0], covariance.standard_error(bsdf[1:]), regular[0], covariance.standard_error(regular[1:])
 
 
-def _attrs(ink, spread, options, config, grazing_deg):
+def _attrs(ink, covariance, options, config, grazing_deg):
     from importlib.metadata import version
 
     return {
         "title": ink.sample.title,
         "layers": " ".join(ink.names),
         "inside": ink.inside,
-        "standard_error": spread.sentence,
+        "standard_error": covariance.sentence,
         "grazing_theta_deg": float(grazing_deg),
         "accuracy": options.accuracy,
         "solver": ", ".join(f"{name} {size}" for name, size in dataclasses.asdict(config).items()),

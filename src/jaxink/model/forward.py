@@ -21,8 +21,9 @@ from jaxink.solver.resolution import demand, sizes_for
 from jaxink.solver.stack import SolverConfig, Stack, block_media
 from jaxink.surfaces.height_map import TabulatedSlopes
 from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, SlopeMixture, slope_density
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
 from jaxink.surfaces.table import RoughTable, rough_table
+from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum
 from jaxink.surfaces.wave_face import WaveFace
 
 

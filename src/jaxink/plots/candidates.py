@@ -7,14 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from jaxink.plots.figure import PageFigure
+from jaxink.plots.figure import PageFigure, Style
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow
 
 MOST_BARS = 12
-PREDICTED = {"color": "0.72"}
-REFITTED = {"color": "#c22f2f"}
+PREDICTED: Style = {"color": "0.72"}
+REFITTED: Style = {"color": "#c22f2f"}
 # A fall of chi-square by less is nothing: one is what noise gives to any further parameter.
 _LEAST = 1.0
 _BAR, _ROW = 0.36, 0.36
@@ -64,7 +64,7 @@ def draw_candidates(
     _draw_legend(figure, any(row.effect in added for row in rows))
 
 
-def _draw_bar(axes: Axes, y: float, fall: float | None, style: dict[str, str]) -> None:
+def _draw_bar(axes: Axes, y: float, fall: float | None, style: Style) -> None:
     if fall is None:
         return
     axes.barh(y, max(fall - _LEAST, 0), _BAR, left=_LEAST, **style, zorder=2)

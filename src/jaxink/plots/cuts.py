@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from jaxink.plots.figure import PageFigure, set_angle_axis
+from jaxink.plots.figure import PageFigure, Style, set_angle_axis
 from jaxink.plots.scan_views import FEWEST_IN_PLANE, ScanView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MEASURED = {
+MEASURED: Style = {
     "color": "black",
     "marker": "o",
     "markersize": 2.6,
@@ -20,10 +20,10 @@ MEASURED = {
     "linestyle": "none",
     "markerfacecolor": "none",
 }
-MASKED = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
-FITTED = {"color": "#c22f2f", "linewidth": 1.3}
-BEFORE = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
-PEAK = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
+MASKED: Style = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
+FITTED: Style = {"color": "#c22f2f", "linewidth": 1.3}
+BEFORE: Style = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
+PEAK: Style = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
 # A gap this many times wider than the usual step is not bridged by the line.
 _GAP = 2.5
 _MOST_COLUMNS = 5
@@ -154,7 +154,7 @@ def _draw_values(axes: "Axes", states: tuple[ScanView, ...]) -> None:
     axes.plot(view.signed_deg[shown], view.measured[shown], **MEASURED, zorder=3)
 
 
-def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: dict) -> None:
+def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: Style) -> None:
     """Residuals; a triangle at the edge stands for one beyond it."""
     shown = view.in_plane & view.used
     x, y = view.signed_deg[shown], view.residual[shown]

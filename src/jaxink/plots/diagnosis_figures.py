@@ -23,7 +23,7 @@ from jaxink.plots.strips import StripLayout, draw_strips
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
 # Beyond as many, a report would be a catalogue of pages.
 MOST_WAVELENGTHS = 3
@@ -70,7 +70,7 @@ def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
 
 
 def diagnosis_figures(
-    diagnosis: "Diagnosis", change: "TableChange | None" = None
+    diagnosis: "Diagnosis", change: "TableComparison | None" = None
 ) -> Iterator[CaptionedFigure]:
     """All figures of a diagnosis, drawn one after the other.
 
@@ -127,30 +127,31 @@ class _Pages:
     def residuals(self) -> Iterator[CaptionedFigure]:
         """Strips of the sides whose points lie in the plane, discs of the others."""
         flat = [s for s, states in self.views.items() if all(np.all(v.in_plane[v.used]) for v in states[0])]
-        label, nm = residual_label(self.diagnosis.result), f"{self.wavelength_nm:g}nm"
         if flat:
-            rows = [
-                [
-                    (f"{SIDES[s]}, {name}", views)
-                    for name, views in zip(self.states, self.views[s], strict=True)
-                ]
-                for s in flat
-            ]
-            layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
-            limit = self._limit(flat, True)
-            with blank_figure(*layout.size) as page:
-                draw_strips(page, rows, self._title("residuals"), limit, label)
-            text = "Residuals, measured minus model in standard deviations of the noise, on one colour scale."
-            yield CaptionedFigure(f"residuals_{nm}", self._caption(text), page)
+            yield self._strips(flat)
         for side in (s for s in self.views if s not in flat):
-            limit = self._limit([side], False)
-            views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
-            layout = DiscLayout(len(views), len(self.states))
-            title = self._title(f"residuals in {SIDES[side]}")
-            with blank_figure(*layout.size) as page:
-                draw_discs(page, views, title, limit, label, self.states)
-            text = f"Residuals in {SIDES[side]} over all directions of view, on one colour scale."
-            yield CaptionedFigure(f"residual_discs_{side}_{nm}", self._caption(text), page)
+            yield self._discs(side)
+
+    def _strips(self, sides: list[str]) -> CaptionedFigure:
+        rows = [
+            [(f"{SIDES[s]}, {name}", views) for name, views in zip(self.states, self.views[s], strict=True)]
+            for s in sides
+        ]
+        layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
+        limit, label = self._limit(sides, True), residual_label(self.diagnosis.result)
+        with blank_figure(*layout.size) as page:
+            draw_strips(page, rows, self._title("residuals"), limit, label)
+        text = "Residuals, measured minus model in standard deviations of the noise, on one colour scale."
+        return CaptionedFigure(f"residuals_{self.wavelength_nm:g}nm", self._caption(text), page)
+
+    def _discs(self, side: str) -> CaptionedFigure:
+        views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
+        limit, label = self._limit([side], False), residual_label(self.diagnosis.result)
+        title = self._title(f"residuals in {SIDES[side]}")
+        with blank_figure(*DiscLayout(len(views), len(self.states)).size) as page:
+            draw_discs(page, views, title, limit, label, self.states)
+        text = f"Residuals in {SIDES[side]} over all directions of view, on one colour scale."
+        return CaptionedFigure(f"residual_discs_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
 
     def cuts(self) -> Iterator[CaptionedFigure]:
         """Cuts of each side, all on one residual scale."""
@@ -182,7 +183,7 @@ def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
     return CaptionedFigure("candidates", text, page)
 
 
-def _inside(diagnosis: "Diagnosis", change: "TableChange") -> Iterator[CaptionedFigure]:
+def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[CaptionedFigure]:
     for i, wavelength_nm in enumerate(change.before.wavelength_nm):
         title = _title(diagnosis, f"the ink for light from inside the plate at {wavelength_nm:g} nm")
         with blank_figure(*InsideLayout().size) as page:

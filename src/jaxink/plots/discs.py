@@ -1,7 +1,7 @@
 """Residuals over all directions of view, one disc for each incidence."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from jaxink.plots.scan_views import ScanView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.projections.polar import PolarAxes
 
 COLOURS = "RdBu_r"
 _MOST_COLUMNS = 3
@@ -46,12 +47,12 @@ class DiscLayout:
         width = self._left + self.columns * self._disc + (self.columns - 1) * self._beside + self._right
         return max(width, _NARROWEST), self._top + rows * (self._above + self._disc) + self._bottom
 
-    def axes(self, figure: PageFigure, scan: int) -> "Axes":
+    def axes(self, figure: PageFigure, scan: int) -> "PolarAxes":
         """Disc of one incidence."""
         row, column = divmod(scan, self.columns)
         x = self._left + column * (self._disc + self._beside)
         y = self.size[1] - self._top - (row + 1) * (self._above + self._disc)
-        return figure.panel(x, y, self._disc, self._disc, projection="polar")
+        return cast("PolarAxes", figure.panel(x, y, self._disc, self._disc, projection="polar"))
 
     def bar_axes(self, figure: PageFigure) -> "Axes":
         """Colour bar on the right."""
@@ -97,7 +98,7 @@ def draw_discs(
     figure.write_below(text, 0.15, "bottom", 8.5)
 
 
-def _draw_disc(axes: "Axes", view: ScanView, limit: float, state: str):
+def _draw_disc(axes: "PolarAxes", view: ScanView, limit: float, state: str):
     # As in the cuts: the source's half-plane (phi 0) to the left, the peak (phi 180) to the right.
     axes.set_theta_zero_location("W")
     axes.set_theta_direction(-1)
@@ -119,7 +120,7 @@ def _draw_disc(axes: "Axes", view: ScanView, limit: float, state: str):
             linewidths=0.3,
             zorder=3,
         )
-    ring = {
+    ring: dict[str, Any] = {
         "markersize": 9,
         "markerfacecolor": "none",
         "markeredgecolor": "black",

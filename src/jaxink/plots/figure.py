@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.collections import Collection
 
 DPI = 130
+# Options of lines, as matplotlib names them.
+Style = dict[str, Any]
 
 
 class PageFigure(Figure):
@@ -53,7 +55,7 @@ class PageFigure(Figure):
         bar.set_label(label, fontsize=9)
         bar.ax.tick_params(labelsize=8)
 
-    def draw_line_legend(self, entries: Iterable[tuple[str, dict[str, Any]]]) -> None:
+    def draw_line_legend(self, entries: Iterable[tuple[str, Style]]) -> None:
         """Legend of lines, at the bottom."""
         handles = [Line2D([], [], **style, label=text) for text, style in entries]
         self.draw_legend(handles)

@@ -11,7 +11,7 @@ from jaxink.plots.figure import PageFigure, set_angle_axis
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
 # Light from inside: what comes back into the plate, and what leaves on the other side.
 FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "out of the other side"}
@@ -44,15 +44,12 @@ class InsideLayout:
         x = self._left + column * (self._panel + self._beside)
         y = self.size[1] - self._top - row * self._block - self._above
         figure.write_panel_title(title, x + self._panel / 2, y, 9.5)
-        made = []
-        for panel in (self._curve, self._change):
-            y -= panel
-            made.append(figure.panel(x, y, self._panel, panel))
-            y -= self._between
-        return tuple(made)
+        below = y - self._curve - self._between - self._change
+        above = figure.panel(x, y - self._curve, self._panel, self._curve)
+        return above, figure.panel(x, below, self._panel, self._change)
 
 
-def draw_inside(figure: PageFigure, change: "TableChange", wavelength: int, title: str) -> None:
+def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, title: str) -> None:
     """Draw cuts in the plane of incidence by both tables, and the relative change below.
 
     Parameters

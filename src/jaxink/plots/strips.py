@@ -1,7 +1,7 @@
 """Residuals in the plane of incidence as strips: angle of view across, incidences below each other."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import PolyCollection
@@ -105,7 +105,12 @@ def _draw_strips(axes: "Axes", views: list[ScanView], limit: float):
     drawn = PolyCollection(cells, array=np.concatenate(colours), cmap=COLOURS, linewidths=0, zorder=2)
     drawn.set_clim(-limit, limit)
     axes.add_collection(drawn)
-    mark = {"markerfacecolor": "none", "markeredgecolor": "black", "linestyle": "none", "zorder": 4}
+    mark: dict[str, Any] = {
+        "markerfacecolor": "none",
+        "markeredgecolor": "black",
+        "linestyle": "none",
+        "zorder": 4,
+    }
     for row, view in enumerate(views):
         axes.plot([view.theta_i_deg], [row], marker="o", markersize=5, **mark)
         if view.side == "R":

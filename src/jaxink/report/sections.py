@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxink.ink.comparison import LARGEST_THETA_DEG, TableChange
+from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.plots.scan_views import measurement_name
+from jaxink.report.html import NONE, bullets, chance, number, paragraph, section, share, table, verdict
 from jaxink.report.ink_table import inside_sentences
-from jaxink.report.page import NONE, bullets, chance, number, paragraph, section, share, table, verdict
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
@@ -235,7 +235,7 @@ def remains(diagnosis: "Diagnosis") -> str:
     states = {"as declared": diagnosis.structure_before}
     if diagnosis.steps:
         states["with what was added"] = diagnosis.structure_after
-    heads, rows = ["test of order"], {}
+    heads, rows = ["test of order"], dict[str, list[str]]()
     for name, structure in states.items():
         heads += [f"value {name}", "p", "p of the worst scan"]
         for s in structure.statistics:
@@ -250,24 +250,18 @@ def remains(diagnosis: "Diagnosis") -> str:
     if diagnosis.consistency:
         parts.append(paragraph("Readings that must be equal, under the noise in use:"))
         heads = ["readings", "pairs", "deviation of one reading", "noise of one reading", "p"]
-        rows = [
-            [
-                c.kind,
-                str(c.pairs),
-                share(c.relative),
-                share(c.stated),
-                chance(c.p_value),
-            ]
+        pairs = (
+            [c.kind, str(c.pairs), share(c.relative), share(c.stated), chance(c.p_value)]
             for c in diagnosis.consistency
-        ]
-        parts.append(table(heads, rows))
+        )
+        parts.append(table(heads, pairs))
     if location.factors:
         parts.append(paragraph("Where it stands, in standard deviations of the noise:"))
-        rows = [
-            [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
-        ]
         heads = ["divided by", "share of the smooth part", "p", "mean residuals"]
-        parts.append(table(heads, rows, (0, 3)))
+        factors = (
+            [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
+        )
+        parts.append(table(heads, factors, (0, 3)))
     return section("What remains", *parts)
 
 
@@ -276,7 +270,7 @@ def _levels(levels: Sequence[str], means: np.ndarray) -> str:
     return "; ".join(f"{level} {mean:+.2f}" for level, mean in known)
 
 
-def inside(diagnosis: "Diagnosis", change: TableChange | str, *figures: str) -> str:
+def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> str:
     """What was found changes in the BSDF that is exported."""
     title = "The ink for light inside the plate"
     if isinstance(change, str):

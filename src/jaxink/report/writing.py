@@ -7,7 +7,7 @@ from jaxink.diagnosis.findings.diagnosis import REPORT_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.diagnosis_figures import diagnosis_figures
-from jaxink.report import page, sections
+from jaxink.report import html, sections
 from jaxink.report.ink_table import inside_change
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def write_report(
     pictures, embedded = {}, {}
     for drawn in diagnosis_figures(diagnosis, tables) if with_figures else ():
         pictures[drawn.name] = drawn.figure.png()
-        embedded[drawn.name] = page.figure(pictures[drawn.name], drawn.caption)
+        embedded[drawn.name] = html.figure(pictures[drawn.name], drawn.caption)
     text = _page(diagnosis, change, embedded)
     with whole_folder(folder, owned=(FIGURE_FOLDER,)) as part:
         diagnosis.write_into(part)
@@ -57,21 +57,21 @@ def write_report(
         for name, picture in pictures.items():
             (part / FIGURE_FOLDER / f"{name}.png").write_bytes(picture)
     files = [Path(FIGURE_FOLDER, f"{name}.png") for name in pictures]
-    return [Path(folder) / file for file in (REPORT_FILE, *files, REPORT_PAGE)]
+    return [Path(folder) / file for file in (Path(REPORT_FILE), *files, Path(REPORT_PAGE))]
 
 
 def _page(diagnosis, change, embedded) -> str:
     def drawn(*stems: str) -> list[str]:
-        return [html for name, html in embedded.items() if name.startswith(stems)]
+        return [shown for name, shown in embedded.items() if name.startswith(stems)]
 
     residuals = drawn("residual", "cuts")
-    return page.document(
+    return html.document(
         sections.report_title(diagnosis),
         sections.top(diagnosis),
         sections.merit(diagnosis),
         sections.steps(diagnosis),
         sections.parameters(diagnosis),
-        page.section("Residuals", *residuals) if residuals else "",
+        html.section("Residuals", *residuals) if residuals else "",
         sections.remains(diagnosis),
         sections.inside(diagnosis, change, *drawn("inside")),
         sections.candidates(diagnosis, *drawn("candidates")),
