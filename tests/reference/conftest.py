@@ -2,7 +2,6 @@
 
 import csv
 
-import equinox as eqx
 import numpy as np
 import pytest
 
@@ -99,7 +98,6 @@ TOTALS_MATCHED = Hemispheres([1.0, 0.965926, 0.866025, 0.707107, 0.5])
 TOTALS_REFRACTING = Hemispheres([1.0, 0.866025, 0.5])
 
 
-@eqx.filter_jit
 def predict(stack, directions, config):
     return diffuse_bsdf(stack, directions, config)
 

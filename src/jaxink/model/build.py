@@ -78,13 +78,7 @@ class StackBuilder(eqx.Module):
         )
 
     def coefficients(self, values: Mapping) -> dict[str, LayerCoefficients]:
-        """Scattering and absorption of each scattering layer, by its name.
-
-        Parameters
-        ----------
-        values
-            As of `values`.
-        """
+        """Scattering and absorption of each scattering layer, by its name, from values as of `values`."""
 
         def of(layer):
             return lambda wavelength_nm, here: layer_optics(layer, here, wavelength_nm, self.mie_sizes)[1]
@@ -95,16 +89,7 @@ class StackBuilder(eqx.Module):
 
 
 def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Media) -> StackBuilder:
-    """Builder of the stacks of a sample.
-
-    Parameters
-    ----------
-    sample
-        What is known of the sample.
-    wavelengths_nm
-        Wavelengths.
-    media
-        Of the sample.
+    """Builder of the stacks of a sample, whose media these are.
 
     Raises
     ------

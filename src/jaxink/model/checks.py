@@ -9,13 +9,6 @@ from jaxink.sample import Sample
 def require_predictable(sample: Sample, points: Points) -> None:
     """Refuse a sample that says nothing of some point, or nothing that can be.
 
-    Parameters
-    ----------
-    sample
-        The sample.
-    points
-        The points.
-
     Raises
     ------
     InputRefusedError

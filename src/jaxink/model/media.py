@@ -28,13 +28,6 @@ class Media(NamedTuple):
 def media_of(sample: Sample, points: Points) -> Media:
     """Media of a sample at the points of a measurement.
 
-    Parameters
-    ----------
-    sample
-        The sample.
-    points
-        The points.
-
     Raises
     ------
     InputRefusedError

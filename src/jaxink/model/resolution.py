@@ -21,10 +21,8 @@ def model_sizes(
 
     Parameters
     ----------
-    builder
-        Of the stacks.
-    plan
-        Their channels.
+    builder, plan
+        Of the stacks, and their channels.
     free_values
         Known values by name that replace those of the sample's table.
     accuracy, layer_method

@@ -16,17 +16,7 @@ from jaxink.surfaces.table import RoughTable, rough_table
 def rough_tables(
     builder: StackBuilder, plan: ChannelPlan, config: SolverConfig
 ) -> tuple[RoughTable | None, ...]:
-    """For each interface its table at every wavelength; None where it is smooth, or has none.
-
-    Parameters
-    ----------
-    builder
-        Of the stacks.
-    plan
-        Their channels.
-    config
-        Sizes of the discretisation.
-    """
+    """For each interface its table at every wavelength; None where it is smooth, or has none."""
     return tuple(_rough_table(builder, plan, config, k) for k in range(len(builder.faces)))
 
 

@@ -296,20 +296,7 @@ def layer_method(name: str) -> str:
     return name
 
 
-def respond(
-    method: str,
-    a_matrix: Float[Array, "orders nodes nodes"],
-    b_matrix: Float[Array, "orders nodes nodes"],
-    half_thickness: Float[Array, ""],
-) -> tuple[Float[Array, "orders nodes nodes"], Float[Array, "orders nodes nodes"]]:
-    """Reflection and transmission matrices of a homogeneous layer by a method.
-
-    Parameters
-    ----------
-    method
-        As of `layer_method`.
-    a_matrix, b_matrix, half_thickness
-        As for `layer_response`.
-    """
-    function = {"discrete_ordinates": layer_response, "adding_doubling": doubled_response}
-    return function[layer_method(method)](a_matrix, b_matrix, half_thickness)
+def respond(method: str, a_matrix, b_matrix, half_thickness) -> tuple[Array, Array]:
+    """`layer_response` by a method of `layer_method`."""
+    functions = dict(zip(LAYER_METHODS, (layer_response, doubled_response), strict=True))
+    return functions[layer_method(method)](a_matrix, b_matrix, half_thickness)

@@ -27,26 +27,17 @@ def phase_matrices(
     cosine: Float[Array, " channels"],
     weight: Float[Array, " channels"],
     n_orders: int,
-) -> tuple[Float[Array, "orders channels channels"], Float[Array, "orders channels channels"], PhaseMatrices]:
-    """Scattering of a layer between its channels.
+) -> tuple[Array, Array, PhaseMatrices]:
+    """Matrices A and B of `layer_response` for all azimuthal orders, and the phase function by itself.
 
     Parameters
     ----------
     truncated
-        The layer's optics; its moments are summed.
-    cosine
-        Of the channels in the layer; 0 where evanescent.
-    weight
-        The layer's own quadrature weight w of each channel.
+        The layer's optics, with all of its moments.
+    cosine, weight
+        Of the channels in the layer, 0 where evanescent, and its own quadrature weight w of each.
     n_orders
         Azimuthal orders.
-
-    Returns
-    -------
-    a_matrix, b_matrix
-        As for `layer_response`.
-    phase
-        The phase function by itself.
     """
     n_moments = truncated.phase_moments.shape[0]
     table = associated_legendre(n_moments, n_orders, cosine)

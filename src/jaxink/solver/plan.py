@@ -102,17 +102,7 @@ def plan_channels(stack: Stack, free: Collection[int] = ()) -> ChannelPlan:
 def plan_media(
     indices: Sequence[float], scatters: Sequence[bool], free: Sequence[bool], has_backing: bool = False
 ) -> ChannelPlan:
-    """The same as `plan_channels`, of what decides on it.
-
-    Parameters
-    ----------
-    indices
-        Refractive indices of front, layers and back.
-    scatters, free
-        For each: whether it scatters, and whether its index takes other values.
-    has_backing
-        Whether a diffuse reflector stands behind.
-    """
+    """The same as `plan_channels`, for `block_media` of front, layers and back, and a diffuse backing."""
     # A backing sends light in all directions, too.
     chosen = block_media(indices, [*scatters[:-1], has_backing], free)
     lowest = chosen[0]

@@ -57,22 +57,11 @@ def rough_element(
     return RoughElement(*sides, *once, kept)
 
 
-def escape_shares(
-    stack: Stack, fields: RegularFields, squared_cosine: Float[Array, "media directions"]
-) -> tuple[Float[Array, " directions"], Float[Array, " directions"]]:
+def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[Array, Array]:
     """Share of light that finds its way between what scatters first and the front, and last and the back.
 
     Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
     reflect to and fro many times, and is hard to interpolate at a rough face, too.
-
-    Parameters
-    ----------
-    stack
-        The stack.
-    fields
-        Its regular light.
-    squared_cosine
-        mu^2 of the directions in front, layers and back.
     """
     first, last = stack.scattering[0], stack.scattering[-1]
     front = fields.down_from_front[first] + fields.up_from_front[last]
@@ -121,14 +110,7 @@ def met_at_directions(
 ) -> Float[Array, " points"]:
     """Basic radiance per irradiance of light that meets the interface ``k`` once and is regular else.
 
-    Parameters
-    ----------
-    stack, k
-        The stack and the position of the interface.
-    paths
-        Regular light before and after.
-    factors
-        `RoughInterface.lobe_factors` of incidences and ways out.
+    ``factors`` are the `RoughInterface.lobe_factors` of the paths.
     """
     if isinstance(stack.faces[k], WaveFace):
         return _met_waves(stack, k, paths, factors)

@@ -44,21 +44,9 @@ def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
 def scattered_between_channels(
     layer: ScatteringLayer, optics: TruncatedOptics, phase: PhaseMatrices, fields: RegularFields, k: int
 ) -> tuple[Float[Array, "orders channels channels"], Float[Array, "orders channels channels"]]:
-    """Light scattered once in layer ``k``, for each azimuthal order, between the channels.
+    """Reflected and transmitted light scattered once in layer ``k``, for each azimuthal order.
 
-    Parameters
-    ----------
-    layer, optics, phase
-        The layer, its truncated optics, and those between the channels.
-    fields
-        Regular light in the channels.
-    k
-        Position of the layer.
-
-    Returns
-    -------
-    reflected, transmitted
-        Basic radiance per irradiance, factor 1/(2 pi) and the cosine series left out.
+    Basic radiance per irradiance; factor 1/(2 pi) and the cosine series are left out.
     """
     n2 = layer.refractive_index**2
     cosine = fields.cosines[k]
@@ -80,15 +68,7 @@ def scattered_once(
 ) -> Float[Array, " points"]:
     """Basic radiance per irradiance of light scattered once, in a layer or by a rough interface.
 
-    Parameters
-    ----------
-    stack, channels
-        The stack, on its channels.
-    directions
-        The points.
-    kappa
-        n sin(theta) of incidences, and of ways out in front and behind: the further directions of
-        ``channels``, in this order.
+    ``kappa`` are those of incidences and of ways out in front and behind: the directions beyond.
     """
     n_in, n_front, _ = (part.shape[0] for part in kappa)
     way_out = directions.outgoing + jnp.where(directions.is_transmission, n_in + n_front, n_in)

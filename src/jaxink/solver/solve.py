@@ -70,6 +70,9 @@ def solve_stack(
 ) -> tuple[StackChannels, StackResponse]:
     """Solve the multiple scattering of a stack for every pair of channels.
 
+    Three steps: what every layer and interface does on the channels; all put together by the star product;
+    what is known exactly taken out.
+
     Parameters
     ----------
     stack
@@ -93,7 +96,7 @@ def solve_stack(
 def solve_channels(
     stack: Stack, channels: StackChannels, frequency: Float[Array, ""] | None = None
 ) -> StackResponse:
-    """Solve a stack that has been put on its channels.
+    """The two further steps for a stack that has been put on its channels.
 
     Parameters
     ----------

@@ -58,19 +58,7 @@ class StackChannels(eqx.Module):
 def put_on_channels(
     stack: Stack, plan: ChannelPlan, config: SolverConfig, kappa: Float[Array, " directions"]
 ) -> StackChannels:
-    """The channels of a stack, what its layers and interfaces do between them, and the regular light.
-
-    Parameters
-    ----------
-    stack
-        The stack.
-    plan
-        Its channels.
-    config
-        Sizes of the discretisation.
-    kappa
-        Further directions, n sin(theta), at which the regular light is wanted.
-    """
+    """First step of `solve_stack`, whose arguments these are."""
     grid = plan.grid(stack, config)
     truncated = tuple(
         delta_m(layer, config.n_moments) if isinstance(layer, ScatteringLayer) else None
