@@ -194,7 +194,7 @@ def make_objective(
             "not: mask them, or choose chi_square."
         )
     directions = (column[used] for column in data.directions)
-    model = ForwardModel(sample, *directions, config, accuracy, layer_method)
+    model = ForwardModel(sample, *directions, config=config, accuracy=accuracy, layer_method=layer_method)
     names = tuple(p.name for p in free)
     return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
 
