@@ -14,6 +14,7 @@ from jaxink.ink import TableOptions, read_ink_table
 from jaxink.ink.hemispherical_totals import azimuth_weights, diffuse_totals, projected_weights
 from jaxink.ink.sheet import sheets
 from jaxink.ink.stack_lobes import facet_lobes
+from jaxink.ink.table import InkTable
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import ScatteringLayer

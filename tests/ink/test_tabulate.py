@@ -154,9 +154,9 @@ def test_a_parameter_on_its_bound_counts_as_known(example_result, told):
         else p
         for p in example_result.parameters
     )
-    spread = ParameterCovariance.of(dataclasses.replace(example_result, parameters=rows))
-    assert spread.names == ("ink.scattering_per_mm", "ink.asymmetry_parameter")
-    told(spread.sentence, "ink.absorption_per_mm")
+    covariance = ParameterCovariance.of(dataclasses.replace(example_result, parameters=rows))
+    assert covariance.names == ("ink.scattering_per_mm", "ink.asymmetry_parameter")
+    told(covariance.sentence, "ink.absorption_per_mm")
     slopes = np.array([[2.0, 0.0], [0.0, 3.0]])
     errors = [example_result[name].standard_error for name in covariance.names]
     assert covariance.standard_error(slopes) == pytest.approx([2 * errors[0], 3 * errors[1]])
