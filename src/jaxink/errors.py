@@ -130,9 +130,9 @@ def require_integer(name: str, value: object, least: int, most: int | None = Non
     InputRefusedError
         If it is not.
     """
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
         raise InputRefusedError(f"{name} is {value!r}; it must be a whole number of at least {least}.")
-    if most is not None and value > most:
+    if most is not None and int(value) > most:
         raise InputRefusedError(f"{name} is {value}; it must be at most {most}.")
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 try:
     import fcntl
 except ImportError:  # Windows: nothing is locked, and so nothing is ever taken for a left-over.
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 # In a staging folder: what a run had decided to put in place, which must not be lost.
 DECIDED = "decided"

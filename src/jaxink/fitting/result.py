@@ -15,7 +15,7 @@ from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
@@ -239,7 +239,7 @@ class FitResult(SavedInFolder):
             Where to predict; None: the fitted measurement, masked points included.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, self.config)
+        return ForwardModel(self.sample, *at.directions, config=self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values.

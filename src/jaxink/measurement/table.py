@@ -136,7 +136,7 @@ def _without_comments(lines, notes):
 
 def _delimiter(path, header: str, row: int, notes: list[str]) -> str:
     counts = {delimiter: header.count(delimiter) for delimiter in _DELIMITERS}
-    delimiter = max(counts, key=counts.get)
+    delimiter = max(counts, key=lambda delimiter: counts[delimiter])
     if counts[delimiter] == 0:
         text = "the header holds no comma; separate the columns by commas"
         raise refusal(path, text, row)
