@@ -19,6 +19,8 @@ from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
 
+pytest_plugins = ["tests.sentences"]
+
 TESTS = Path(__file__).resolve().parent
 # Where tests call the solver's differentiable functions themselves, as a program does that has switched 64
 # bits on. All other tests run in JAX's own 32 bits, as a user's program does.

@@ -1,5 +1,14 @@
 """Sample files that several tests read, and what measurements of them were made with."""
 
+
+def edited(good: str, changes: tuple[str, ...]) -> str:
+    """A text with every second change in the place of the one before it, which it has once."""
+    for old, new in zip(changes[::2], changes[1::2], strict=True):
+        assert good.count(old) == 1, old
+        good = good.replace(old, new)
+    return good
+
+
 # Effects and diagnosis are tested on this print, with three free numbers.
 PRINTED_INK = """
 schema_version = 1

@@ -1,8 +1,9 @@
-"""Rooms import only rooms below them."""
+"""Rooms import only rooms below them, and modules do not import each other in circles."""
 
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,10 @@ INNER = [p for p in MODULES if p.is_relative_to(SOURCE / "diagnosis") and p.pare
 INNER += [SOURCE / "diagnosis" / f"{name}.py" for name in ("policy", "procedure")]
 
 
+NAMES = {".".join(p.relative_to(SOURCE.parent).with_suffix("").parts): p for p in MODULES}
+NAMES = {name.removesuffix(".__init__"): path for name, path in NAMES.items()}
+
+
 def room_of(dotted: str) -> str:
     return dotted.split(".")[1]
 
@@ -48,9 +53,7 @@ def imported_modules(path: Path) -> set[str]:
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path.name} has a relative import"
-            names = [node.module or ""]
-            if node.module == "jaxink":
-                names = [f"jaxink.{a.name}" for a in node.names if a.name in FLOOR_OF]
+            names = {f"{node.module}.{alias.name}" for alias in node.names} & NAMES.keys() or [node.module]
         else:
             continue
         modules |= {name for name in names if name.startswith("jaxink.")}
@@ -98,6 +101,11 @@ assert rooms <= allowed, rooms - allowed
 """
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_modules_import_in_no_circle():
+    # Raises an error that names the modules of a circle.
+    TopologicalSorter({name: imported_modules(path) for name, path in NAMES.items()}).prepare()
 
 
 @pytest.mark.parametrize("room", ["measurement", "sample", "optics.refractive_index", "errors"])

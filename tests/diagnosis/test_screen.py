@@ -1,5 +1,3 @@
-import re
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -14,7 +12,6 @@ from jaxink.diagnosis import (
     screen,
 )
 from jaxink.diagnosis.statistics.null_law import NullLaw, maximum_tail, tree_links
-from jaxink.errors import InputRefusedError
 from tests.diagnosis.designs import (
     autoregressive,
     catalogue,
@@ -186,7 +183,7 @@ def test_critical_z_is_the_family_threshold(prepared, points, jacobian, candidat
         assert (record.p_adjusted <= 0.05) is is_called
 
 
-def test_what_the_parameters_imitate_is_never_called(points, jacobian):
+def test_what_the_parameters_imitate_is_never_called(points, jacobian, told):
     rng = np.random.default_rng(8)
     inside = jacobian @ rng.standard_normal(6)
     nearly = inside / np.linalg.norm(inside) + 0.1 * rng.standard_normal(len(points)) / np.sqrt(len(points))
@@ -202,11 +199,11 @@ def test_what_the_parameters_imitate_is_never_called(points, jacobian):
     result = screen(50 * inside + rng.standard_normal(len(points)), jacobian, candidates)
     assert result["inside"].status is Testability.NOT
     assert result["inside"].absorbed_fraction == 1
-    assert "imitate" in result["inside"].reason
+    told(result["inside"].reason)
     assert result["nearly"].status is Testability.HARDLY
     assert result["nearly"].absorbed_fraction == pytest.approx(0.99, abs=0.003)
-    assert result["zero"].reason == "it changes no point"
-    assert result["broken"].reason == "its derivative is not finite"
+    told(result["zero"].reason)
+    told(result["broken"].reason)
     assert (result["half"].status, result["half"].inner) == (Testability.TESTABLE, 1)
     assert np.isnan(result["half"].standard_errors[0])
     assert {c.name for c in result.candidates if c.status is not Testability.NOT} == {"nearly", "half"}
@@ -297,15 +294,15 @@ def test_family_with_parameters_on_bounds(points, jacobian, candidates):
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    ("change", "named"),
     [
-        ({"names": ("a", "a")}, "two candidates are called 'a'; every name must be its own."),
-        ({"rows": 9}, "candidate b has 9 rows; the Jacobian has 10."),
-        ({"jacobian": np.nan}, "column 1 of the Jacobian is not finite; every derivative must be."),
-        ({"residual": np.inf}, "row 3 of the residual is inf; every row must be finite."),
+        ({"names": ("a", "a")}, "a"),
+        ({"rows": 9}, "9"),
+        ({"jacobian": np.nan}, "1"),
+        ({"residual": np.inf}, "row 3"),
     ],
 )
-def test_refusals(change, sentence):
+def test_refusals(change, named, refused):
     jacobian = np.random.default_rng(18).standard_normal((10, 2))
     residual = np.ones(10)
     names = change.get("names", ("a", "b"))
@@ -315,19 +312,19 @@ def test_refusals(change, sentence):
     ]
     jacobian[4, 1] = change.get("jacobian", 1.0)
     residual[3] = change.get("residual", 1.0)
-    with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+    with refused(named):
         screen(residual, jacobian, candidates)
 
 
-def test_refused_descriptions():
-    with pytest.raises(InputRefusedError, match="candidate a: sign is 2; it must be -1, 0 or 1."):
+def test_refused_descriptions(refused):
+    with refused("candidate a", 2):
         Candidate("a", np.ones(3), 2)
-    with pytest.raises(InputRefusedError, match="at least one inner value"):
+    with refused("candidate a"):
         Candidate("a", np.ones((3, 0)), 1)
-    with pytest.raises(InputRefusedError, match="level is 0.7; it must be between 0 and 0.5."):
+    with refused("level", 0.7):
         ScreenOptions(level=0.7)
-    with pytest.raises(InputRefusedError, match="n_bootstrap is 100; at level 0.05 it must be at least 200."):
+    with refused("n_bootstrap"):
         ScreenOptions(n_bootstrap=100)
     many = np.random.default_rng(19).standard_normal((30, 13))
-    with pytest.raises(InputRefusedError, match="13 parameters sit on a bound; at most 12"):
+    with refused("13"):
         screen(np.ones(30), many, [], at_bound=np.full(13, -1))

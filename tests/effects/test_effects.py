@@ -11,12 +11,11 @@ from jaxink.effects.geometry import Pinholes, ThicknessVariance, ThinPatches, Un
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
 from jaxink.effects.surfaces import AirGap, TopCoat, WaveSurface
 from jaxink.effects.volume import DepthGradient, SecondLobe
-from jaxink.errors import InputRefusedError
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 from tests.samples import PRINTED_INK
 
 SIZES = SolverConfig(10, 8, 16, 8)
@@ -195,9 +194,9 @@ def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):
     np.testing.assert_allclose(coated, graded[0], rtol=1e-3)
 
 
-def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene):
+def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene, told):
     text = PRINTED_INK.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
-    assert "for each wavelength" in DepthGradient.forms(Case(parse_sample(text), scene))
+    told(DepthGradient.forms(Case(parse_sample(text), scene)))
 
 
 def test_the_screen_looks_at_waves_too_low_to_saturate():
@@ -248,7 +247,7 @@ def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
     assert effects_for(Case(sample, scene), (Vignetting,)).forms[0].name == "vignetting"
 
 
-def test_an_effect_of_no_kind_is_refused_by_name(sample, scene):
+def test_an_effect_of_no_kind_is_refused_by_name(sample, scene, refused):
     class Vignetting(Effect):
         name, terms = "vignetting", ()
 
@@ -256,7 +255,7 @@ def test_an_effect_of_no_kind_is_refused_by_name(sample, scene):
         name, terms = "dirt", ()
 
     for effect, missing in ((Vignetting, "program"), (Dirt, "change")):
-        with pytest.raises(InputRefusedError, match=f"'{effect.name}' has no {missing}"):
+        with refused(f"'{effect.name}'", missing):
             effects_for(Case(sample, scene), (effect,))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from jaxink.export import ExportOptions, write
 from jaxink.ink import COMPONENTS
-from jaxink.ink.totals import diffuse_totals
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from tests.export import tracer_files
 from tests.ink.analytic_tables import (
     CRITICAL_DEG,

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.export import FORMATS, LOSSES, ExportOptions, write
-from jaxink.export.writing import _FORMATS
-from jaxink.ink.totals import diffuse_totals, regular_in_bins
+from jaxink.export.formats import _FORMATS
+from jaxink.export.preparation import regular_in_bins
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from tests.export.tracer_files import lighttools, read_zemax, zemax
 from tests.ink.analytic_tables import lambertian, smooth_table, table_of
 
@@ -33,34 +33,33 @@ def with_regular(share=0.25):
     return dataclasses.replace(table, regular=regular)
 
 
-def refusal(table, format, folder, **options):
-    with pytest.raises(InputRefusedError) as caught:
-        write(table, format, folder, ExportOptions(**options))
-    assert list(folder.iterdir()) == []
-    return str(caught.value)
+@pytest.fixture
+def refused_table(refused, tmp_path):
+    """Refuses to write a table by a sentence with all of these, and writes nothing; gives the sentence."""
+
+    def refuse(table, format, *named, **options):
+        with refused(*named) as caught:
+            write(table, format, tmp_path, ExportOptions(**options))
+        assert list(tmp_path.iterdir()) == []
+        return str(caught.value)
+
+    return refuse
 
 
 @pytest.mark.parametrize("format", TITLES)
-def test_regular_part_is_refused_where_it_cannot_be_kept_apart(format, tmp_path):
+def test_regular_part_is_refused_where_it_cannot_be_kept_apart(format, tmp_path, refused_table):
     # Index 1 on both sides, so that nothing else is lost.
     table = table_of(lambda *_: 0.1, [0.0, 45, 90], [0.0, 90, 180], index_inside=1.0)
     table.regular[3, 0, 1] = 0.0321
-    sentence = refusal(table, format, tmp_path)
-    assert sentence.startswith(
-        f"{TITLES[format]} cannot hold the regular (specular and refracted) light apart"
-    )
-    assert "up to 0.0321 of the incident power (R_AA at 45 degrees, 550 nm)" in sentence
-    assert "--allow-loss regular)" in sentence
-    assert "--regular-bin-deg" in sentence
+    largest = ("0.0321", "R_AA at 45 degrees, 550 nm")
+    refused_table(table, format, TITLES[format], *largest, "--allow-loss regular)", "--regular-bin-deg")
     assert write(table, format, tmp_path, ExportOptions(drop=("regular",)))
 
 
-def test_zemax_refuses_diffuse_transmission_beyond_the_critical_angle(tmp_path):
+def test_zemax_refuses_diffuse_transmission_beyond_the_critical_angle(tmp_path, refused_table):
     most = diffuse_totals(smooth_table())[1, 0, -1]
-    sentence = refusal(smooth_table(), "zemax", tmp_path)
-    assert "diffuse transmission of light beyond the critical angle" in sentence
-    assert "(T_IA beyond 41.81 degrees, 550 nm)" in sentence
-    assert float(sentence.split("up to ")[1].split()[0]) > most
+    sentence = refused_table(smooth_table(), "zemax", "beyond_critical", "T_IA", "41.81 degrees, 550 nm")
+    assert any(most < float(number) <= 1 for number in re.findall(r"0\.\d+", sentence))
     write(smooth_table(), "zemax", tmp_path, ExportOptions(drop=("beyond_critical",)))
 
 
@@ -70,25 +69,22 @@ def test_zemax_takes_an_ink_that_sends_nothing_beyond_the_critical_angle(tmp_pat
     assert len(write(table, "zemax", tmp_path)) == 4
 
 
-def test_radiance_refuses_media(tmp_path):
-    sentence = refusal(smooth_table(), "radiance", tmp_path)
-    assert "refractive indices (1.5 inside, 1 outside)" in sentence
-    assert "refracts none at this surface" in sentence
+def test_radiance_refuses_media(refused_table):
+    refused_table(smooth_table(), "radiance", "index_step", "1.5 inside, 1 outside")
 
 
 @pytest.mark.parametrize("format", TITLES)
-def test_standard_errors_are_refused(format, tmp_path):
+def test_standard_errors_are_refused(format, tmp_path, refused_table):
     table = lambertian()
     table = dataclasses.replace(table, bsdf_standard_error_per_sr=0.01 * table.bsdf_per_sr)
     allowed = ("beyond_critical", "index_step")
-    sentence = refusal(table, format, tmp_path, drop=allowed)
-    assert sentence.startswith(f"{TITLES[format]} cannot hold standard errors: allow the loss")
+    refused_table(table, format, TITLES[format], "standard_errors", drop=allowed)
     assert write(table, format, tmp_path, ExportOptions(drop=(*allowed, "standard_errors")))
 
 
-def test_all_losses_are_named_at_once(tmp_path):
+def test_all_losses_are_named_at_once(refused_table):
     table = dataclasses.replace(with_regular(), regular_standard_error=0.01 * with_regular().regular)
-    assert "--allow-loss regular,beyond_critical,standard_errors)" in refusal(table, "zemax", tmp_path)
+    refused_table(table, "zemax", "--allow-loss regular,beyond_critical,standard_errors)")
 
 
 def test_regular_part_in_bins_keeps_the_sum_and_the_direction(tmp_path):
@@ -116,26 +112,24 @@ def test_regular_part_in_bins_keeps_the_sum_and_the_direction(tmp_path):
     assert zemax(tmp_path).files["T_IA"]["tis"][i] == pytest.approx(0.3, rel=1e-8)
 
 
-def test_bins_narrower_than_the_table_are_refused(tmp_path):
-    sentence = refusal(with_regular(), "lighttools", tmp_path, regular_bin_deg=2.0)
-    assert "regular_bin_deg is 2, but the angles of the ink table are up to 5 degrees apart" in sentence
-    assert "between 0 and 30 degrees" in refusal(with_regular(), "lighttools", tmp_path, regular_bin_deg=-1.0)
-    assert "keeps the regular part apart" in refusal(with_regular(), "csv", tmp_path, regular_bin_deg=6.0)
+def test_bins_narrower_than_the_table_are_refused(refused_table):
+    refused_table(with_regular(), "lighttools", "regular_bin_deg", "5 degrees", regular_bin_deg=2.0)
+    refused_table(with_regular(), "lighttools", "regular_bin_deg", "30 degrees", regular_bin_deg=-1.0)
+    refused_table(with_regular(), "csv", regular_bin_deg=6.0)
 
 
-def test_energy_from_nothing_is_refused(tmp_path):
+def test_energy_from_nothing_is_refused(refused_table):
     table = lambertian(regular=np.full((4, 1, 10), 0.45))
-    sentence = refusal(table, "csv", tmp_path)
-    assert "sends out 1.5 times the power that arrives from side I" in sentence
+    refused_table(table, "csv", "1.5 times", "side I")
 
 
 @pytest.mark.parametrize(
-    ("value", "words"), [(np.nan, "has values that are not finite"), (-0.1, "goes down to -0.1")]
+    ("value", "named"), [(np.nan, "bsdf_per_sr"), (-0.1, "-0.1")], ids=["not finite", "negative"]
 )
-def test_values_that_are_no_bsdf_are_refused(value, words, tmp_path):
+def test_values_that_are_no_bsdf_are_refused(value, named, refused_table):
     table = lambertian()
     table.bsdf_per_sr[2, 0, 3, 4, 5] = value
-    assert words in refusal(table, "csv", tmp_path)
+    refused_table(table, "csv", named)
 
 
 def test_rounding_below_zero_is_written_as_zero(tmp_path):
@@ -145,42 +139,38 @@ def test_rounding_below_zero_is_written_as_zero(tmp_path):
     assert lighttools(tmp_path).blocks["back", "btdf"][1]["values"].min() == 0
 
 
-def test_coarse_zemax_axes_are_refused(tmp_path):
+def test_coarse_zemax_axes_are_refused(refused_table):
     table = table_of(
         lambda c, w, i, o, p: np.exp(-0.5 * (np.hypot(o - 40, p - 60) / 8) ** 2),
         range(0, 91, 3),
         range(0, 181, 5),
     )
     axes = {"radial_deg": (0.0, 90, 180), "azimuth_deg": (0.0, 90, 180)}
-    sentence = refusal(table, "zemax", tmp_path, drop=("beyond_critical",), **axes)
-    assert sentence.startswith("Zemax: with 3 azimuths and 3 radial angles R_II at 550 nm would scatter")
-    assert "give finer axes (radial_deg, azimuth_deg)" in sentence
+    named = ("Zemax", "R_II", "550 nm", "radial_deg", "azimuth_deg")
+    refused_table(table, "zemax", *named, drop=("beyond_critical",), **axes)
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "named"),
     [
-        ({"drop": ("colour",)}, "drop names 'colour'; what may be lost is one of: regular, beyond_critical,"),
-        ({"basis": "klems_half"}, "basis is 'klems_half'; it must be one of: klems, tensor_tree."),
-        ({"name": "my ink"}, "name is 'my ink'"),
-        ({"radial_deg": (0.0, 90.0)}, "radial_deg must ascend from 0 to 180 degrees."),
+        ({"drop": ("colour",)}, "colour"),
+        ({"basis": "klems_half"}, "klems_half"),
+        ({"name": "my ink"}, "my ink"),
+        ({"radial_deg": (0.0, 90.0)}, "radial_deg"),
     ],
 )
-def test_bad_options_are_refused(options, words):
-    with pytest.raises(InputRefusedError, match="^" + words.replace("'", ".")):
+def test_bad_options_are_refused(options, named, refused):
+    with refused(named):
         ExportOptions(**options)
 
 
-def test_unknown_format_and_missing_folder_are_refused(tmp_path):
-    assert (
-        refusal(lambertian(), "merl", tmp_path)
-        == f"format is 'merl'; it must be one of: {', '.join(FORMATS)}."
-    )
-    with pytest.raises(InputRefusedError, match="is not a folder; create it first"):
+def test_unknown_format_and_missing_folder_are_refused(tmp_path, refused, refused_table):
+    refused_table(lambertian(), "merl", "merl", *FORMATS)
+    with refused():
         write(lambertian(), "csv", tmp_path / "missing")
 
 
-def test_failed_writing_leaves_the_folder_as_it_was(tmp_path, monkeypatch):
+def test_failed_writing_leaves_the_folder_as_it_was(tmp_path, monkeypatch, refused):
     write(lambertian(), "csv", tmp_path)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
@@ -188,7 +178,7 @@ def test_failed_writing_leaves_the_folder_as_it_was(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("jaxink.export.flat_csv._write_totals", full)
-    with pytest.raises(InputRefusedError, match="cannot be written there .No space left on device."):
+    with refused("No space left on device"):
         write(smooth_table(), "csv", tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 

@@ -6,12 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.fitting import make_objective, prepare_data
 from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
 from jaxink.sample import Noise, Prior, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SMALL = SolverConfig(8, 6, 16, 2)
 SAMPLE = """
@@ -118,12 +117,12 @@ def test_noise_goes_by_file_then_declaration_then_pairs(data, sample):
     assert not noise_of(data, silent.noise).known
 
 
-def test_nothing_to_fit_is_refused(data, sample):
+def test_nothing_to_fit_is_refused(data, sample, refused):
     fixed = sample.parameters.replace("ink.scattering_per_mm", free=False)
     fixed = fixed.replace("ink.asymmetry_parameter", free=False)
-    with pytest.raises(InputRefusedError, match="no parameter of the sample is free"):
+    with refused("free"):
         make_objective(data, dataclasses.replace(sample, parameters=fixed))
-    with pytest.raises(InputRefusedError, match="must be one of: chi_square, absolute"):
+    with refused("chi_square"):
         make_objective(data, sample, "least")
-    with pytest.raises(InputRefusedError, match=r"names 600 nm, but .* holds 550 nm only"):
+    with refused("600"):
         prepare_data(data, dataclasses.replace(sample, wavelengths_nm=(600.0,)))

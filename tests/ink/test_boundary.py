@@ -4,22 +4,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.export import write
 from jaxink.ink import read_ink_table
-from jaxink.ink.boundary import (
-    BoundaryOptions,
-    facet_boundary,
-    wave_boundary,
-    within_incident_power,
-)
-from jaxink.ink.totals import diffuse_totals, power_sent_out
+from jaxink.ink.boundary import BoundaryOptions, facet_boundary, wave_boundary
+from jaxink.ink.hemispherical_totals import diffuse_totals, power_sent_out
+from jaxink.ink.power_limit import within_incident_power
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum
-from jaxink.surfaces.wave_optics import WaveSurface
 from jaxink.surfaces.wave_power import balance
+from jaxink.surfaces.wave_surface import WaveSurface
 
 OPTIONS = BoundaryOptions(1.5, 1.0, n_theta=61, n_phi=37)
 WAVES = GaussianSpectrum(0.05**2, 1.2)
@@ -99,12 +94,12 @@ def test_no_roughness_is_fresnel_only():
         np.testing.assert_allclose(power_sent_out(table), 1.0, rtol=1e-10)
 
 
-def test_table_can_be_written(waves, tmp_path):
+def test_table_can_be_written(waves, tmp_path, refused):
     again = read_ink_table(waves.to_netcdf(tmp_path / "boundary.nc"))
     np.testing.assert_array_equal(again.bsdf_per_sr, waves.bsdf_per_sr)
     assert again.attrs["power_of_table"] == waves.attrs["power_of_table"]
     # The theory gains power near grazing, which no ray tracer takes.
-    with pytest.raises(InputRefusedError, match="times the power"):
+    with refused():
         write(waves, "csv", tmp_path)
     assert all(path.exists() for path in write(within_incident_power(waves), "csv", tmp_path))
 
@@ -154,10 +149,10 @@ def test_a_spectrum_made_in_32_bits_is_tabulated_in_64():
     np.testing.assert_array_equal(found.regular, wanted.regular)
 
 
-def test_wrong_options_are_refused():
-    with pytest.raises(InputRefusedError, match="index_outside"):
+def test_wrong_options_are_refused(refused):
+    with refused("index_outside"):
         facet_boundary(Beckmann(0.01), [550.0], BoundaryOptions(1.5, 0.0))
-    with pytest.raises(InputRefusedError, match="ascend"):
+    with refused("450"):
         facet_boundary(Beckmann(0.01), [550.0, 450.0], OPTIONS)
-    with pytest.raises(InputRefusedError, match="amplitude"):
+    with refused("amplitude"):
         BoundaryOptions(1.5, 1.0, amplitude="kirchhoff")

@@ -7,7 +7,6 @@ import pytest
 import xarray
 
 import jaxink
-from jaxink.errors import InputRefusedError
 from jaxink.ink import COMPONENTS, InkTable
 
 ANGLES = np.array([0.0, 40.0, 90.0])
@@ -49,7 +48,7 @@ def test_without_standard_errors(table, tmp_path):
     assert jaxink.read_ink_table(plain.to_netcdf(tmp_path / "ink.nc")).regular_standard_error is None
 
 
-def test_a_failed_write_leaves_the_old_file(table, tmp_path, monkeypatch):
+def test_a_failed_write_leaves_the_old_file(table, tmp_path, monkeypatch, refused):
     path = table.to_netcdf(tmp_path / "ink.nc")
     before = path.read_bytes()
 
@@ -58,29 +57,29 @@ def test_a_failed_write_leaves_the_old_file(table, tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(xarray.Dataset, "to_netcdf", fails)
-    with pytest.raises(InputRefusedError, match="disk full"):
+    with refused("disk full"):
         table.to_netcdf(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["ink.nc"]
 
 
-def test_bad_files_are_refused(table, tmp_path):
-    with pytest.raises(InputRefusedError, match=r"needs the suffix \.nc"):
+def test_bad_files_are_refused(table, tmp_path, refused):
+    with refused(".nc"):
         table.to_netcdf(tmp_path / "ink.h5")
-    with pytest.raises(InputRefusedError, match="there is no such ink table"):
+    with refused("absent.nc"):
         jaxink.read_ink_table(tmp_path / "absent.nc")
     (tmp_path / "text.nc").write_text("not netCDF")
-    with pytest.raises(InputRefusedError, match="not a readable netCDF"):
+    with refused("text.nc"):
         jaxink.read_ink_table(tmp_path / "text.nc")
     dataset = table.to_dataset()
-    for broken, sentence in (
-        (dataset.drop_vars("regular"), "variable regular is missing"),
-        (dataset.assign_attrs(schema="other"), "is not an ink table"),
-        (dataset.assign_attrs(schema_version=9), "has schema_version 9"),
-        (dataset.assign_coords(theta_o=ANGLES / 2), "theta_i and theta_o differ"),
+    for broken, named in (
+        (dataset.drop_vars("regular"), "regular"),
+        (dataset.assign_attrs(schema="other"), "broken.nc"),
+        (dataset.assign_attrs(schema_version=9), "schema_version"),
+        (dataset.assign_coords(theta_o=ANGLES / 2), "theta_i"),
     ):
         broken.to_netcdf(tmp_path / "broken.nc", engine="h5netcdf")
-        with pytest.raises(InputRefusedError, match=sentence):
+        with refused(named):
             jaxink.read_ink_table(tmp_path / "broken.nc")
 
 

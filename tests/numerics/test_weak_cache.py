@@ -2,7 +2,7 @@
 
 import gc
 
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 
 
 class Thing:
@@ -16,7 +16,7 @@ def alive():
 
 
 def test_a_thing_is_made_once_while_it_is_held():
-    made = Kept(Thing)
+    made = WeakCache(Thing)
     held = made("a", 1)
     for i in range(20):
         made("other", i)
@@ -25,6 +25,6 @@ def test_a_thing_is_made_once_while_it_is_held():
 
 
 def test_things_that_nobody_holds_are_forgotten_but_for_the_last_few():
-    made = Kept(Thing)
+    made = WeakCache(Thing)
     keys = [made("thing", i).key for i in range(50)]
     assert alive() == set(keys[-24:])

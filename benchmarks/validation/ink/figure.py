@@ -8,8 +8,8 @@ import numpy as np
 from jaxink.fitting import FitResult
 from jaxink.ink.sheet import Sheet
 from jaxink.model.forward import ForwardModel, evaluate
-from jaxink.plots.scans import IN_PLANE_DEG
-from jaxink.plots.thin_sheet import DPI, sheet
+from jaxink.plots.figure import DPI, blank_figure
+from jaxink.plots.scan_views import IN_PLANE_DEG
 
 # Signed polar angles of the lines: positive on the side of the specular and of the undeviated direction.
 SIGNED_DEG = np.arange(-87.5, 87.6, 0.5)
@@ -52,7 +52,7 @@ def draw(result: FitResult, drawn: Lines, side: str, title: str, path: Path) -> 
     """Draw one side: BSDF above, differences from the full model below; a column for each incidence."""
     at = "RT".index(side)
     n = len(drawn.theta_i_deg)
-    with sheet(0.7 + 2.35 * n, 5.2) as figure:
+    with blank_figure(0.7 + 2.35 * n, 5.2) as figure:
         axes = figure.subplots(2, n, sharex=True, sharey="row", gridspec_kw={"height_ratios": [2.4, 1]})
         for column, theta_i in enumerate(drawn.theta_i_deg):
             above, below = axes[:, column]

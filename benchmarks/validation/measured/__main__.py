@@ -13,8 +13,8 @@ from jaxink.fitting import FitResult, predict_left_out, prepare_data
 from jaxink.measurement import symmetry_repeatability
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.spectrum import KCorrelation
-from jaxink.surfaces.wave_optics import WaveSurface
 from jaxink.surfaces.wave_power import validity
+from jaxink.surfaces.wave_surface import WaveSurface
 
 
 def fitted(data_file, sample_file: str, objective: str) -> FitResult:

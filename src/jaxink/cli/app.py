@@ -45,6 +45,8 @@ def _common(
     pass
 
 
+Data = Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF of jaxink.")]
+SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="What is known of the sample.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but refusals.")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")]
@@ -67,10 +69,20 @@ Which = Annotated[
 ]
 
 
+def _columns(wavelength_nm: float | None, side: str | None, which: str | None) -> dict[str, Any]:
+    """What a CSV file does not state, as `jaxink.read` takes it."""
+    given = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _output(json: bool, quiet: bool) -> str:
+    return "json" if json else "quiet" if quiet else "tables"
+
+
 @app.command()
 def fit(
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF of jaxink.")],
-    sample: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="What is known of the sample.")],
+    data: Data,
+    sample: SampleFile,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for result.json, result.nc and figures.")],
     method: Annotated[
         str, typer.Option(metavar="gradient|simplex", help="Gradient, or the simplex as a baseline.")
@@ -107,7 +119,7 @@ def fit(
 ) -> None:
     """Find the free parameters of a sample from a measurement."""
     with one_sentence(debug):
-        from jaxink.cli import commands
+        from jaxink.cli.fit import run_fit
 
         options = {
             "method": method,
@@ -118,16 +130,16 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
+        columns = _columns(wavelength_nm, side, which)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
-        output = "json" if json else "quiet" if quiet else "tables"
-        raise typer.Exit(commands.run_fit(data, sample, out, options, columns, formats, output))
+        output = _output(json, quiet)
+        raise typer.Exit(run_fit(data, sample, out, options, columns, formats, output))
 
 
 @app.command()
 def diagnose(
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF of jaxink.")],
-    sample: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="What is known of the sample.")],
+    data: Data,
+    sample: SampleFile,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for report.html, report.json and figures.")
     ],
@@ -158,10 +170,9 @@ def diagnose(
 
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
-        columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
-        output = "json" if json else "quiet" if quiet else "tables"
-        files = (data, sample, out)
-        raise typer.Exit(run_diagnose(files, choices, accuracy, columns, not no_figures, output))
+        columns = _columns(wavelength_nm, side, which)
+        output = _output(json, quiet)
+        raise typer.Exit(run_diagnose(data, sample, out, choices, accuracy, columns, not no_figures, output))
 
 
 @app.command()
@@ -196,10 +207,10 @@ def predict(
 ) -> None:
     """Predict the BSDF of a fitted or described sample in every row of a measurement."""
     with one_sentence(debug):
-        from jaxink.cli import commands
+        from jaxink.cli.predict import run_predict
 
-        columns = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
-        raise typer.Exit(commands.run_predict(source, data, out, accuracy, columns, quiet))
+        columns = _columns(wavelength_nm, side, which)
+        raise typer.Exit(run_predict(source, data, out, accuracy, columns, quiet))
 
 
 Format = Annotated[
@@ -227,12 +238,8 @@ Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Basis of 
 
 def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: str) -> dict[str, Any]:
     """Fields of `ExportOptions`."""
-    return {
-        "name": name,
-        "drop": tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip()),
-        "regular_bin_deg": regular_bin_deg,
-        "basis": basis,
-    }
+    drop = tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip())
+    return {"name": name, "drop": drop, "regular_bin_deg": regular_bin_deg, "basis": basis}
 
 
 @app.command()
@@ -258,10 +265,10 @@ def export(
 ) -> None:
     """Write the BSDF of a fitted ink, as seen from inside its plate, for a ray tracer."""
     with one_sentence(debug):
-        from jaxink.cli.export import run_export
+        from jaxink.cli.export import Target, run_export
 
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_export(source, format, out, layer or (), choices, quiet))
+        raise typer.Exit(run_export(source, layer or (), Target(format, out, choices, quiet)))
 
 
 @app.command()
@@ -289,11 +296,11 @@ def boundary(
 ) -> None:
     """Write the BSDF of a rough boundary alone, between two clear media, for a ray tracer."""
     with one_sentence(debug):
-        from jaxink.cli.export import run_boundary
+        from jaxink.cli.export import Target, run_boundary
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_boundary(source, format, out, sampling, choices, quiet))
+        raise typer.Exit(run_boundary(source, sampling, Target(format, out, choices, quiet)))
 
 
 @app.command()
@@ -307,6 +314,6 @@ def demo(
 ) -> None:
     """Fit the embedded simulated measurement, by gradient and by simplex."""
     with one_sentence(debug):
-        from jaxink.cli import commands
+        from jaxink.cli.demo import run_demo
 
-        raise typer.Exit(commands.run_demo(out, () if no_figures else ("png",), quiet))
+        raise typer.Exit(run_demo(out, () if no_figures else ("png",), quiet))

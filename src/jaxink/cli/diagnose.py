@@ -6,32 +6,31 @@ from typing import Any
 import typer
 
 import jaxink
-from jaxink.cli.commands import FIGURES, read_data
-from jaxink.cli.folder import require_folder
-from jaxink.cli.session import (
-    EXIT_FITTED,
-    EXIT_NOT_CONVERGED,
-    EXIT_UNEXPLAINED,
-    prepare_jax,
-    progress,
-)
+from jaxink.cli import session
+from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
+from jaxink.files.writing import require_folder
+from jaxink.plots import FIGURE_FOLDER
 
 
 def run_diagnose(
-    files: tuple[Path, Path, Path],
+    data_file: Path,
+    sample_file: Path,
+    out: Path,
     choices: dict[str, Any],
     accuracy: float,
     columns: dict[str, Any],
     with_figures: bool,
     output: str,
-) -> int:
+) -> ExitCode:
     """Diagnose a measurement and write the report.
 
     Parameters
     ----------
-    files
-        Measurement, sample file, and the folder for the report.
+    data_file, sample_file
+        Inputs.
+    out
+        Folder for the report.
     choices
         Fields of `DiagnosisOptions`.
     accuracy
@@ -42,19 +41,13 @@ def run_diagnose(
         Whether figures are drawn.
     output
         ``tables``, ``json`` or ``quiet``.
-
-    Returns
-    -------
-    int
-        Exit code.
     """
-    data_file, sample_file, out = files
-    require_folder(out, (FIGURES,))
-    data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
-    prepare_jax()
+    require_folder(out, (FIGURE_FOLDER,))
+    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)
-    with progress(quiet=output != "tables") as follow:
+    with session.progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(data, sample, options, follow)
     from jaxink.report import write_report
 
@@ -63,9 +56,9 @@ def run_diagnose(
         typer.echo(json_text(found.to_dict()))
     elif output == "tables":
         from jaxink.cli.diagnosis_tables import show_diagnosis
-        from jaxink.cli.tables import console
+        from jaxink.cli.fit_tables import console
 
         show_diagnosis(console(), found, written)
     if not found.result.converged:
-        return EXIT_NOT_CONVERGED
-    return EXIT_UNEXPLAINED if found.structure_remains else EXIT_FITTED
+        return ExitCode.NOT_CONVERGED
+    return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

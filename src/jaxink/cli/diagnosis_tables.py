@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.tables import plain_table, show_files, show_lines, show_outcome
-from jaxink.numerics.digits import with_uncertainty
+from jaxink.cli.fit_tables import plain_table, show_files, show_lines, show_outcome
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Figures
@@ -61,11 +61,11 @@ def merit_table(diagnosis: "Diagnosis") -> Table:
 def _merit_cells(figures: "Figures") -> list[str]:
     return [
         f"{figures.rmsd_absolute:.4g}",
-        _percent(figures.rmsd_relative),
-        _percent(figures.relative_rms),
+        percent(figures.rmsd_relative),
+        percent(figures.relative_rms),
         f"{figures.chi_square:.5g}",
-        _short(figures.reduced_chi_square, 4),
-        _short(figures.probability),
+        rounded(figures.reduced_chi_square, 4),
+        rounded(figures.probability),
     ]
 
 
@@ -99,7 +99,7 @@ def change_table(diagnosis: "Diagnosis") -> Table:
         bias = "" if first is None or not error else f"{(first.value - value) / error:+.3g}"
         cells = [name, before, with_uncertainty(value, error), bias]
         if diagnosis.structure_remains:
-            cells.append(_short(diagnosis.misfit_errors[name]))
+            cells.append(rounded(diagnosis.misfit_errors[name]))
             cells.append("no" if name in diagnosis.undetermined else "yes")
         table.add_row(*cells)
     return table
@@ -115,26 +115,18 @@ def candidate_table(diagnosis: "Diagnosis") -> Table:
     added = {step.effect for step in diagnosis.steps}
     for row in diagnosis.candidates[:MOST_CANDIDATES]:
         numbers = (
-            _short(row.z),
-            _short(row.p_adjusted, 2),
-            _short(row.predicted_drop, 4),
-            _short(row.refit_drop, 4),
+            rounded(row.z),
+            rounded(row.p_adjusted, 2),
+            rounded(row.predicted_drop, 4),
+            rounded(row.refit_drop, 4),
         )
         table.add_row(
             row.effect,
             *numbers,
-            _short(row.strength, 4),
+            rounded(row.strength, 4),
             row.unit,
-            _percent(row.absorbed_fraction),
+            percent(row.absorbed_fraction),
             "added" if row.effect in added else row.status.replace("_", " "),
             style="bold" if row.effect in added else "",
         )
     return table
-
-
-def _short(value: float | None, digits: int = 3) -> str:
-    return "" if value is None or value != value else f"{value:.{digits}g}"
-
-
-def _percent(share: float | None) -> str:
-    return "" if share is None or share != share else f"{100 * share:.3g} %"

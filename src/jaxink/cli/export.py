@@ -1,5 +1,6 @@
 """The commands that write an ink, or a rough boundary alone, for ray tracers."""
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from jaxink.cli.folder import require_folder
-from jaxink.cli.session import EXIT_FITTED, prepare_jax
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
+from jaxink.files.writing import require_folder
 
 if TYPE_CHECKING:
     from jaxink.export import ExportOptions
@@ -17,83 +20,80 @@ if TYPE_CHECKING:
     from jaxink.ink.boundary_file import RoughBoundary
 
 
-def run_export(
-    source: Path,
-    format: str,
-    out: Path,
-    layers: Sequence[str],
-    choices: dict[str, Any],
-    quiet: bool,
-) -> int:
+@dataclasses.dataclass(frozen=True)
+class Target:
+    """What a table is written as, and where.
+
+    Parameters
+    ----------
+    format
+        One of the formats.
+    folder
+        For the files.
+    choices
+        Fields of `ExportOptions`.
+    quiet
+        Print nothing.
+    """
+
+    format: str
+    folder: Path
+    choices: dict[str, Any]
+    quiet: bool
+
+    def options(self) -> "ExportOptions":
+        """The choices; refused before anything is computed."""
+        from jaxink.export import ExportOptions
+        from jaxink.export.formats import require_format
+
+        require_format(self.format)
+        options = ExportOptions(**self.choices)
+        require_folder(self.folder)
+        return options
+
+
+def run_export(source: Path, layers: Sequence[str], target: Target) -> ExitCode:
     """Write the ink of a result, or a table of one, for a ray tracer.
 
     Parameters
     ----------
     source
         Result folder, ``result.json``, or netCDF file of an ink table.
-    format
-        One of the formats.
-    out
-        Folder for the files.
     layers
         Names of the layers that make the ink; empty: the only scattering one.
-    choices
-        Fields of `ExportOptions`.
-    quiet
-        Print nothing.
-
-    Returns
-    -------
-    int
-        Exit code.
+    target
+        Where to.
     """
     is_table = source.suffix == ".nc" and not os.path.isdir(source)
     if not is_table:
-        prepare_jax()
-    options = _options(format, out, choices)
-    table = _read(source) if is_table else _compute(source, layers)
-    lines = _written(table, format, out, options)
-    if not quiet:
-        _tell(f"Ink of {source}", table, format, lines)
-    return EXIT_FITTED
+        session.prepare_jax()
+    options = target.options()
+    if is_table:
+        table = jaxink.read_ink_table(source)
+    else:
+        table = jaxink.ink_table(jaxink.load_result(source), list(layers) or None)
+    _write(table, target, options, f"Ink of {source}")
+    return ExitCode.FITTED
 
 
-def run_boundary(
-    source: Path,
-    format: str,
-    out: Path,
-    sampling: dict[str, Any],
-    choices: dict[str, Any],
-    quiet: bool,
-) -> int:
+def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> ExitCode:
     """Write a rough boundary alone, between two clear media, for a ray tracer.
 
     Parameters
     ----------
     source
         Surface file.
-    format
-        One of the formats.
-    out
-        Folder for the files.
     sampling
         Keywords of `jaxink.ink.boundary.boundary_table`.
-    choices
-        Fields of `ExportOptions`.
-    quiet
-        Print nothing.
-
-    Returns
-    -------
-    int
-        Exit code.
+    target
+        Where to.
     """
-    prepare_jax()
+    session.prepare_jax()
     from jaxink.ink.boundary import boundary_table
     from jaxink.ink.boundary_file import load_boundary
-    from jaxink.ink.totals import excess_of_power
+    from jaxink.ink.hemispherical_totals import excess_of_power
 
-    options = _options(format, out, choices)
+    options = target.options()
     boundary = load_boundary(source)
     table = boundary_table(boundary, **sampling)
     excess = excess_of_power(table)
@@ -102,48 +102,27 @@ def run_boundary(
             f"{source}: the table of this boundary sends out {excess}: give it more angles where lobes are "
             "narrow (--n-theta, --n-phi), or scale such directions down (--limit-power)."
         )
-    lines = [] if quiet else [*_judged(boundary), *_sampled(table)]
-    lines += _written(table, format, out, options)
-    if not quiet:
-        _tell(f"Boundary of {source} by {boundary.method}", table, format, lines)
-    return EXIT_FITTED
+    remarks = [] if target.quiet else [*_judged(boundary), *_sampled(table)]
+    _write(table, target, options, f"Boundary of {source} by {boundary.method}", remarks)
+    return ExitCode.FITTED
 
 
-def _options(format: str, out: Path, choices: dict[str, Any]) -> "ExportOptions":
-    """The choices; refused before anything is computed."""
-    from jaxink.export import ExportOptions
-    from jaxink.export.writing import require_format
+def _write(
+    table: "InkTable", target: Target, options: "ExportOptions", what: str, remarks: Sequence[str] = ()
+) -> None:
+    """Write the files, and say what they hold."""
+    from jaxink.export.formats import write_folder
 
-    require_format(format)
-    options = ExportOptions(**choices)
-    require_folder(out)
-    return options
-
-
-def _read(source: Path) -> "InkTable":
-    from jaxink.ink.table_file import read_ink_table
-
-    return read_ink_table(source)
-
-
-def _compute(source: Path, layers: Sequence[str]) -> "InkTable":
-    import jaxink
-    from jaxink.ink.tabulate import ink_table
-
-    return ink_table(jaxink.load_result(source), list(layers) or None)
-
-
-def _written(table: "InkTable", format: str, out: Path, options: "ExportOptions") -> list[str]:
-    """Write the files; lines that say what they hold."""
-    from jaxink.export.writing import write_folder
-
-    files = write_folder(table, format, out, options)
-    lines = []
+    files = write_folder(table, target.format, target.folder, options)
+    if target.quiet:
+        return
+    wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
+    lines = [f"{what} at {wavelengths} nm, for {target.format}.", *remarks]
     if options.drop:
         lines.append(f"Allowed to be lost: {', '.join(options.drop)}.")
     if options.regular_bin_deg is not None:
         lines.append(f"Regular part spread over cones of {options.regular_bin_deg:g} degrees.")
-    return [*lines, "Written: " + ", ".join(str(file) for file in files)]
+    typer.echo("\n".join([*lines, "Written: " + ", ".join(str(file) for file in files)]))
 
 
 def _judged(boundary: "RoughBoundary") -> list[str]:
@@ -185,8 +164,3 @@ def _sampled(table: "InkTable") -> list[str]:
         factor = table.attrs["least_power_factor"]
         lines.append(f"Scaled down where that is more than arrives, by factors down to {factor:.4g}.")
     return lines
-
-
-def _tell(what: str, table: "InkTable", format: str, lines: Sequence[str]) -> None:
-    wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
-    typer.echo("\n".join([f"{what} at {wavelengths} nm, for {format}.", *lines]))

@@ -5,18 +5,29 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from enum import IntEnum
 from pathlib import Path
+from typing import NoReturn
 
 import typer
 
 from jaxink.errors import InputRefusedError, JaxinkError
 from jaxink.numerics.progress import Progress
 
-EXIT_FITTED, EXIT_FAILED, EXIT_UNEXPLAINED, EXIT_NOT_CONVERGED, EXIT_REFUSED = 0, 1, 3, 4, 5
-EXIT_INTERRUPTED = 130
 DEBUG_VARIABLE = "JAXINK_DEBUG"
 # XLA writes its log to stderr from this level on: 3 is what ends the process, 1 what JAX sets if nobody does.
 _LOG_LEVEL, _FATAL_ONLY, _JAX_OWN = "TF_CPP_MIN_LOG_LEVEL", "3", "1"
+
+
+class ExitCode(IntEnum):
+    """How a command ended."""
+
+    FITTED = 0
+    FAILED = 1
+    UNEXPLAINED = 3
+    NOT_CONVERGED = 4
+    REFUSED = 5
+    INTERRUPTED = 130
 
 
 @contextmanager
@@ -35,15 +46,15 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
                 warnings.simplefilter("ignore")
             yield
     except InputRefusedError as problem:
-        _fail(str(problem), EXIT_REFUSED)
+        _fail(str(problem), ExitCode.REFUSED)
     except JaxinkError as problem:
-        _fail(str(problem), EXIT_FAILED)
+        _fail(str(problem), ExitCode.FAILED)
     except KeyboardInterrupt:
-        _fail("interrupted.", EXIT_INTERRUPTED)
+        _fail("interrupted.", ExitCode.INTERRUPTED)
     except (typer.Exit, BrokenPipeError):
         raise
     except MemoryError as problem:
-        _fail(f"there is not enough memory ({' '.join(str(problem).split())[:200]}).", EXIT_FAILED)
+        _fail(f"there is not enough memory ({' '.join(str(problem).split())[:200]}).", ExitCode.FAILED)
     except Exception as problem:
         if debug:
             raise
@@ -51,11 +62,11 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
         _fail(
             f"stopped by an unexpected error ({type(problem).__name__}: {what}); set {DEBUG_VARIABLE}=1 to "
             "see where, and please report it.",
-            EXIT_FAILED,
+            ExitCode.FAILED,
         )
 
 
-def _fail(sentence: str, code: int) -> None:
+def _fail(sentence: str, code: ExitCode) -> NoReturn:
     typer.echo(f"jaxink: {sentence}", err=True)
     raise typer.Exit(code)
 
@@ -100,7 +111,8 @@ def prepare_jax() -> None:
     """Import JAX, with its compiled programs kept from one command to the next."""
     import jax
 
-    folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()
+    chosen: str | None = jax.config.values["jax_compilation_cache_dir"]
+    folder = None if chosen else _cache_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)

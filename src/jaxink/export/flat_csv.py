@@ -7,21 +7,14 @@ import numpy as np
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import comments
 from jaxink.files.spreadsheet import comment
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import diffuse_totals
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write ``<name>_bsdf.csv``, a row a direction, and ``<name>_totals.csv``, a row an incidence.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
     head = [comment(line) for line in comments(table, 0)[1:]]
     head.append(

@@ -6,8 +6,8 @@ import numpy as np
 
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, comments, row, stem, write_lines
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import diffuse_totals
 
 # Light comes from the side that the outward normal of the plate points to: front.
 _SIDES = {"I": "Back", "A": "Front"}
@@ -18,14 +18,7 @@ _INCIDENCE_AZIMUTH_DEG = 90.0
 def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write one ``.bsdf`` file a wavelength, with all four components.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
     totals = diffuse_totals(table)
     # A full circle in the file's azimuths, each entry of the table and its mirror image once.

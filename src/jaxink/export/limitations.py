@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.ink.hemispherical_totals import critical_angle_deg, diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import critical_angle_deg, diffuse_totals
 
 LOSSES = ("regular", "beyond_critical", "narrow_lobes", "standard_errors", "index_step")
 # Share of the incident power below which nothing is lost that a file's digits could show.

@@ -4,8 +4,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from jaxink.export.limitations import ExportOptions
+from jaxink.files.netcdf import netcdf_bytes
 from jaxink.ink.table import InkTable
-from jaxink.ink.table_file import table_bytes
 
 _PROGRAMS = ("jaxink_table.py", "example_scene.py")
 
@@ -13,16 +13,9 @@ _PROGRAMS = ("jaxink_table.py", "example_scene.py")
 def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write the canonical netCDF file and the Python files that use it; they need no jaxink.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
-    (folder / f"{options.name}.nc").write_bytes(table_bytes(table))
+    (folder / f"{options.name}.nc").write_bytes(netcdf_bytes(table.to_dataset()))
     for name in _PROGRAMS:
         source = files("jaxink.export") / "for_mitsuba" / name
         (folder / name).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")

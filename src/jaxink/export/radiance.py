@@ -28,14 +28,7 @@ _TREE_LOG2 = 6
 def write_radiance(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write one XML file a wavelength, with all four components.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name and basis.
+    Parameters: see `jaxink.export.formats.Format`.
 
     Notes
     -----

@@ -6,8 +6,8 @@ import numpy as np
 
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, provenance, row, stem, write_lines
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import diffuse_totals
 
 _SIDES = {"I": "inside", "A": "outside"}
 # Half the width of the band for which the file gives a total, so that it has the two entries of a spectrum.
@@ -17,14 +17,7 @@ _HALF_BAND_NM = 0.5
 def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write two ``.anisotropicbsdf`` files a wavelength, one for light from each side.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
 
     Notes
     -----

@@ -8,14 +8,14 @@ from jaxtyping import Float
 from jaxink.errors import InputRefusedError
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, comments, row, stem, write_lines
-from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import (
+from jaxink.ink.hemispherical_totals import (
     azimuth_weights,
     critical_angle_deg,
     diffuse_totals,
     exit_angles_deg,
     projected_weights,
 )
+from jaxink.ink.table import COMPONENTS, InkTable
 
 _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
 _AZIMUTH_DEG = np.linspace(0, 180, 37)
@@ -29,14 +29,7 @@ _GRAZING_DEG = 85.0
 def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """Write one ``.bsdf`` file a component and wavelength.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name and axes.
+    Parameters: see `jaxink.export.formats.Format`.
 
     Raises
     ------

@@ -23,13 +23,7 @@ _OTHER_KINDS = (
 
 
 def shown_path(path: str | Path) -> str:
-    """A path as a sentence names it: on one line, and not longer than anyone would read.
-
-    Parameters
-    ----------
-    path
-        The path.
-    """
+    """A path as a sentence names it: on one line, and not longer than anyone would read."""
     text = str(path)
     text = text if text.isprintable() else ascii(text)
     half = _LONGEST_SHOWN // 2

@@ -20,8 +20,11 @@ try:
 except ImportError:  # Windows: nothing is locked, and so nothing is ever taken for a left-over.
     fcntl = None
 
+# In a staging folder: what a run had decided to put in place, which must not be lost.
+DECIDED = "decided"
 _PREFIX = ".jaxink-"
 _LOCK = "lock"
+_LOCK_BYTES = 4096
 _TRIES = 100
 # The second form is that of a jaxink that named them by process and did not lock them.
 _NAMES = re.compile(r"\.jaxink-\w{8}|\..+\.jaxink-\d+")
@@ -29,66 +32,28 @@ _NAMES = re.compile(r"\.jaxink-\w{8}|\..+\.jaxink-\d+")
 _OLD_SECONDS = 24 * 3600
 
 
-class Stage:
-    """A hidden folder of this run's own, see `staged_in`.
-
-    Parameters
-    ----------
-    path
-        Where it is.
-    keep
-        Whether it stays at the end, because it holds what must not be lost.
-    """
-
-    def __init__(self, path: Path):
-        self.path, self.keep = path, False
-
-    def move_into(self, folder: Path) -> None:
-        """Move it, with all that it holds, into another folder of the same file system."""
-        there = folder / self.path.name
-        os.rename(self.path, there)
-        self.path = there
-
-
 @contextmanager
-def staged_in(folder: Path) -> Iterator[Stage]:
-    """A hidden folder, removed at the end.
+def staged_in(folder: Path) -> Iterator[Path]:
+    """A hidden folder, removed at the end, unless it holds what is `DECIDED` and not in its place.
+
+    Where nothing can be written making it fails, for the file of its lock takes a page of the disk.
 
     Parameters
     ----------
     folder
         An existing folder, in which it is made.
-
-    Yields
-    ------
-    Stage
-
-    Raises
-    ------
-    OSError
-        If nothing can be written there.
     """
     stage, lock = _new_stage(folder)
     try:
         yield stage
     finally:
-        if not stage.keep:
-            shutil.rmtree(stage.path, ignore_errors=True)
+        if not (stage / DECIDED).exists():
+            shutil.rmtree(stage, ignore_errors=True)
         os.close(lock)
 
 
 def left_over(folder: Path) -> Iterator[Path]:
-    """Staging folders of the user's own runs that are dead, each locked while it is looked at.
-
-    Parameters
-    ----------
-    folder
-        Where they are looked for.
-
-    Yields
-    ------
-    Path
-    """
+    """Staging folders in a folder of the user's own runs that are dead, each locked while it is looked at."""
     with suppress(OSError, ValueError):
         for entry in [entry for entry in os.scandir(folder) if _NAMES.fullmatch(entry.name)]:
             if entry.is_dir(follow_symlinks=False) and _is_own(entry):
@@ -116,17 +81,19 @@ def _if_dead(path: Path) -> Iterator[Path]:
         os.close(lock)
 
 
-def _new_stage(folder: Path) -> tuple[Stage, int]:
+def _new_stage(folder: Path) -> tuple[Path, int]:
     for _ in range(_TRIES):
         path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
         try:
-            lock = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+            (path / _LOCK).write_bytes(bytes(_LOCK_BYTES))
+            synced(path / _LOCK)
+            lock = os.open(path / _LOCK, os.O_RDWR)
         except OSError:
             shutil.rmtree(path, ignore_errors=True)
             raise
-        # Between the two lines above, another run can have taken it for a left-over.
+        # Between the lines above, another run can have taken it for a left-over.
         if _locked(lock) is not False:
-            return Stage(path), lock
+            return path, lock
         os.close(lock)
     raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
 
@@ -146,13 +113,7 @@ def _locked(descriptor: int) -> bool | None:
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Wait until no other run replaces what is in a folder; where folders cannot be locked, do not wait.
-
-    Parameters
-    ----------
-    folder
-        An existing folder.
-    """
+    """Wait until no other run replaces what is in a folder; where folders cannot be locked, do not wait."""
     lock = None
     with suppress(OSError, AttributeError):
         lock = os.open(folder, os.O_RDONLY)

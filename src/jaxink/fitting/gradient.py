@@ -15,7 +15,7 @@ from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.programs import arrays_of, program_of
 from jaxink.numerics.compiling import Tiered, hastily
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
 _MOST_REFUSALS = 12
@@ -79,7 +79,7 @@ class _Programs:
         self.predicted = hastily(predicted)
 
 
-_programs = Kept(_Programs)
+_programs = WeakCache(_Programs)
 
 
 class GradientSearch:

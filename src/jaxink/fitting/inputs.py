@@ -6,7 +6,6 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.measurement import GonioData, MaskLimits, read
-from jaxink.measurement.masks import mask_bits
 from jaxink.numerics.forking import refuse_in_fork
 from jaxink.sample import Sample, load_sample
 
@@ -73,7 +72,7 @@ def marked(data: GonioData, sample: Sample) -> GonioData:
     sample
         Names masks.
     """
-    return data.replace(mask=mask_bits(data, _limits(sample)))
+    return data.replace(mask=data.mask_bits(_limits(sample)))
 
 
 def _limits(sample: Sample) -> MaskLimits:

@@ -10,18 +10,17 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.decoding import Rules, decode, described, read_json
-from jaxink.files.moves import settle
-from jaxink.files.netcdf import read_dataset
+from jaxink.files.exchange import settle
+from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.options import METHODS
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResult, json_fields
 from jaxink.measurement import GonioData
-from jaxink.measurement.netcdf import column_of, from_dataset
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
 # Where a fit did not start, or a model is not finite, null stands for what is not known.
@@ -126,7 +125,8 @@ def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, 
             f"{name}: belongs to another result than {path.name} beside it (their result_id differ); put the "
             "files of one result together, or fit again."
         )
-    data = from_dataset(dataset, name)
+    data = GonioData.from_dataset(dataset, name)
     return data, {
-        field: column_of(dataset, column, "f", name)[data.used] for field, (column, _) in COLUMNS.items()
+        field: values_of(dataset, column, ("point",), name)[data.used]
+        for field, (column, _) in COLUMNS.items()
     }

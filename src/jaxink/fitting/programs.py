@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.objective import Objective
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 
 
 class Program(NamedTuple):
@@ -27,7 +27,7 @@ class Program(NamedTuple):
     arrays: Objective
 
 
-@Kept
+@WeakCache
 def _residual_of_structure(treedef, leaves):
     static = jax.tree.unflatten(treedef, leaves)
     return jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))

@@ -4,7 +4,7 @@ import dataclasses
 import hashlib
 import json
 from functools import cached_property
-from typing import Any, ClassVar, TypedDict
+from typing import Any, ClassVar, TypedDict, cast
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
@@ -225,6 +225,11 @@ class FitResult(SavedInFolder):
                 return parameter
         raise KeyError(name)
 
+    @property
+    def config(self) -> SolverConfig:
+        """Sizes of the discretisation, as the fit ended with them."""
+        return SolverConfig(**cast("dict[str, Any]", self.solver))
+
     def forward_model(self, data: GonioData | None = None) -> ForwardModel:
         """Forward model with the fitted values, at the points of this or of another measurement.
 
@@ -234,7 +239,7 @@ class FitResult(SavedInFolder):
             Where to predict; None: the fitted measurement, masked points included.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, SolverConfig(**self.solver))
+        return ForwardModel(self.sample, *at.directions, self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values.

@@ -12,10 +12,10 @@ from scipy.optimize import minimize
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.programs import program_of
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 
 
-@Kept
+@WeakCache
 def _loss_program(residual):
     def loss(arrays, unit):
         rows, predicted = residual(arrays, unit)

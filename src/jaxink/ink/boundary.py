@@ -10,22 +10,18 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.ink.boundary_file import RoughBoundary
+from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
-from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import exit_angles_deg, power_sent_out
+from jaxink.ink.power_limit import within_incident_power
+from jaxink.ink.table import InkTable
 from jaxink.numerics.precision import computing
-from jaxink.optics.fresnel import fresnel_reflectance
+from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_optics import (
-    AMPLITUDES,
-    WaveSurface,
-    refracted_cosine,
-    regular_power,
-    scattered_bsdf,
-)
+from jaxink.surfaces.wave_optics import scattered_bsdf
+from jaxink.surfaces.wave_surface import AMPLITUDES, WaveSurface, regular_power
 
 # Facets less steep than this leave the light where it is: all of it is regular.
 _FLAT_SLOPE = 1e-6
@@ -238,47 +234,6 @@ def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
         "interpolation_error": max(table.interpolation_error().values()),
         "jaxink_version": version("jaxink"),
     }
-
-
-def within_incident_power(table: InkTable) -> InkTable:
-    """Scale a table down where it sends out more power than arrives, and keep its reciprocity.
-
-    Every direction of either side has a factor, which multiplies the BSDF of light that comes from it and of
-    light that leaves along it.
-
-    Parameters
-    ----------
-    table
-        Of `facet_boundary` or `wave_boundary`.
-
-    Returns
-    -------
-    InkTable
-        Of no incidence more than 1; attribute ``least_power_factor``: the least factor, squared.
-    """
-    factor = np.ones((2, len(table.wavelength_nm), len(table.theta_deg)))
-    limited = table
-    # Each step halves the excess, as a logarithm, at least.
-    for _ in range(40):
-        excess = np.maximum(power_sent_out(limited), 1.0)
-        if excess.max() < 1 + 1e-9:
-            break
-        factor /= np.sqrt(excess)
-        limited = _scaled(table, factor)
-    attrs = {**table.attrs, "least_power_factor": float(factor.min() ** 2)}
-    return dataclasses.replace(limited, attrs=attrs)
-
-
-def _scaled(table: InkTable, factor: np.ndarray) -> InkTable:
-    """Table with a factor for each side and direction, of coming and of leaving."""
-    bsdf, regular = table.bsdf_per_sr.copy(), table.regular.copy()
-    for c, name in enumerate(COMPONENTS):
-        come, leave = (factor["IA".index(side)] for side in name[2:])
-        bsdf[c] *= come[:, :, None, None] * leave[:, None, :, None]
-        for w in range(len(table.wavelength_nm)):
-            exits = np.nan_to_num(exit_angles_deg(table, name, w, table.theta_deg), nan=90.0)
-            regular[c, w] *= come[w] * np.interp(exits, table.theta_deg, leave[w])
-    return dataclasses.replace(table, bsdf_per_sr=bsdf, regular=regular)
 
 
 @eqx.filter_jit

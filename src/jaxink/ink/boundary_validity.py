@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from jaxink.ink.boundary_file import RoughBoundary
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_optics import WaveSurface
 from jaxink.surfaces.wave_power import validity
+from jaxink.surfaces.wave_surface import WaveSurface
 
 # Incidences at which a surface is judged, from either side.
 INCIDENCES_DEG = (0.0, 30.0, 60.0, 75.0)
@@ -61,11 +61,6 @@ class ValidityCheck:
 
 def validity_checks(boundary: RoughBoundary) -> list[ValidityCheck]:
     """Judge a boundary at normal incidence and at 30, 60 and 75 degrees, from either side.
-
-    Parameters
-    ----------
-    boundary
-        The boundary.
 
     Returns
     -------

@@ -18,7 +18,7 @@ _OPTIONS = TableOptions(n_theta=61, n_phi=13)
 
 
 @dataclasses.dataclass(frozen=True)
-class ComponentChange:
+class ComponentDifference:
     """Change of one component over directions to `LARGEST_THETA_DEG` from the normal on either side.
 
     Parameters
@@ -45,7 +45,7 @@ class ComponentChange:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class TableChange:
+class TableComparison:
     """Tables of one ink by two descriptions of its sample.
 
     Parameters
@@ -70,7 +70,7 @@ class TableChange:
         directions = (component, theta_i_deg, theta_o_deg, phi_deg, wavelength)
         return self.before.interpolated(*directions), self.after.interpolated(*directions)
 
-    def of(self, component: str, wavelength: int = 0) -> ComponentChange:
+    def of(self, component: str, wavelength: int = 0) -> ComponentDifference:
         """Change of a component over all directions.
 
         Parameters
@@ -90,7 +90,7 @@ class TableChange:
         else:
             where = np.unravel_index(np.nanargmax(np.abs(change)), change.shape)
             rms = float(np.sqrt(np.nanmean(change**2)))
-        return ComponentChange(
+        return ComponentDifference(
             component,
             float(self.before.wavelength_nm[wavelength]),
             rms,
@@ -99,7 +99,7 @@ class TableChange:
         )
 
 
-def table_change(before: Sample, after: Sample, wavelengths_nm: Sequence[float]) -> TableChange:
+def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float]) -> TableComparison:
     """Tabulate the only scattering layer of a sample by two descriptions.
 
     Layers that only the second description has belong to the ink, so that both tables lie between the same
@@ -127,4 +127,4 @@ def table_change(before: Sample, after: Sample, wavelengths_nm: Sequence[float])
     found = tuple(layer.name for layer in after.layers if layer.name not in known)
     first = ink_table(before, ink, wavelengths_nm, options=_OPTIONS)
     options = dataclasses.replace(_OPTIONS, inside=str(first.attrs["inside"]))
-    return TableChange(first, ink_table(after, ink + found, wavelengths_nm, options=options))
+    return TableComparison(first, ink_table(after, ink + found, wavelengths_nm, options=options))

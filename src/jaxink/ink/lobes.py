@@ -9,6 +9,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+# First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
+COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
 # Facets over which the power of lobes is summed.
 _POWER_SLOPES, _POWER_AZIMUTHS = 400, 48
 _SIDES = "IA"
@@ -54,7 +56,7 @@ class FacetLobes:
         Parameters
         ----------
         component
-            One of `COMPONENTS` of the table.
+            One of `COMPONENTS`.
         wavelength
             Position of the wavelength.
         theta_i_deg, theta_o_deg, phi_deg
@@ -90,7 +92,7 @@ class FacetLobes:
         Parameters
         ----------
         component
-            One of `COMPONENTS` of the table.
+            One of `COMPONENTS`.
         wavelength
             Position of the wavelength.
 

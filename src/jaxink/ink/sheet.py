@@ -14,7 +14,8 @@ from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitResult
-from jaxink.ink.extraction import InkLayers, find_ink
+from jaxink.ink.clear_run import ClearRun, clear_run
+from jaxink.ink.ink_layers import InkLayers, find_ink
 from jaxink.ink.polar_grid import linear_matrix
 from jaxink.ink.table import COMPONENTS, InkTable
 from jaxink.numerics.quadrature import gauss_legendre_unit
@@ -25,55 +26,6 @@ _BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
 # Orders kept of lobes, azimuths of the half circle that they come from, and parts of a channel over which
 # they are averaged.
 _LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
-
-
-@dataclasses.dataclass(frozen=True)
-class ClearRun:
-    """Clear layers between the surroundings and one side of the sheet.
-
-    Parameters
-    ----------
-    indices
-        Refractive indices of the surroundings and of each layer, inwards; the last one is the sheet's side.
-    optical_thickness
-        Of each layer.
-    """
-
-    indices: tuple[float, ...]
-    optical_thickness: tuple[float, ...]
-
-    def reflected_and_transmitted(self, kappa: Float[np.ndarray, " channels"]):
-        """Power that the run sends back to the sheet, and that it lets through.
-
-        Parameters
-        ----------
-        kappa
-            n sin(theta), shape ``(channels,)``.
-
-        Returns
-        -------
-        reflected, transmitted
-            Shares of the power, shape ``(channels,)``; transmission is the same in both directions.
-        """
-        cosines = [np.sqrt(np.maximum(1 - (kappa / n) ** 2, 0.0)) for n in self.indices]
-        reflected, transmitted = np.zeros_like(kappa), (cosines[0] > 0).astype(float)
-        for k, thickness in enumerate(self.optical_thickness):
-            r = _fresnel(*self.indices[k : k + 2], *cosines[k : k + 2])
-            gain = 1 / np.maximum(1 - r * reflected, 1e-12)
-            reflected = r + (1 - r) ** 2 * gain * reflected
-            transmitted = (1 - r) * gain * transmitted
-            inside = cosines[k + 1] > 0
-            through = np.where(inside, np.exp(-thickness / np.where(inside, cosines[k + 1], 1.0)), 0.0)
-            reflected, transmitted = through**2 * reflected, through * transmitted
-        return reflected, transmitted
-
-
-def _fresnel(index_1, index_2, cosine_1, cosine_2):
-    """Reflectance for unpolarised light: written apart from the solver's, as the whole verification is."""
-    s_1, s_2, p_1, p_2 = index_1 * cosine_1, index_2 * cosine_2, index_2 * cosine_1, index_1 * cosine_2
-    some = (cosine_1 > 0) | (cosine_2 > 0)
-    r_s, r_p = ((a - b) / np.where(some, a + b, 1.0) for a, b in ((s_1, s_2), (p_1, p_2)))
-    return (r_s**2 + r_p**2) / 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -341,7 +293,7 @@ def sheets(table: InkTable, source: FitResult | Sample, n_nodes: int = 32) -> tu
     values = sample.parameters.values_with({})
     found = []
     for w, wavelength in enumerate(table.wavelength_nm):
-        here = [_run(values, f"surroundings.index_{side}", outer, wavelength) for side, outer in runs]
+        here = [clear_run(values, f"surroundings.index_{side}", outer, wavelength) for side, outer in runs]
         inner, outer = here if ink.inside == "front" else here[::-1]
         for run, index, side in ((inner, table.index_inside[w], "I"), (outer, table.index_outside[w], "A")):
             if abs(run.indices[-1] / index - 1) > 1e-9:
@@ -351,16 +303,3 @@ def sheets(table: InkTable, source: FitResult | Sample, n_nodes: int = 32) -> tu
                 )
         found.append(Sheet(table, w, (inner, outer), n_nodes))
     return ink, found
-
-
-def _run(values, surroundings, layers, wavelength) -> ClearRun:
-    """Clear layers from the surroundings inwards; the last layer's medium is the sheet's side."""
-
-    def get(name):
-        return float(values.get(f"{name}@{wavelength:g}", values.get(name)))
-
-    indices = [get(surroundings)] + [get(f"{layer.name}.refractive_index") for layer in layers]
-    thickness = [
-        get(f"{layer.name}.absorption_per_mm") * get(f"{layer.name}.thickness_mm") for layer in layers
-    ]
-    return ClearRun(tuple(indices), tuple(thickness))

@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.ink.lobes import FacetLobes
+from jaxink.files.netcdf import read_dataset, write_dataset
+from jaxink.ink.lobes import COMPONENTS, FacetLobes
+from jaxink.ink.polar_grid import linear_matrix
+from jaxink.ink.table_file import dataset_of, fields_of
 
 if TYPE_CHECKING:
     import xarray
-
-# First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
-COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -158,8 +158,6 @@ class InkTable:
             Over the largest BSDF at the same incidence. The quarter of the error that a table of every second
             angle makes at the entries between, by the square law.
         """
-        from jaxink.ink.polar_grid import linear_matrix
-
         kept = np.unique(np.append(np.arange(0, len(self.theta_deg), 2), len(self.theta_deg) - 1))
         looked_at = self.theta_deg <= largest_theta_deg
         rows = linear_matrix(self.theta_deg[kept], self.theta_deg[looked_at])
@@ -174,24 +172,59 @@ class InkTable:
         return found
 
     def to_dataset(self) -> "xarray.Dataset":
-        """The table as an xarray Dataset, see `jaxink.ink.table_file`."""
-        from jaxink.ink.table_file import to_dataset
+        """The table as an xarray Dataset with dimensions component, wavelength, theta_i, theta_o, phi."""
+        return dataset_of(self)
 
-        return to_dataset(self)
+    @classmethod
+    def from_dataset(cls, dataset: "xarray.Dataset", called: str = "the Dataset") -> "InkTable":
+        """The table of a Dataset that `to_dataset` made.
+
+        Parameters
+        ----------
+        dataset
+            The Dataset.
+        called
+            How to call it in an error.
+
+        Raises
+        ------
+        InputRefusedError
+            If it is not of this schema or lacks a variable.
+        """
+        return cls(**fields_of(dataset, called))
 
     def to_netcdf(self, path: str | Path) -> Path:
-        """Write the table to a netCDF file, whole or not at all; `read_ink_table` reads it.
+        """Write the table to a netCDF 4 file, whole or not at all; `read_ink_table` reads it.
 
         Parameters
         ----------
         path
-            The file, suffix .nc.
+            The file, suffix .nc; one that exists is replaced.
 
         Returns
         -------
         Path
             Of the file.
-        """
-        from jaxink.ink.table_file import write_netcdf
 
-        return write_netcdf(self, path)
+        Raises
+        ------
+        InputRefusedError
+            If the suffix is another or the folder cannot be written to.
+        """
+        return write_dataset(self.to_dataset(), path)
+
+
+def read_ink_table(path: str | Path) -> InkTable:
+    """Read a table that `InkTable.to_netcdf` wrote.
+
+    Returns
+    -------
+    InkTable
+        Equal to what was written, to the last bit.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is missing, no netCDF file, or not an ink table.
+    """
+    return InkTable.from_dataset(read_dataset(Path(path), what="ink table"), str(path))

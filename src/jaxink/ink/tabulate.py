@@ -10,11 +10,12 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind, require_number
 from jaxink.fitting import FitResult
-from jaxink.ink.extraction import InkLayers, find_ink, ink_alone, ink_stacks, reversed_stack
-from jaxink.ink.lobe_tables import facet_lobes
+from jaxink.ink.ink_layers import InkLayers, find_ink
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
+from jaxink.ink.stack_lobes import facet_lobes
+from jaxink.ink.stacks import ink_stacks, isolated_model, reversed_stack
 from jaxink.ink.table import InkTable
-from jaxink.ink.uncertainty import Spread
+from jaxink.ink.uncertainty import ParameterCovariance
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.compiling import Tiered
 from jaxink.numerics.precision import computing
@@ -22,7 +23,9 @@ from jaxink.optics.directions import Directions
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import ChannelPlan
+from jaxink.solver.stack import Stack
 
 # Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
 _MOST_TERMS = 20_000_000
@@ -127,12 +130,16 @@ def ink_table(
         table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
-    if not isinstance(source, FitResult):
-        spread = Spread.none("not from a fit")
-    else:
-        spread = Spread.none("other values than those of the fit") if values else Spread.of(source)
     with computing():
-        return _tabulate(ink, wavelengths, spread, options)
+        return _tabulate(ink, wavelengths, _covariance(source, values), options)
+
+
+def _covariance(source, values) -> ParameterCovariance:
+    if not isinstance(source, FitResult):
+        return ParameterCovariance.none("not from a fit")
+    if values:
+        return ParameterCovariance.none("other values than those of the fit")
+    return ParameterCovariance.of(source)
 
 
 def _sample_and_wavelengths(source, wavelengths_nm):
@@ -156,11 +163,13 @@ def _sample_and_wavelengths(source, wavelengths_nm):
     return sample, tuple(wavelengths)
 
 
-def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions) -> InkTable:
-    model = ink_alone(ink, wavelengths, options.accuracy)
-    stacks, tangents = _stacks_and_tangents(ink, model, spread.names)
-    other_way = reversed_stack(stacks), reversed_stack(tangents)
-    one_way = tuple(reversed_stack(tree) for tree in other_way)
+def _tabulate(
+    ink: InkLayers, wavelengths, covariance: ParameterCovariance, options: TableOptions
+) -> InkTable:
+    model = isolated_model(ink, wavelengths, options.accuracy)
+    stacks, tangents = _stacks_and_tangents(ink, model, covariance.names)
+    one_way = stacks, tangents, model.plan
+    other_way = reversed_stack(stacks), reversed_stack(tangents), model.plan.reversed(len(stacks.layers))
     lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
     stacks = lit[0][0]
     n_theta, n_phi = options.numbers(model.config.n_orders)
@@ -171,9 +180,10 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
     spectrum = []
     for w in range(len(wavelengths)):
         (r_ii, t_ia), (r_aa, t_ai) = (
-            _side(_at(trees[0], w, 0), _at(trees[1], w, 1), evaluated, phi_deg, model.config) for trees in lit
+            _side(_at(stack, w, 0), _at(tangent, w, 1), evaluated, phi_deg, model.config, plan)
+            for stack, tangent, plan in lit
         )
-        spectrum.append([_with_error(*part, spread) for part in (r_ii, t_ia, t_ai, r_aa)])
+        spectrum.append([_with_error(*part, covariance) for part in (r_ii, t_ia, t_ai, r_aa)])
     # Four columns by wavelength and component: BSDF, its error, regular power, its error.
     bsdf, bsdf_error, regular, regular_error = (
         None if column[0][0] is None else np.swapaxes(np.array(column), 0, 1)
@@ -189,7 +199,7 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
         index_outside=np.asarray(stacks.index_back),
         bsdf_standard_error_per_sr=bsdf_error,
         regular_standard_error=regular_error,
-        attrs=_attrs(ink, spread, options, model.config, grazing_deg),
+        attrs=_attrs(ink, covariance, options, model.config, grazing_deg),
         lobes=facet_lobes(stacks, model.config, theta_deg, grazing_deg),
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
@@ -199,21 +209,21 @@ def _tabulate(ink: InkLayers, wavelengths, spread: Spread, options: TableOptions
     return table
 
 
-def _with_error(bsdf, regular, spread: Spread):
+def _with_error(bsdf, regular, covariance: ParameterCovariance):
     """BSDF and regular power of one component, each with its standard error or None."""
-    if not spread.known:
+    if not covariance.known:
         return bsdf[0], None, regular[0], None
-    return bsdf[0], spread.standard_error(bsdf[1:]), regular[0], spread.standard_error(regular[1:])
+    return bsdf[0], covariance.standard_error(bsdf[1:]), regular[0], covariance.standard_error(regular[1:])
 
 
-def _attrs(ink, spread, options, config, grazing_deg):
+def _attrs(ink, covariance, options, config, grazing_deg):
     from importlib.metadata import version
 
     return {
         "title": ink.sample.title,
         "layers": " ".join(ink.names),
         "inside": ink.inside,
-        "standard_error": spread.sentence,
+        "standard_error": covariance.sentence,
         "grazing_theta_deg": float(grazing_deg),
         "accuracy": options.accuracy,
         "solver": ", ".join(f"{name} {size}" for name, size in dataclasses.asdict(config).items()),
@@ -252,7 +262,7 @@ def _kinks_deg(stacks: Stack) -> list[float]:
     return angles
 
 
-def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig):
+def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig, plan: ChannelPlan):
     """Reflection and transmission, of each the BSDF at all pairs of directions and the regular power.
 
     The value comes first, its slopes by each parameter follow.
@@ -276,7 +286,7 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
             np.deg2rad(180.0 - phi),
             side,
         )
-        diffuse, straight = _light().now(1)(stack, tangents, directions, config)
+        diffuse, straight = _light().now(1)(stack, tangents, directions, config, plan)
         bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
         regular.append(np.asarray(straight))
     wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
@@ -287,9 +297,10 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
 def _light() -> Tiered:
     """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
 
-    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig, plan: ChannelPlan):
         def of(s):
-            return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
+            diffuse = diffuse_bsdf(s, directions, config, plan)
+            return diffuse, jnp.stack(regular_power(s, directions.sin_incidence))
 
         if len(tangents.index_front) == 0:
             return jax.tree.map(lambda v: v[None], of(stack))

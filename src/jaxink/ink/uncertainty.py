@@ -9,7 +9,7 @@ from jaxink.fitting import FitResult
 
 
 @dataclasses.dataclass(frozen=True)
-class Spread:
+class ParameterCovariance:
     """Covariance of the parameters that have a standard error.
 
     Parameters
@@ -30,19 +30,13 @@ class Spread:
         return bool(self.names)
 
     @classmethod
-    def none(cls, why: str) -> "Spread":
+    def none(cls, why: str) -> "ParameterCovariance":
         """No standard errors, for a reason."""
         return cls((), np.zeros((0, 0)), f"no standard errors: {why}")
 
     @classmethod
-    def of(cls, result: FitResult) -> "Spread":
-        """Covariance of a fit; a parameter that is held by its bound counts as known.
-
-        Parameters
-        ----------
-        result
-            The fit.
-        """
+    def of(cls, result: FitResult) -> "ParameterCovariance":
+        """Covariance of a fit; a parameter that is held by its bound counts as known."""
         rows = [result[name] for name in result.correlation_names]
         silent = [p for p in rows if p.standard_error is None]
         held = [p.name for p in silent if p.flag in ("at lower bound", "at upper bound")]

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from jaxink.fitting import FitResult
-from jaxink.ink.extraction import reversed_sample
 from jaxink.ink.sheet import sheets
+from jaxink.ink.stacks import reversed_sample
 from jaxink.ink.table import InkTable
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample

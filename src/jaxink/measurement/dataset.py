@@ -4,40 +4,23 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt32
 
 from jaxink.errors import InputRefusedError
+from jaxink.files.netcdf import write_dataset
+from jaxink.measurement import netcdf
+from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts
+from jaxink.measurement.scans import SAME, Scan, scan_numbers
 
-# Angles and wavelengths closer than this are one: far below any goniometer, far above rounding.
-_SAME = 1e-6
+if TYPE_CHECKING:
+    import xarray
+
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
-
-
-@dataclass(frozen=True)
-class Scan:
-    """The points of one incidence, wavelength and side.
-
-    Parameters
-    ----------
-    index
-        Its number in ``GonioData.scan_index``.
-    side
-        ``"R"`` or ``"T"``.
-    wavelength_nm, theta_i_deg
-        What the points share.
-    points, used
-        How many points there are, and how many of them no mask excludes.
-    """
-
-    index: int
-    side: str
-    wavelength_nm: float
-    theta_i_deg: float
-    points: int
-    used: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,32 +158,17 @@ class GonioData:
     @cached_property
     def scan_index(self) -> Int[np.ndarray, " points"]:
         """Number of the scan of each point: by side, wavelength, incidence, whatever the row order."""
-        return self._scans[0]
+        return scan_numbers(self.is_transmission, self.wavelength_nm, self.theta_i_deg)
 
     @cached_property
     def scans(self) -> tuple[Scan, ...]:
         """The scans: reflection first, then by wavelength, then by incidence."""
-        _, first, points, used = self._scans
-        return tuple(
-            Scan(
-                index,
-                str(self.side[point]),
-                float(self.wavelength_nm[point]),
-                float(self.theta_i_deg[point]),
-                int(points[index]),
-                int(used[index]),
-            )
-            for index, point in enumerate(first)
-        )
-
-    @cached_property
-    def _scans(self):
-        columns = (self.is_transmission, self.wavelength_nm / _SAME, self.theta_i_deg / _SAME)
-        keys = np.stack([np.rint(column).astype(np.int64) for column in columns], axis=1)
-        _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        index = index.reshape(-1)
-        used = np.bincount(index, weights=self.used, minlength=first.size)
-        return index, first, np.bincount(index), used
+        _, first = np.unique(self.scan_index, return_index=True)
+        columns = (self.side[first], self.wavelength_nm[first], self.theta_i_deg[first])
+        used = np.bincount(self.scan_index, weights=self.used).astype(int)
+        columns += (np.bincount(self.scan_index), used)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return tuple(Scan(index, *row) for index, row in enumerate(rows))
 
     def select(
         self,
@@ -234,7 +202,7 @@ class GonioData:
                 continue
             values, chosen = getattr(self, name), np.zeros(len(self), bool)
             for value in np.atleast_1d(wanted):
-                here = np.abs(values - value) <= _SAME
+                here = np.abs(values - value) <= SAME
                 if not here.any():
                     held = ", ".join(f"{v:g}" for v in np.unique(values))
                     raise self._refusal(f"no point has {name} {value:g}; there are {held}")
@@ -258,11 +226,38 @@ class GonioData:
         """The same measurement with some fields changed, and checked again."""
         return dataclasses.replace(self, **changes)
 
-    def with_masks(self, limits=None, user=None) -> "GonioData":
-        """``masks.apply_masks`` of these data."""
-        from jaxink.measurement.masks import MaskLimits, apply_masks
+    def with_masks(self, limits: MaskLimits | None = None, user=None) -> "GonioData":
+        """Mask points by geometry, by sign and by the user's choice.
 
-        return apply_masks(self, MaskLimits() if limits is None else limits, user)
+        Geometric masks of an earlier call are replaced; the user's masks add up.
+
+        Parameters
+        ----------
+        limits
+            Where the geometric masks begin; None: as `MaskLimits` has it.
+        user
+            True where the user excludes the point, shape ``(points,)``.
+
+        Raises
+        ------
+        InputRefusedError
+            ``user`` has another shape, or no point is left.
+        """
+        masked = self.replace(mask=self.mask_bits(limits, user))
+        if not masked.used.any():
+            counts = ", ".join(f"{name} {n}" for name, n in mask_counts(masked.mask).items() if n)
+            raise self._refusal(f"every point is masked ({counts})")
+        return masked
+
+    def mask_bits(self, limits: MaskLimits | None = None, user=None) -> UInt32[np.ndarray, " points"]:
+        """Bits that `with_masks` would set, where none need be left."""
+        user = np.zeros(len(self), bool) if user is None else np.asarray(user)
+        if user.shape != (len(self),) or user.dtype != bool:
+            raise InputRefusedError(
+                f"user has shape {user.shape} and type {user.dtype}; it must be ({len(self)},) bool."
+            )
+        bits = mask_bits(self.directions, self.bsdf_per_sr, MaskLimits() if limits is None else limits)
+        return bits | np.where(user, USER.bit, self.mask & USER.bit).astype(np.uint32)
 
     def equals(self, other: "GonioData") -> bool:
         """True where every array, note and attribute of the two is exactly the same."""
@@ -270,24 +265,55 @@ class GonioData:
             _same(getattr(self, entry.name), getattr(other, entry.name)) for entry in dataclasses.fields(self)
         )
 
-    def to_dataset(self):
-        """``netcdf.to_dataset`` of these data: an xarray Dataset along ``point``."""
-        from jaxink.measurement.netcdf import to_dataset
+    def to_dataset(self) -> "xarray.Dataset":
+        """The data as an xarray Dataset along dimension ``point``.
 
-        return to_dataset(self)
+        Returns
+        -------
+        xarray.Dataset
+            Coordinates theta_i_deg, theta_o_deg, phi_deg [degree], wavelength_nm [nm], is_transmission,
+            row; variables bsdf_per_sr, sigma_per_sr [1/sr] if known, mask, and one variable
+            ``extra_<n>_<name>`` for each kept column.
+        """
+        return netcdf.dataset_of(self)
 
     @classmethod
-    def from_dataset(cls, dataset) -> "GonioData":
-        """The data of an xarray Dataset that ``to_dataset`` made."""
-        from jaxink.measurement.netcdf import from_dataset
+    def from_dataset(cls, dataset: "xarray.Dataset", called: str = "the Dataset") -> "GonioData":
+        """The data of a Dataset that `to_dataset` made.
 
-        return from_dataset(dataset)
+        Parameters
+        ----------
+        dataset
+            The Dataset.
+        called
+            How to call it in an error, the file for instance.
 
-    def to_netcdf(self, path):
-        """``netcdf.write_netcdf`` of these data: the file is written whole or not at all."""
-        from jaxink.measurement.netcdf import write_netcdf
+        Raises
+        ------
+        InputRefusedError
+            The Dataset is not of this schema, of a later version, or lacks a variable.
+        """
+        fields = netcdf.fields_of(dataset, called)
+        try:
+            return cls(**fields)
+        except InputRefusedError as problem:
+            # The measurement itself knows only the name of the file that it once came from.
+            raise problem if called in str(problem) else InputRefusedError(f"{called}: {problem}") from None
 
-        write_netcdf(self, path)
+    def to_netcdf(self, path: str | Path) -> None:
+        """Write the data to a netCDF 4 file, whole or not at all; `read_netcdf` reads it.
+
+        Parameters
+        ----------
+        path
+            The file, suffix .nc; one that exists is replaced.
+
+        Raises
+        ------
+        InputRefusedError
+            The suffix is another, the folder does not exist, or it cannot be written to.
+        """
+        write_dataset(self.to_dataset(), path)
 
 
 def _extra_column(values) -> np.ndarray:

@@ -6,13 +6,10 @@ deviation s give s. Differences beyond 5 robust standard deviations (1.4826 time
 left out and counted, where there are at least 20; that cuts 6e-7 of Gaussian errors.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Float
 
-from jaxink.errors import InputRefusedError
-from jaxink.measurement.dataset import GonioData, Scan
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.noise_model import ROBUST_FROM, NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.pairs import (
     Differences,
     mirror_differences,
@@ -20,173 +17,22 @@ from jaxink.measurement.pairs import (
     repeat_differences,
     without_copies,
 )
+from jaxink.measurement.scans import Scan
 
 MINIMUM_PAIRS = 10
 _OUTLIER = 5.0
-_ROBUST_FROM = 20
-_DIFFER = 1e-3
 _KINDS = {"repeats": "repeat", "mirror": "mirror", "reciprocal": "reciprocal"}
-
-
-@dataclass(frozen=True)
-class NoiseModel:
-    """Standard deviation of a value: a relative part and a floor, and a factor common to a scan.
-
-    Parameters
-    ----------
-    relative
-        Relative standard deviation, independent from point to point.
-    floor_per_sr
-        Standard deviation at zero signal in 1/sr.
-    scan_relative
-        Relative standard deviation of one unknown factor for each scan.
-
-    Raises
-    ------
-    InputRefusedError
-        One is negative or not finite, or relative part and floor are both zero.
-    """
-
-    relative: float
-    floor_per_sr: float = 0.0
-    scan_relative: float = 0.0
-
-    def __post_init__(self):
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0):
-                raise InputRefusedError(f"{name} is {value}; it must be finite and not negative.")
-        if self.relative == 0 and self.floor_per_sr == 0:
-            raise InputRefusedError("relative and floor_per_sr are both 0; one must be positive.")
-
-    def sigma(self, bsdf_per_sr: Float[np.ndarray, " points"]) -> Float[np.ndarray, " points"]:
-        """Independent standard deviation in 1/sr: sqrt((relative bsdf)^2 + floor^2)."""
-        return np.hypot(self.relative * np.asarray(bsdf_per_sr, float), self.floor_per_sr)
-
-
-@dataclass(frozen=True)
-class ScanScatter:
-    """What the pairs of one scan say.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-    pairs
-        Number of independent differences.
-    relative
-        Relative standard deviation of one value: rms of the differences / sqrt(2).
-    mean_difference
-        Mean relative difference, phi > 0 less phi < 0 for mirror pairs: a misalignment of the
-        azimuth shows here. It is part of ``relative``.
-    """
-
-    scan: Scan
-    pairs: int
-    relative: float
-    mean_difference: float
-
-
-@dataclass(frozen=True)
-class NoiseSource:
-    """One kind of pairs.
-
-    Parameters
-    ----------
-    name
-        ``"repeats"``, ``"mirror"`` or ``"reciprocal"``.
-    pairs
-        Number of independent differences; k repeats of a direction count k - 1.
-    relative
-        Relative standard deviation of one value, nan without pairs.
-    outliers
-        Differences left out.
-    scans
-        The same by scan; a reciprocal pair counts in both of its scans.
-    """
-
-    name: str
-    pairs: int
-    relative: float
-    outliers: int
-    scans: tuple[ScanScatter, ...]
-
-
-@dataclass(frozen=True)
-class NoiseEstimate:
-    """Noise that a measurement says of itself.
-
-    Parameters
-    ----------
-    sources
-        Repeats, mirror and reciprocal pairs, in the order of trust.
-    adopted
-        Name of the one that was taken, None if no pair was found.
-    model
-        The noise model, None if no pair was found.
-    sentence
-        What was taken, and why.
-    """
-
-    sources: tuple[NoiseSource, ...]
-    adopted: str | None
-    model: NoiseModel | None
-    sentence: str
-
-    def relative_of(self, data: GonioData) -> Float[np.ndarray, " points"]:
-        """Relative standard deviation of each point: of its own scan where that differs from the others.
-
-        Parameters
-        ----------
-        data
-            The measurement that was judged.
-
-        Returns
-        -------
-        Float[np.ndarray, " points"]
-            The model's, unless the adopted pairs lie within scans, every scan has 20 or more, and their
-            variances differ (Bartlett 1937, at 0.001); nan without a model.
-        """
-        model = np.full(len(data), np.nan if self.model is None else self.model.relative)
-        if self.adopted not in ("repeats", "mirror"):
-            return model
-        scans = self.source(self.adopted).scans
-        told = {scatter.scan.index for scatter in scans if scatter.pairs >= _ROBUST_FROM}
-        if len(told) < 2 or told != {scan.index for scan in data.scans if scan.used}:
-            return model
-        pairs = np.array([scatter.pairs for scatter in scans], float)
-        variance = np.array([scatter.relative**2 for scatter in scans])
-        if not _variances_differ(pairs, variance):
-            return model
-        by_scan = {scatter.scan.index: scatter.relative for scatter in scans}
-        return np.array([by_scan.get(index, np.nan) for index in data.scan_index.tolist()])
-
-    def source(self, name: str) -> NoiseSource:
-        """The kind of pairs of that name."""
-        return next(source for source in self.sources if source.name == name)
-
-
-def _variances_differ(pairs: np.ndarray, variance: np.ndarray) -> bool:
-    """Bartlett's test of equal variances, of differences whose mean is known to be 0."""
-    # Reading a file needs no scipy.
-    from scipy.special import chdtrc
-
-    if np.any(variance <= 0):
-        return False
-    pooled = np.sum(pairs * variance) / np.sum(pairs)
-    statistic = np.sum(pairs) * np.log(pooled) - np.sum(pairs * np.log(variance))
-    correction = 1 + (np.sum(1 / pairs) - 1 / np.sum(pairs)) / (3 * (pairs.size - 1))
-    return bool(chdtrc(pairs.size - 1, statistic / correction) < _DIFFER)
 
 
 def _inliers(differences: Differences) -> np.ndarray:
     size = np.abs(differences.relative)
-    if size.size < _ROBUST_FROM:
+    if size.size < ROBUST_FROM:
         return np.ones(size.size, bool)
     median = np.full(size.size, np.median(size))
     # A noisier scan is judged by its own scale, if it has enough pairs.
     for scan in np.unique(differences.scan_a):
         here = differences.scan_a == scan
-        if here.sum() >= _ROBUST_FROM:
+        if here.sum() >= ROBUST_FROM:
             median[here] = np.median(size[here])
     # Where more than half of the rounded readings agree exactly there is no scale to judge by.
     return (size <= _OUTLIER * 1.4826 * median) | (median == 0)

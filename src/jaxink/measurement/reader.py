@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxink.files.netcdf import read_dataset
 from jaxink.files.reading import require_readable
 from jaxink.measurement import checks
 from jaxink.measurement.columns import ANGLES, match_columns
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import NEGATIVE
-from jaxink.measurement.netcdf import MOST_BYTES, read_netcdf
+from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.table import TextTable, read_table, refusal
 
@@ -47,6 +48,23 @@ def read(path, **overrides) -> GonioData:
     raise refusal(path, f"the suffix '{suffix}' is not one of {', '.join(_CSV_SUFFIXES)}, .nc")
 
 
+def read_netcdf(path: str | Path) -> GonioData:
+    """Read a measurement that `GonioData.to_netcdf` wrote.
+
+    Returns
+    -------
+    GonioData
+        Equal to what was written, to the last bit.
+
+    Raises
+    ------
+    InputRefusedError
+        The file is missing, no netCDF file, or not of this schema.
+    """
+    path = Path(path)
+    return GonioData.from_dataset(read_dataset(path, MOST_BYTES, "measurement file"), str(path))
+
+
 def read_csv(
     path,
     *,
@@ -57,10 +75,9 @@ def read_csv(
 ) -> GonioData:
     """Read a tidy CSV table: one row is one BSDF value of one pair of directions.
 
-    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are
-    needed, sigma_per_sr is optional, others are kept. The order of rows is kept and free. Rows of equal
-    directions are repeats, unless another column says that they were measured under different conditions
-    (`jaxink.measurement.conditions`): those are refused.
+    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are needed,
+    sigma_per_sr is optional, others are kept. Rows keep their order. Those of equal directions are repeats,
+    unless another column says that conditions differed (`jaxink.measurement.conditions`): then refused.
 
     Parameters
     ----------
@@ -86,11 +103,9 @@ def read_csv(
         With file, row and column, what is wrong and what would be right.
     """
     table = read_table(path)
-    notes = list(table.notes)
-    given = {"wavelength_nm": wavelength_nm, "side": side}
-    supplied = tuple(name for name, value in given.items() if value is not None)
+    supplied = tuple(n for n, v in (("wavelength_nm", wavelength_nm), ("side", side)) if v is not None)
     known, extra, column_notes = match_columns(table, dict(columns or {}), supplied)
-    notes += column_notes
+    notes = [*table.notes, *column_notes]
     table, attrs = _one_sample(table, extra, sample)
     angles = _angles(table, known, notes)
     bsdf = _per_sr(table, known, "bsdf_per_sr")

@@ -3,14 +3,18 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 
+from jaxink.plots.figure import PageFigure, Style
+
+if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow
 
 MOST_BARS = 12
-PREDICTED = {"color": "0.72"}
-REFITTED = {"color": "#c22f2f"}
+PREDICTED: Style = {"color": "0.72"}
+REFITTED: Style = {"color": "#c22f2f"}
 # A fall of chi-square by less is nothing: one is what noise gives to any further parameter.
 _LEAST = 1.0
 _BAR, _ROW = 0.36, 0.36
@@ -23,7 +27,7 @@ def candidates_size(n_rows: int) -> tuple[float, float]:
 
 
 def draw_candidates(
-    figure: "Figure", rows: Sequence["CandidateRow"], added: Sequence[str], title: str
+    figure: PageFigure, rows: Sequence["CandidateRow"], added: Sequence[str], title: str
 ) -> None:
     """Draw two bars for each candidate on a logarithmic axis.
 
@@ -38,36 +42,14 @@ def draw_candidates(
     title
         Of the page.
     """
-    from matplotlib.ticker import NullLocator
-
     width, height = candidates_size(len(rows))
-    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
-    place = (
-        _LEFT / width,
-        _BOTTOM / height,
-        (width - _LEFT - _RIGHT) / width,
-        (height - _TOP - _BOTTOM) / height,
-    )
-    axes = figure.add_axes(place)
+    figure.write_title(title)
+    axes = figure.panel(_LEFT, _BOTTOM, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
     axes.set_xscale("log")
-    falls = [
-        [(-_BAR / 2, row.predicted_drop, PREDICTED), (_BAR / 2, row.refit_drop, REFITTED)] for row in rows
-    ]
-    for i, bars in enumerate(falls):
-        for offset, fall, style in bars:
-            if fall is None:
-                continue
-            axes.barh(i + offset, max(fall - _LEAST, 0), _BAR, left=_LEAST, **style, zorder=2)
-            text = f"below {_LEAST:g}" if fall < _LEAST else f"{fall:.3g}" if fall < 100 else f"{fall:.0f}"
-            axes.annotate(
-                text,
-                (max(fall, _LEAST), i + offset),
-                (3, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=7,
-            )
-    largest = max(fall or 0 for bars in falls for _, fall, _ in bars)
+    for i, row in enumerate(rows):
+        _draw_bar(axes, i - _BAR / 2, row.predicted_drop, PREDICTED)
+        _draw_bar(axes, i + _BAR / 2, row.refit_drop, REFITTED)
+    largest = max(fall or 0 for row in rows for fall in (row.predicted_drop, row.refit_drop))
     axes.set_xlim(_LEAST, max(largest, 10 * _LEAST) * 2)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_yticks(range(len(rows)), [row.effect for row in rows])
@@ -82,13 +64,19 @@ def draw_candidates(
     _draw_legend(figure, any(row.effect in added for row in rows))
 
 
-def _draw_legend(figure: "Figure", has_added: bool) -> None:
-    from matplotlib.patches import Patch
+def _draw_bar(axes: Axes, y: float, fall: float | None, style: Style) -> None:
+    if fall is None:
+        return
+    axes.barh(y, max(fall - _LEAST, 0), _BAR, left=_LEAST, **style, zorder=2)
+    text = f"below {_LEAST:g}" if fall < _LEAST else f"{fall:.3g}" if fall < 100 else f"{fall:.0f}"
+    axes.annotate(text, (max(fall, _LEAST), y), (3, 0), textcoords="offset points", va="center", fontsize=7)
 
+
+def _draw_legend(figure: PageFigure, has_added: bool) -> None:
     handles = [
         Patch(**PREDICTED, label="predicted by the screen"),
         Patch(**REFITTED, label="by a refit with it"),
     ]
     if has_added:
         handles.append(Patch(color="none", label="bold: added to the model"))
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False, fontsize=9)
+    figure.draw_legend(handles)

@@ -4,14 +4,15 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from jaxink.plots.scans import FEWEST_IN_PLANE, ScanView
+from jaxink.plots.figure import PageFigure, Style, set_angle_axis
+from jaxink.plots.scan_views import FEWEST_IN_PLANE, ScanView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-MEASURED = {
+MEASURED: Style = {
     "color": "black",
     "marker": "o",
     "markersize": 2.6,
@@ -19,10 +20,10 @@ MEASURED = {
     "linestyle": "none",
     "markerfacecolor": "none",
 }
-MASKED = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
-FITTED = {"color": "#c22f2f", "linewidth": 1.3}
-BEFORE = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
-PEAK = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
+MASKED: Style = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
+FITTED: Style = {"color": "#c22f2f", "linewidth": 1.3}
+BEFORE: Style = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
+PEAK: Style = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
 # A gap this many times wider than the usual step is not bridged by the line.
 _GAP = 2.5
 _MOST_COLUMNS = 5
@@ -72,31 +73,27 @@ class CutLayout:
         width = self._left + self.columns * self._panel + (self.columns - 1) * self._beside + self._right
         return width, self._top + self.bands * self._band_height + self._bottom
 
-    def axes(self, figure: "Figure", scan: int, title: str) -> "tuple[Axes, ...]":
+    def axes(self, figure: PageFigure, scan: int, title: str) -> "tuple[Axes, ...]":
         """Panels of one incidence: logarithmic, linear, residual of each state."""
-        width, height = self.size
         band, column = divmod(scan, self.columns)
         x = self._left + column * (self._panel + self._beside)
-        y = height - self._top - band * self._band_height - self._above
-        # Not as title of the axes: its place would be sought anew at each drawing.
-        figure.text((x + self._panel / 2) / width, (y + 0.06) / height, title, ha="center", fontsize=10)
+        y = self.size[1] - self._top - band * self._band_height - self._above
+        figure.write_panel_title(title, x + self._panel / 2, y)
         made = []
         for panel in self._heights:
             y -= panel
-            made.append(figure.add_axes((x / width, y / height, self._panel / width, panel / height)))
+            made.append(figure.panel(x, y, self._panel, panel))
             y -= self._between
         return tuple(made)
 
-    def write_labels(self, figure: "Figure", title: str) -> None:
+    def write_labels(self, figure: PageFigure, title: str) -> None:
         """Title above and the common axis label below."""
-        _, height = self.size
-        figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
-        text = "polar angle of view [°], negative on the source's side"
-        figure.text(0.5, (self._bottom - 0.02) / height, text, ha="center", va="top", fontsize=9)
+        figure.write_title(title)
+        figure.write_below("polar angle of view [°], negative on the source's side", self._bottom - 0.02)
 
 
 def draw_cuts(
-    figure: "Figure",
+    figure: PageFigure,
     views: list[ScanView],
     title: str,
     limit: float,
@@ -157,7 +154,7 @@ def _draw_values(axes: "Axes", states: tuple[ScanView, ...]) -> None:
     axes.plot(view.signed_deg[shown], view.measured[shown], **MEASURED, zorder=3)
 
 
-def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: dict) -> None:
+def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: Style) -> None:
     """Residuals; a triangle at the edge stands for one beyond it."""
     shown = view.in_plane & view.used
     x, y = view.signed_deg[shown], view.residual[shown]
@@ -189,17 +186,10 @@ def _log_ends(views: list[ScanView]) -> tuple[float, float]:
     return (float(values.min()) / 1.25, float(values.max()) * 1.25) if values.size else (0.1, 1.0)
 
 
-def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-
+def _set_axes(axes: "tuple[Axes, ...]", log_ends: tuple[float, float], largest: float) -> None:
     log, linear, *_, lowest = axes
     for axis in axes:
-        axis.set_xlim(-90, 90)
-        axis.set_xticks([-60, -30, 0, 30, 60])
-        axis.set_axisbelow(True)
-        axis.grid(True, color="0.9", linewidth=0.6)
-        axis.tick_params(labelsize=8, labelbottom=axis is lowest)
-        axis.spines[["top", "right"]].set_visible(False)
+        set_angle_axis(axis, axis is lowest)
     log.set_yscale("log")
     log.set_ylim(*log_ends)
     # Plain decimals: three or four labels, whatever the span.
@@ -211,7 +201,7 @@ def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
     linear.set_ylim(0, 1.08 * largest)
 
 
-def _say_absent(axes, view: ScanView) -> None:
+def _say_absent(axes: "tuple[Axes, ...]", view: ScanView) -> None:
     for axis in axes:
         axis.set_axis_off()
     count, points = int((view.in_plane & view.used).sum()), int(view.used.sum())
@@ -219,13 +209,10 @@ def _say_absent(axes, view: ScanView) -> None:
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 
-def _draw_legend(figure: "Figure", views: list[ScanView], compares: bool) -> None:
-    from matplotlib.lines import Line2D
-
+def _draw_legend(figure: PageFigure, views: list[ScanView], compares: bool) -> None:
     peak = "specular direction" if views[0].side == "R" else "undeviated beam"
     fits = [("before", BEFORE), ("after", FITTED)] if compares else [("fitted", FITTED)]
     entries = [("measured", MEASURED), *fits, (peak, PEAK)]
     if any((view.in_plane & ~view.used).any() for view in views):
         entries.append(("masked, not fitted", MASKED))
-    handles = [Line2D([], [], **style, label=text) for text, style in entries]
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False, fontsize=9)
+    figure.draw_line_legend(entries)

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING
 
 from jaxink.effects import Effect, SampleEffect
 from jaxink.errors import InputRefusedError
-from jaxink.ink.comparison import TableChange, table_change
-from jaxink.plots.diagnosis import drawn_wavelengths
+from jaxink.ink.comparison import TableComparison, compare_tables
+from jaxink.plots.diagnosis_figures import drawn_wavelengths
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis
 
 
-def inside_change(diagnosis: "Diagnosis") -> TableChange | str:
+def inside_change(diagnosis: "Diagnosis") -> TableComparison | str:
     """Tables of the ink by the fit of the declared model and by that with what was found.
 
     Parameters
@@ -21,14 +21,14 @@ def inside_change(diagnosis: "Diagnosis") -> TableChange | str:
 
     Returns
     -------
-    TableChange or str
+    TableComparison or str
         The sentence why there are none.
     """
     if not diagnosis.steps:
         return "No effect was added, so the ink is that of the fit of the declared model."
     wavelengths = drawn_wavelengths(diagnosis)
     try:
-        return table_change(diagnosis.result.sample, diagnosis.refined, wavelengths)
+        return compare_tables(diagnosis.result.sample, diagnosis.refined, wavelengths)
     except InputRefusedError as problem:
         return f"The ink as light inside the plate meets it cannot be tabulated: {problem}"
 

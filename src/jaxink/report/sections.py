@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxink.ink.comparison import LARGEST_THETA_DEG, TableChange
+from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.plots.scans import measurement_name
+from jaxink.plots.scan_views import measurement_name
+from jaxink.report.html import NONE, bullets, chance, number, paragraph, section, share, table, verdict
 from jaxink.report.ink_table import inside_sentences
-from jaxink.report.page import bullets, chance, number, paragraph, section, table, verdict
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
@@ -79,17 +79,13 @@ def merit(diagnosis: "Diagnosis") -> str:
 def _merit_cells(figures: "Figures") -> list[str]:
     return [
         number(figures.rmsd_absolute),
-        _percent(figures.rmsd_relative),
-        _percent(figures.relative_rms),
+        share(figures.rmsd_relative),
+        share(figures.relative_rms),
         number(figures.chi_square, 6),
         str(figures.degrees_of_freedom),
         number(figures.reduced_chi_square),
         chance(figures.probability),
     ]
-
-
-def _percent(share: float | None) -> str:
-    return number(None) if share is None else f"{number(100 * share, 3)} %"
 
 
 def steps(diagnosis: "Diagnosis") -> str:
@@ -99,7 +95,7 @@ def steps(diagnosis: "Diagnosis") -> str:
     rows = []
     for i, s in enumerate(diagnosis.steps):
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
-        others = ", ".join(s.members[1:]) or number(None)
+        others = ", ".join(s.members[1:]) or NONE
         terms = ", ".join(f"{name} = {plain(value)}" for name, value in s.terms.items())
         strength = _with_unit(with_uncertainty(s.strength, s.standard_error), s.unit)
         rows.append(
@@ -145,12 +141,12 @@ def parameters(diagnosis: "Diagnosis") -> str:
     rows = []
     for name, (value, error) in after.items():
         unit = _unit(diagnosis, name)
-        cells = [number(None), with_uncertainty(value, error), number(None), number(None)]
+        cells = [NONE, with_uncertainty(value, error), NONE, NONE]
         if name in before:
             first = before[name].value
             cells[0] = with_uncertainty(*before[name])
-            cells[2] = f"{number(100 * (first / value - 1), 3)} %" if value else number(None)
-            cells[3] = number((first - value) / error, 3) if error else number(None)
+            cells[2] = share(first / value - 1) if value else NONE
+            cells[3] = number((first - value) / error, 3) if error else NONE
         rows.append([name, unit, *cells, *_by_misfit(diagnosis, name)])
     heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias of before", "in standard errors"]
     heads += misfit_heads
@@ -217,7 +213,7 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
         number(row.z, 3),
         chance(row.p_raw),
         chance(row.p_adjusted),
-        _percent(row.absorbed_fraction),
+        share(row.absorbed_fraction),
         number(row.detection_limit, 3),
         row.detection_limit_unit,
         number(row.strength),
@@ -234,12 +230,12 @@ def remains(diagnosis: "Diagnosis") -> str:
     """What stands in the residual after the last step."""
     location = diagnosis.location
     sentence = location.sentence[0].upper() + location.sentence[1:]
-    share = f"{100 * location.smooth.share:.3g} % of its mean square is smooth"
-    parts = [paragraph(f"{sentence}. {share} (p = {chance(location.smooth.p_value)}).")]
+    smooth = f"{share(location.smooth.share)} of its mean square is smooth"
+    parts = [paragraph(f"{sentence}. {smooth} (p = {chance(location.smooth.p_value)}).")]
     states = {"as declared": diagnosis.structure_before}
     if diagnosis.steps:
         states["with what was added"] = diagnosis.structure_after
-    heads, rows = ["test of order"], {}
+    heads, rows = ["test of order"], dict[str, list[str]]()
     for name, structure in states.items():
         heads += [f"value {name}", "p", "p of the worst scan"]
         for s in structure.statistics:
@@ -254,19 +250,18 @@ def remains(diagnosis: "Diagnosis") -> str:
     if diagnosis.consistency:
         parts.append(paragraph("Readings that must be equal, under the noise in use:"))
         heads = ["readings", "pairs", "deviation of one reading", "noise of one reading", "p"]
-        rows = [
-            [c.kind, str(c.pairs), _percent(c.relative), _percent(c.stated), chance(c.p_value)]
+        pairs = (
+            [c.kind, str(c.pairs), share(c.relative), share(c.stated), chance(c.p_value)]
             for c in diagnosis.consistency
-        ]
-        parts.append(table(heads, rows))
+        )
+        parts.append(table(heads, pairs))
     if location.factors:
         parts.append(paragraph("Where it stands, in standard deviations of the noise:"))
-        rows = [
-            [f.name, _percent(f.share), chance(f.p_value), _levels(f.levels, f.means)]
-            for f in location.factors
-        ]
         heads = ["divided by", "share of the smooth part", "p", "mean residuals"]
-        parts.append(table(heads, rows, (0, 3)))
+        factors = (
+            [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
+        )
+        parts.append(table(heads, factors, (0, 3)))
     return section("What remains", *parts)
 
 
@@ -275,7 +270,7 @@ def _levels(levels: Sequence[str], means: np.ndarray) -> str:
     return "; ".join(f"{level} {mean:+.2f}" for level, mean in known)
 
 
-def inside(diagnosis: "Diagnosis", change: TableChange | str, *figures: str) -> str:
+def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> str:
     """What was found changes in the BSDF that is exported."""
     title = "The ink for light inside the plate"
     if isinstance(change, str):

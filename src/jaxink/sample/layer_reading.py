@@ -121,7 +121,7 @@ def _phase_table(table: dict[str, Any], where: str) -> tuple[str, tuple[float, .
             f"{where} has a tabulated phase function: give either moments = [1, ...] or angle_deg and "
             "phase_value."
         )
-    columns = [table.get(k) for k in (("angle_deg", "phase_value") if by_angle else ("moments",))]
+    columns: list[Any] = [table.get(k) for k in (("angle_deg", "phase_value") if by_angle else ("moments",))]
     for column in columns:
         if not is_list_of_numbers(column):
             raise InputRefusedError(f"{where}: the table of the phase function must be numbers.")

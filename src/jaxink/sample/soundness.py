@@ -140,7 +140,8 @@ def _tables_of(layer: Layer) -> Iterator[dict[str, Quantity]]:
         yield _particles(layer.radius_table)
         return
     yield schema.ALBEDO if layer.opaque else schema.COEFFICIENTS
-    yield schema.PHASE_FUNCTIONS[layer.phase_function]
+    if layer.phase_function is not None:
+        yield schema.PHASE_FUNCTIONS[layer.phase_function]
 
 
 def _particles(radius_table) -> dict[str, Quantity]:

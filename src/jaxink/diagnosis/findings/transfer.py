@@ -12,7 +12,6 @@ from jaxink.effects import Scene
 from jaxink.fitting import prepare_data
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing
-from jaxink.solver.stack import SolverConfig
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,7 +62,7 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
     found = diagnosis.parameters_after
     with computing():
         scene = Scene.of(*(column[used] for column in data.directions), data.row[used])
-        config = SolverConfig(**diagnosis.result.solver)
+        config = diagnosis.result.config
         n_slots = max(len(found), 1)
         bench = Workbench(
             sample, diagnosis.effects, data, noise_of(data, sample.noise), config, scene, n_slots

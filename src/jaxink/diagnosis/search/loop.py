@@ -21,7 +21,7 @@ from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 
@@ -143,7 +143,7 @@ def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverC
     """Sizes of the fit, or of its start where the fit is far off: it may have run into a narrow peak."""
     reduced, far = fit.merit.reduced_chi_square, options.policy.far_reduced_chi_square
     if options.fit.config is not None or reduced is None or reduced < far:
-        return SolverConfig(**fit.solver)
+        return fit.config
     used = fit.data.used
     directions = (column[used] for column in fit.data.directions)
     return ForwardModel(sample, *directions, None, options.fit.accuracy, options.fit.layer_method).config

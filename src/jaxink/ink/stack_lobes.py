@@ -8,8 +8,9 @@ import numpy as np
 from jaxink.ink.lobes import FacetLobes
 from jaxink.optics.fresnel import propagating_cosine
 from jaxink.optics.layers import ScatteringLayer, delta_m
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.specular import regular_fields
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.stack import Stack
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.slopes import SlopeDensity
 
@@ -73,17 +74,17 @@ def _at_every_wavelength(stacks: Stack, config: SolverConfig, slope, sines):
     def at(stack):
         rough = np.array(_faces_of_facets(stack))
         indices = jnp.stack(stack.indices)
-        passages = [
-            _passages(stack, config, sines * stack.index_front, 0),
-            _passages(stack, config, sines * stack.index_back, 1),
+        passage = [
+            _reaching_faces(stack, config, sines * stack.index_front, 0),
+            _reaching_faces(stack, config, sines * stack.index_back, 1),
         ]
         radial = jnp.stack([stack.faces[k].radial(slope) for k in rough])
-        return radial, jnp.stack([indices[rough], indices[rough + 1]]), jnp.stack(passages)
+        return radial, jnp.stack([indices[rough], indices[rough + 1]]), jnp.stack(passage)
 
     return jax.vmap(at)(stacks)
 
 
-def _passages(stack: Stack, config, kappa, side):
+def _reaching_faces(stack: Stack, config, kappa, side):
     """Passage of light from one side to every rough interface, shape ``(faces, angles)``."""
     column = jnp.stack(stack.indices)[:, None]
     thickness = [

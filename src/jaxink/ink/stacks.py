@@ -1,129 +1,21 @@
-"""An ink taken out of its sample: the layers that belong to it, between the plate and the other side."""
+"""The stack of an ink between its two media, and stacks and samples lit from their other side."""
 
 import dataclasses
-import reprlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
 
-from jaxink.errors import InputRefusedError
+from jaxink.ink.ink_layers import BACK, FRONT, InkLayers
 from jaxink.model.forward import ForwardModel
 from jaxink.sample import Layer, Parameter, Sample
 from jaxink.sample.parameters import ParameterTable
 from jaxink.solver.stack import Stack
 
 _OPPOSITE_FACE = {"front_roughness": "back_roughness", "back_roughness": "front_roughness"}
-_FRONT, _BACK = "surroundings.index_front", "surroundings.index_back"
 
 
-@dataclasses.dataclass(frozen=True)
-class InkLayers:
-    """Which layers of a sample are the ink, and what lies on either side.
-
-    Parameters
-    ----------
-    sample
-        The whole sample.
-    first, last
-        Positions of the ink's first and last layer, in the order in which light meets them.
-    inside
-        On which side of the ink the plate is: ``front`` (light meets the plate first) or ``back``.
-    index_front, index_back
-        Refractive indices of the media that the ink is put between, where given: numbers; else names of
-        the parameters that hold them.
-    """
-
-    sample: Sample
-    first: int
-    last: int
-    inside: str
-    index_front: str | float
-    index_back: str | float
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the ink's layers."""
-        return tuple(layer.name for layer in self.sample.layers[self.first : self.last + 1])
-
-
-def find_ink(
-    sample: Sample,
-    layers: Sequence[str] | str | None = None,
-    inside: str | None = None,
-    index_inside: float | None = None,
-    index_outside: float | None = None,
-) -> InkLayers:
-    """Find the ink in a sample.
-
-    Parameters
-    ----------
-    sample
-        The sample.
-    layers
-        Names of neighbouring layers that make the ink; None: the only scattering one.
-    inside
-        Side of the plate, ``front`` or ``back``; None: that on which the ink has a neighbouring layer.
-    index_inside, index_outside
-        Refractive indices on the plate's and on the other side; None: of what the sample has there.
-
-    Raises
-    ------
-    InputRefusedError
-        If the layers are not names, do not exist or are not neighbours, or if the side of the plate is not
-        clear.
-    """
-    known = [layer.name for layer in sample.layers]
-    if layers is None:
-        wanted = [layer.name for layer in sample.layers if layer.scatters]
-        if len(wanted) != 1:
-            raise InputRefusedError(
-                f"the sample has {len(wanted)} scattering layers ({', '.join(wanted)}); name those that are "
-                "the ink."
-            )
-    else:
-        wanted = [layers] if isinstance(layers, str) else list(layers) if isinstance(layers, Iterable) else []
-        if not wanted or not all(isinstance(name, str) for name in wanted):
-            raise InputRefusedError(
-                f"layers takes names of layers, of {', '.join(known)}; it was given {reprlib.repr(layers)}."
-            )
-    for name in wanted:
-        if name not in known:
-            raise InputRefusedError(f"the sample has no layer '{name}'; its layers are {', '.join(known)}.")
-    positions = sorted(known.index(name) for name in set(wanted))
-    first, last = positions[0], positions[-1]
-    if positions != list(range(first, last + 1)):
-        raise InputRefusedError(
-            f"the layers {', '.join(wanted)} are not neighbours; name those between, too."
-        )
-    if not any(layer.scatters for layer in sample.layers[first : last + 1]):
-        raise InputRefusedError(f"none of the layers {', '.join(wanted)} scatters; there is no ink in them.")
-    if inside is None:
-        neighbours = [
-            side for side, there in (("front", first > 0), ("back", last + 1 < len(known))) if there
-        ]
-        if len(neighbours) != 1:
-            raise InputRefusedError(
-                f"the ink has {'layers on both sides' if neighbours else 'no layer beside it'}; say where "
-                'the plate is: inside = "front" or inside = "back", in the order in which light meets them.'
-            )
-        (inside,) = neighbours
-    if inside not in ("front", "back"):
-        raise InputRefusedError(f'inside is {inside!r}; it must be "front" or "back".')
-    front = _FRONT if first == 0 else f"{known[first - 1]}.refractive_index"
-    back = _BACK if last + 1 == len(known) else f"{known[last + 1]}.refractive_index"
-    given = (index_inside, index_outside) if inside == "front" else (index_outside, index_inside)
-    return InkLayers(
-        sample,
-        first,
-        last,
-        inside,
-        front if given[0] is None else float(given[0]),
-        back if given[1] is None else float(given[1]),
-    )
-
-
-def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) -> ForwardModel:
+def isolated_model(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) -> ForwardModel:
     """Forward model of the ink between its two media, lit as in the sample.
 
     Parameters
@@ -150,7 +42,7 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
         layers[-1] = _with_faces(layers[-1], whole[ink.last + 1], "back_roughness")
     numbers, media = {name: _untabulated(p) for name, p in _numbers(sample).items()}, {}
     start = sample.parameters.values_with({})
-    for name, medium in ((_FRONT, ink.index_front), (_BACK, ink.index_back)):
+    for name, medium in ((FRONT, ink.index_front), (BACK, ink.index_back)):
         for wavelength in wavelengths_nm:
             if isinstance(medium, float):
                 media[name] = Parameter(name, medium)
@@ -162,7 +54,7 @@ def ink_alone(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) 
     alone = dataclasses.replace(
         sample,
         layers=tuple(layers),
-        parameters=ParameterTable(list((_without(numbers, _FRONT, _BACK) | media).values())),
+        parameters=ParameterTable(list((_without(numbers, FRONT, BACK) | media).values())),
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
         backing=None,
@@ -183,7 +75,7 @@ def ink_stacks(ink: InkLayers, model: ForwardModel, free_values: Mapping) -> Sta
     ink
         The ink.
     model
-        Of `ink_alone`.
+        Of `isolated_model`.
     free_values
         Values by name that replace those of the sample's table; differentiable in each, and traced ones
         are welcome.
@@ -198,47 +90,25 @@ def ink_stacks(ink: InkLayers, model: ForwardModel, free_values: Mapping) -> Sta
     columns = {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
     media = {
         name: jnp.full(len(wavelengths), medium) if isinstance(medium, float) else columns[medium]
-        for name, medium in ((_FRONT, ink.index_front), (_BACK, ink.index_back))
+        for name, medium in ((FRONT, ink.index_front), (BACK, ink.index_back))
     }
-    return jax.vmap(lambda w, v: model.stack(v, w))(jnp.asarray(wavelengths), columns | media)
+    return jax.vmap(lambda w, v: model.builder.stack(v, w))(jnp.asarray(wavelengths), columns | media)
 
 
 def reversed_stack(stack: Stack) -> Stack:
-    """The same stack, lit from its other side.
-
-    Parameters
-    ----------
-    stack
-        The stack.
-    """
-    last = len(stack.layers) + 1
-    return Stack(
-        stack.layers[::-1],
-        stack.index_back,
-        stack.index_front,
-        # Their order does not matter; in a fixed one both directions mostly share a compiled program.
-        tuple(sorted(last - medium for medium in stack.block_media)),
-        stack.exposed,
-        stack.faces[::-1],
-        stack.known[::-1],
-        tuple(sorted(last - medium for medium in stack.rarest)),
-    )
+    """The same stack, lit from its other side."""
+    return Stack(stack.layers[::-1], stack.index_back, stack.index_front, faces=stack.faces[::-1])
 
 
 def reversed_sample(sample: Sample) -> Sample:
     """The same sample with fixed values, lit from its other side.
-
-    Parameters
-    ----------
-    sample
-        The sample.
 
     Returns
     -------
     Sample
         Without free parameters, ties and instrument.
     """
-    swapped = {_FRONT: _BACK, _BACK: _FRONT}
+    swapped = {FRONT: BACK, BACK: FRONT}
 
     def renamed(name):
         stem, at, wavelength = name.partition("@")

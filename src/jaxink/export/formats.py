@@ -9,55 +9,55 @@ from jaxink.export.flat_csv import write_csv
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.limitations import ExportOptions, refuse_losses
 from jaxink.export.mitsuba import write_mitsuba
+from jaxink.export.preparation import regular_in_bins, writable
 from jaxink.export.radiance import write_radiance
 from jaxink.export.speos import write_speos
 from jaxink.export.zemax import write_zemax
+from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
 from jaxink.ink.table import InkTable
-from jaxink.ink.table_file import table_bytes
-from jaxink.ink.totals import regular_in_bins, writable
 
 
-class _Format(NamedTuple):
+class Format(NamedTuple):
+    """A format of a ray tracer.
+
+    Parameters
+    ----------
+    title
+        How sentences call it.
+    write
+        Writes a table into a folder, with the names and choices of the options.
+    lost
+        Of `LOSSES`: what it has no place for.
+    """
+
     title: str
     write: Callable[[InkTable, Path, ExportOptions], None]
-    # What it has no place for.
     lost: tuple[str, ...] = ()
 
 
 def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    (folder / f"{options.name}.nc").write_bytes(table_bytes(table))
+    (folder / f"{options.name}.nc").write_bytes(netcdf_bytes(table.to_dataset()))
 
 
 _FORMATS = {
-    "zemax": _Format("Zemax .bsdf", write_zemax, ("regular", "beyond_critical", "standard_errors")),
-    "lighttools": _Format(
+    "zemax": Format("Zemax .bsdf", write_zemax, ("regular", "beyond_critical", "standard_errors")),
+    "lighttools": Format(
         "LightTools .bsdf", write_lighttools, ("regular", "narrow_lobes", "standard_errors")
     ),
-    "speos": _Format("Speos .anisotropicbsdf", write_speos, ("regular", "narrow_lobes", "standard_errors")),
-    "radiance": _Format(
+    "speos": Format("Speos .anisotropicbsdf", write_speos, ("regular", "narrow_lobes", "standard_errors")),
+    "radiance": Format(
         "Radiance XML", write_radiance, ("regular", "narrow_lobes", "index_step", "standard_errors")
     ),
-    "mitsuba": _Format("Mitsuba 3", write_mitsuba, ("narrow_lobes",)),
-    "csv": _Format("CSV", write_csv, ("narrow_lobes",)),
-    "netcdf": _Format("netCDF", _write_netcdf),
+    "mitsuba": Format("Mitsuba 3", write_mitsuba, ("narrow_lobes",)),
+    "csv": Format("CSV", write_csv, ("narrow_lobes",)),
+    "netcdf": Format("netCDF", _write_netcdf),
 }
 FORMATS = tuple(_FORMATS)
 
 
 def require_format(format: str) -> None:
-    """Refuse a format that there is not.
-
-    Parameters
-    ----------
-    format
-        Its name.
-
-    Raises
-    ------
-    InputRefusedError
-        With those that there are.
-    """
+    """Refuse the name of a format that there is not."""
     require_one_of("format", format, FORMATS)
 
 

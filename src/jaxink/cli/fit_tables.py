@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.numerics.digits import interval, plain, share, with_uncertainty
+from jaxink.numerics.digits import interval, percent, plain, relative_error, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -78,7 +78,7 @@ def show_outcome(to: Console, result: "FitResult") -> None:
     objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
     method = f"{result.method} fit of {objective} {result.outcome.value}."
     to.print(method, style="bold" if result.converged else "bold red")
-    for sentence in mask_sentences(data)[:-1]:
+    for sentence in mask_sentences(data.mask)[:-1]:
         to.print(sentence, soft_wrap=True)
 
 
@@ -101,7 +101,7 @@ def _parameter_row(p: "FittedParameter") -> list[str]:
         return [name, plain(p.value), "", "", "", "", vary, p.tie or "", p.flag]
     ends = [plain(v) for v in (p.start, p.minimum, p.maximum)]
     value = with_uncertainty(p.value, p.standard_error)
-    return [name, value, share(p.value, p.standard_error), *ends, vary, "", p.flag]
+    return [name, value, relative_error(p.value, p.standard_error), *ends, vary, "", p.flag]
 
 
 def parameter_notes(result: "FitResult") -> list[str]:
@@ -150,14 +150,14 @@ def merit_lines(result: "FitResult") -> list[str]:
         f"absolute RMSD of f cos(theta_o): {m.rmsd_absolute_intensity:.4g} /sr = "
         f"{m.rmsd_absolute_intensity_percent:.3g} % of the largest measured f cos(theta_o)",
     ]
-    if m.rmsd_relative is None:
+    if m.rmsd_relative is None or m.rmsd_logarithmic is None:
         lines.append("relative and logarithmic RMSD: not defined, for values that are not positive")
         return lines
     return [
         *lines,
-        f"relative RMSD: {100 * m.rmsd_relative:.3g} % of (m + s)/2 at each point",
-        f"logarithmic RMSD: {100 * m.rmsd_logarithmic:.3g} % of (ln m + ln s)/2 at each point",
-        f"rms of s/m - 1: {100 * m.relative_rms:.3g} % of the measured value at each point",
+        f"relative RMSD: {percent(m.rmsd_relative)} of (m + s)/2 at each point",
+        f"logarithmic RMSD: {percent(m.rmsd_logarithmic)} of (ln m + ln s)/2 at each point",
+        f"rms of s/m - 1: {percent(m.relative_rms)} of the measured value at each point",
     ]
 
 
@@ -171,13 +171,10 @@ def scan_table(result: "FitResult") -> Table:
         table.add_column(head, justify="left" if head == "side" else "right", no_wrap=True)
     for s in result.scans:
         row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
-        row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"] if known else []
-        table.add_row(*row, _percent(s.relative_rms), _percent(s.mean_relative, sign="+"))
+        if s.chi_square is not None:
+            row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"]
+        table.add_row(*row, percent(s.relative_rms, ".2f"), percent(s.mean_relative, "+.2f"))
     return table
-
-
-def _percent(value: float | None, sign: str = "") -> str:
-    return "" if value is None else f"{100 * value:{sign}.2f} %"
 
 
 def _correlation_lines(result: "FitResult") -> list[str]:

@@ -1,37 +1,61 @@
-"""The demo's two fits side by side."""
+"""The command that fits the embedded simulated measurement twice, and its two fits side by side."""
 
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.tables import console, merit_lines, parameter_notes, show_files
-from jaxink.data import SIMULATED_TRUTH
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.fit import OWNED, write_result
+from jaxink.cli.fit_tables import console, merit_lines, parameter_notes, show_files
+from jaxink.cli.session import ExitCode
+from jaxink.data import SIMULATED_TRUTH, simulated_example
+from jaxink.files.writing import require_folder
 from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink import FitResult
 
 
-def show_demo(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]) -> None:
-    """Print both fits of the embedded measurement beside the values it was simulated with.
+def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
+    """Fit the embedded simulated measurement by gradient and by simplex.
 
     Parameters
     ----------
-    gradient, simplex
-        The fits.
-    files
-        What was written.
+    out
+        Folder for inputs and results.
+    formats
+        File formats of the figures.
+    quiet
+        Print nothing.
     """
+    require_folder(out, OWNED)
+    inputs = simulated_example()
+    data, sample = jaxink.read(inputs[0]), jaxink.load_sample(inputs[1])
+    session.prepare_jax()
+    with session.progress(quiet) as follow:
+        gradient, simplex = (
+            jaxink.fit(data, sample, jaxink.FitOptions(method=method), follow)
+            for method in ("gradient", "simplex")
+        )
+    files = write_result(gradient, out, formats, inputs, simplex)
+    if not quiet:
+        _show_fits(gradient, simplex, files)
+    return ExitCode.FITTED if gradient.converged and simplex.converged else ExitCode.NOT_CONVERGED
+
+
+def _show_fits(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]) -> None:
+    """Print both fits of the embedded measurement beside the values it was simulated with."""
     to = console()
     to.print(f"SIMULATED measurement ({gradient.data.source}), {gradient.merit.points} points:", style="bold")
     to.print("a known ink, computed by an independent Monte Carlo program, plus noise.")
     to.print("Both fits start at the same values and minimise the same chi-square.")
-    to.print(comparison_table(gradient, simplex))
+    to.print(_comparison_table(gradient, simplex))
     for line in (*parameter_notes(gradient), *(f"gradient: {line}" for line in merit_lines(gradient)[:3])):
         to.print(line, soft_wrap=True)
     to.print()
@@ -40,7 +64,7 @@ def show_demo(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]
     _show_next(to, files)
 
 
-def comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
+def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
     """Values and effort of two fits, one column each."""
     from rich.box import SIMPLE_HEAD
 

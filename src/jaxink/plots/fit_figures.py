@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxink.errors import InputRefusedError
-from jaxink.plots.scans import (
+from jaxink.plots.scan_views import (
     SIDES,
     ScanView,
     measurement_name,
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from jaxink.fitting import FitResult
 
+FIGURE_FOLDER = "figures"
 FORMATS = ("png", "pdf", "svg")
 
 
@@ -40,7 +41,7 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
         If the result holds no such scan, or fewer than five points in the plane at every incidence.
     """
     from jaxink.plots.cuts import CutLayout, draw_cuts
-    from jaxink.plots.thin_sheet import sheet
+    from jaxink.plots.figure import blank_figure
 
     views = _views(result, wavelength_nm, side)
     if not any(view.has_cut for view in views):
@@ -49,7 +50,7 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
             "residual_map."
         )
     title = _title(result, wavelength_nm, side, "cuts in the plane of incidence")
-    with sheet(*CutLayout(len(views)).size) as page:
+    with blank_figure(*CutLayout(len(views)).size) as page:
         draw_cuts(page, views, title, residual_limit(views, True), (residual_label(result),))
     return page
 
@@ -68,14 +69,14 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
         If the result holds no such scan.
     """
     from jaxink.plots.discs import DiscLayout, draw_discs
-    from jaxink.plots.thin_sheet import sheet
+    from jaxink.plots.figure import blank_figure
 
     views = _views(result, wavelength_nm, side)
     what = "residual over all directions of view"
     if not any(view.has_cut for view in views):
         what += " (too few points in the plane for cuts)"
     title = _title(result, wavelength_nm, side, what)
-    with sheet(*DiscLayout(len(views)).size) as page:
+    with blank_figure(*DiscLayout(len(views)).size) as page:
         draw_discs(page, views, title, residual_limit(views, False), residual_label(result))
     return page
 
@@ -133,7 +134,7 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
             raise InputRefusedError(
                 f"figures cannot be written as '{suffix}'; choose of: {', '.join(FORMATS)}."
             )
-    from jaxink.plots.thin_sheet import DPI
+    from jaxink.plots.figure import DPI
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

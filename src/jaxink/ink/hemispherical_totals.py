@@ -1,18 +1,14 @@
-"""What writers ask of a table: hemispherical totals, directions of regular light, and its power."""
+"""Hemispherical totals of a table, directions of its regular light, and the power that it sends out."""
 
-import dataclasses
 import math
 
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.errors import InputRefusedError
 from jaxink.ink.table import COMPONENTS, InkTable
 
 # Sum of all light that leaves may exceed the incident by the error of the table's own quadrature.
 _MOST_POWER = 1.01
-# Values below zero by less than this share of the largest are rounding, and written as zero.
-_ROUNDING = 1e-6
 
 
 def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarray, " angles"]:
@@ -41,11 +37,6 @@ def azimuth_weights(phi_deg: Float[np.ndarray, " azimuths"]) -> Float[np.ndarray
 def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]:
     """Share of the incident power that leaves diffusely: the integral of f cos(theta_o).
 
-    Parameters
-    ----------
-    table
-        The table.
-
     Returns
     -------
     np.ndarray
@@ -60,11 +51,6 @@ def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]
 
 def power_sent_out(table: InkTable) -> Float[np.ndarray, "2 wavelengths angles"]:
     """Share of the power that a table sends out to both sides, scattered and regular.
-
-    Parameters
-    ----------
-    table
-        The table.
 
     Returns
     -------
@@ -124,93 +110,3 @@ def critical_angle_deg(table: InkTable, component: str, wavelength: int) -> floa
     """Angle of incidence beyond which nothing is refracted, 90 where there is none."""
     into, out = (float(index[wavelength]) for index in table.index_of_sides(component))
     return math.degrees(math.asin(out / into)) if component[0] == "T" and out < into else 90.0
-
-
-def writable(table: InkTable) -> InkTable:
-    """The table, checked for what no ray tracer can use, with rounding below zero removed.
-
-    Parameters
-    ----------
-    table
-        The table.
-
-    Raises
-    ------
-    InputRefusedError
-        If a value is not finite or negative, or more light leaves than arrives.
-    """
-    for name in ("bsdf_per_sr", "regular", "index_inside", "index_outside"):
-        values = getattr(table, name)
-        if not np.all(np.isfinite(values)):
-            raise InputRefusedError(
-                f"{name} of the ink table has values that are not finite; compute it anew."
-            )
-        least = values.min()
-        if least < -_ROUNDING * max(values.max(), 0.0):
-            raise InputRefusedError(
-                f"{name} of the ink table goes down to {least:.3g}; a ray tracer needs values of zero or "
-                "more, so compute the table with a finer discretisation."
-            )
-    excess = excess_of_power(table)
-    if excess is not None:
-        raise InputRefusedError(
-            f"the ink table sends out {excess}; a ray tracer needs at most 1, so compute the table with a "
-            "finer grid."
-        )
-    return dataclasses.replace(
-        table, bsdf_per_sr=np.maximum(table.bsdf_per_sr, 0.0), regular=np.maximum(table.regular, 0.0)
-    )
-
-
-def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
-    """The table with its regular part spread over a cone about the specular or refracted direction.
-
-    Parameters
-    ----------
-    table
-        The table.
-    width_deg
-        Full width at half maximum of the cone, in the medium that the light leaves to.
-
-    Returns
-    -------
-    InkTable
-        With the same hemispherical sums, and no regular part.
-
-    Raises
-    ------
-    InputRefusedError
-        If the table's angles are too coarse for the cone.
-    """
-    if not 0 < width_deg <= 30:
-        raise InputRefusedError(f"regular_bin_deg is {width_deg:g}; it must lie between 0 and 30 degrees.")
-    step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
-    if width_deg < step:
-        raise InputRefusedError(
-            f"regular_bin_deg is {width_deg:g}, but the angles of the ink table are up to {step:.3g} degrees "
-            "apart; take a bin at least that wide, or a finer table."
-        )
-    theta, phi = np.deg2rad(table.theta_deg)[:, None], np.deg2rad(table.phi_deg)
-    weights = projected_weights(table.theta_deg)[:, None] * azimuth_weights(table.phi_deg)
-    bsdf = table.bsdf_per_sr.copy()
-    for c, component in enumerate(COMPONENTS):
-        for w in range(len(table.wavelength_nm)):
-            leaving = np.deg2rad(exit_angles_deg(table, component, w, table.theta_deg))
-            for i in np.flatnonzero(table.regular[c, w]):
-                if np.isnan(leaving[i]):
-                    continue
-                cosine = np.cos(theta) * np.cos(leaving[i]) - np.sin(theta) * np.sin(leaving[i]) * np.cos(phi)
-                angle = np.rad2deg(np.arccos(np.clip(cosine, -1, 1)))
-                cone = np.maximum(1 - angle / width_deg, 0.0)
-                bsdf[c, w, i] += table.regular[c, w, i] / np.sum(weights * cone) * cone
-    return dataclasses.replace(
-        table,
-        bsdf_per_sr=bsdf,
-        regular=np.zeros_like(table.regular),
-        bsdf_standard_error_per_sr=None,
-        regular_standard_error=None,
-        attrs={
-            **table.attrs,
-            "regular": f"in cones of {width_deg:g} degrees full width at half maximum",
-        },
-    )

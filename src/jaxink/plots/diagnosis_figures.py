@@ -9,8 +9,9 @@ import numpy as np
 from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
 from jaxink.plots.cuts import CutLayout, draw_cuts
 from jaxink.plots.discs import DiscLayout, draw_discs
+from jaxink.plots.figure import PageFigure, blank_figure
 from jaxink.plots.ink_table import InsideLayout, draw_inside
-from jaxink.plots.scans import (
+from jaxink.plots.scan_views import (
     SIDES,
     ScanView,
     measurement_name,
@@ -19,18 +20,17 @@ from jaxink.plots.scans import (
     views_of,
 )
 from jaxink.plots.strips import StripLayout, draw_strips
-from jaxink.plots.thin_sheet import Sheet, sheet
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
 # Beyond as many, a report would be a catalogue of pages.
 MOST_WAVELENGTHS = 3
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Plate:
+class CaptionedFigure:
     """A figure with what is to be said of it.
 
     Parameters
@@ -45,7 +45,7 @@ class Plate:
 
     name: str
     caption: str
-    figure: Sheet
+    figure: PageFigure
 
 
 def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
@@ -69,7 +69,9 @@ def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
     return tuple(sorted(wavelengths[worst].tolist()))
 
 
-def diagnosis_figures(diagnosis: "Diagnosis", change: "TableChange | None" = None) -> Iterator[Plate]:
+def diagnosis_figures(
+    diagnosis: "Diagnosis", change: "TableComparison | None" = None
+) -> Iterator[CaptionedFigure]:
     """All figures of a diagnosis, drawn one after the other.
 
     Parameters
@@ -81,7 +83,7 @@ def diagnosis_figures(diagnosis: "Diagnosis", change: "TableChange | None" = Non
 
     Yields
     ------
-    Plate
+    CaptionedFigure
         ``residuals_550nm`` where data lie in the plane of incidence, ``residual_discs_R_550nm`` where they
         leave it, ``cuts_R_550nm``, ``candidates``, ``inside_550nm``. Where nothing was added, what would be
         drawn twice is drawn once.
@@ -122,35 +124,36 @@ class _Pages:
     def _caption(self, text: str) -> str:
         return " ".join([text, *_spectrum_words(self.diagnosis), *_once_words(self.diagnosis)])
 
-    def residuals(self) -> Iterator[Plate]:
+    def residuals(self) -> Iterator[CaptionedFigure]:
         """Strips of the sides whose points lie in the plane, discs of the others."""
         flat = [s for s, states in self.views.items() if all(np.all(v.in_plane[v.used]) for v in states[0])]
-        label, nm = residual_label(self.diagnosis.result), f"{self.wavelength_nm:g}nm"
         if flat:
-            rows = [
-                [
-                    (f"{SIDES[s]}, {name}", views)
-                    for name, views in zip(self.states, self.views[s], strict=True)
-                ]
-                for s in flat
-            ]
-            layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
-            limit = self._limit(flat, True)
-            with sheet(*layout.size) as page:
-                draw_strips(page, rows, self._title("residuals"), limit, label)
-            text = "Residuals, measured minus model in standard deviations of the noise, on one colour scale."
-            yield Plate(f"residuals_{nm}", self._caption(text), page)
+            yield self._strips(flat)
         for side in (s for s in self.views if s not in flat):
-            limit = self._limit([side], False)
-            views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
-            layout = DiscLayout(len(views), len(self.states))
-            title = self._title(f"residuals in {SIDES[side]}")
-            with sheet(*layout.size) as page:
-                draw_discs(page, views, title, limit, label, self.states)
-            text = f"Residuals in {SIDES[side]} over all directions of view, on one colour scale."
-            yield Plate(f"residual_discs_{side}_{nm}", self._caption(text), page)
+            yield self._discs(side)
 
-    def cuts(self) -> Iterator[Plate]:
+    def _strips(self, sides: list[str]) -> CaptionedFigure:
+        rows = [
+            [(f"{SIDES[s]}, {name}", views) for name, views in zip(self.states, self.views[s], strict=True)]
+            for s in sides
+        ]
+        layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
+        limit, label = self._limit(sides, True), residual_label(self.diagnosis.result)
+        with blank_figure(*layout.size) as page:
+            draw_strips(page, rows, self._title("residuals"), limit, label)
+        text = "Residuals, measured minus model in standard deviations of the noise, on one colour scale."
+        return CaptionedFigure(f"residuals_{self.wavelength_nm:g}nm", self._caption(text), page)
+
+    def _discs(self, side: str) -> CaptionedFigure:
+        views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
+        limit, label = self._limit([side], False), residual_label(self.diagnosis.result)
+        title = self._title(f"residuals in {SIDES[side]}")
+        with blank_figure(*DiscLayout(len(views), len(self.states)).size) as page:
+            draw_discs(page, views, title, limit, label, self.states)
+        text = f"Residuals in {SIDES[side]} over all directions of view, on one colour scale."
+        return CaptionedFigure(f"residual_discs_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
+
+    def cuts(self) -> Iterator[CaptionedFigure]:
         """Cuts of each side, all on one residual scale."""
         cut = [side for side, states in self.views.items() if any(view.has_cut for view in states[0])]
         for side in cut:
@@ -158,39 +161,41 @@ class _Pages:
             limit = self._limit(cut, True)
             labels = tuple(f"{state} [σ]" for state in self.states)
             title = self._title(f"{SIDES[side]} in the plane of incidence")
-            with sheet(*CutLayout(len(first), len(self.states)).size) as page:
+            with blank_figure(*CutLayout(len(first), len(self.states)).size) as page:
                 draw_cuts(page, first, title, limit, labels, later[0] if later else None)
             text = (
                 f"Measured and modelled BSDF in {SIDES[side]}, below it the residuals in standard deviations "
                 "of the noise; a triangle at the edge stands for one beyond it."
             )
-            yield Plate(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
+            yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
 
 
-def _candidates(diagnosis: "Diagnosis") -> Plate:
+def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
     rows = diagnosis.candidates[:MOST_BARS]
     added = [step.effect for step in diagnosis.steps]
     title = _title(diagnosis, "effects that would lower the misfit")
-    with sheet(*candidates_size(len(rows))) as page:
+    with blank_figure(*candidates_size(len(rows))) as page:
         draw_candidates(page, rows, added, title)
     text = (
         f"Fall of chi-square by each of the {len(rows)} leading of {len(diagnosis.candidates)} effects "
         "alone, as the first screen predicts it and as a refit with the effect gives it, where there was one."
     )
-    return Plate("candidates", text, page)
+    return CaptionedFigure("candidates", text, page)
 
 
-def _inside(diagnosis: "Diagnosis", change: "TableChange") -> Iterator[Plate]:
+def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[CaptionedFigure]:
     for i, wavelength_nm in enumerate(change.before.wavelength_nm):
         title = _title(diagnosis, f"the ink for light from inside the plate at {wavelength_nm:g} nm")
-        with sheet(*InsideLayout().size) as page:
+        with blank_figure(*InsideLayout().size) as page:
             draw_inside(page, change, i, title)
         index = float(change.before.index_inside[i])
         text = (
             f"BSDF of the ink alone for light that arrives from inside the plate (index {index:g}), in the "
             "plane of incidence, by the fit of the declared model and by that with what was found."
         )
-        yield Plate(f"inside_{wavelength_nm:g}nm", " ".join([text, *_spectrum_words(diagnosis)]), page)
+        yield CaptionedFigure(
+            f"inside_{wavelength_nm:g}nm", " ".join([text, *_spectrum_words(diagnosis)]), page
+        )
 
 
 def _title(diagnosis: "Diagnosis", what: str) -> str:

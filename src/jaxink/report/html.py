@@ -5,6 +5,8 @@ import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from jaxink.numerics.digits import percent, rounded
+
 _STYLE = """
 body { font: 10.5pt/1.45 "Helvetica Neue", Arial, sans-serif; color: #1a1a1a; max-width: 78rem;
   margin: 1.5rem auto; padding: 0 1rem; }
@@ -30,13 +32,20 @@ code { font-size: .95em; }
 """
 
 
+# Stands in a cell for no number.
+NONE = "\N{EN DASH}"
+
+
 def number(value: float | None, digits: int = 4) -> str:
     """A number in a cell; a dash for none."""
-    if value is None or math.isnan(value):
-        return "\N{EN DASH}"
-    if math.isinf(value):
+    if value is not None and math.isinf(value):
         return "unlimited"
-    return f"{value:.{digits}g}"
+    return rounded(value, digits, NONE)
+
+
+def share(value: float | None) -> str:
+    """A share in a cell, in per cent."""
+    return percent(value, missing=NONE)
 
 
 def chance(p_value: float | None) -> str:
