@@ -1,4 +1,4 @@
-"""Plain data, as in JSON, converted back to the types that wrote them; anything that does not fit is rejected."""
+"""Plain data, as in JSON, converted back to the types that wrote them; what does not fit is rejected."""
 
 import dataclasses
 import json
@@ -56,7 +56,7 @@ def json_of(text: str, refusal: str) -> Any:
 
 
 def decode(kind: Any, value: Any, key: str = "", rules: Rules | None = None) -> Any:
-    """Convert plain data to a type: a dataclass, tuple, dictionary, number, bool or string, or a union of them.
+    """Convert plain data to a dataclass, tuple, dictionary, number, bool or string, or a union of them.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ class _Decoder:
         for name in table:
             if name not in needed:
                 raise InputRefusedError(
-                    f"{_inside(key, name)} is a key that this version of jaxink does not know; valid keys are: "
-                    f"{', '.join(needed)}."
+                    f"{_inside(key, name)} is a key that this version of jaxink does not know; valid keys "
+                    f"are: {', '.join(needed)}."
                 )
         for name, is_needed in needed.items():
             if is_needed and name not in table:

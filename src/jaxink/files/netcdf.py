@@ -158,7 +158,7 @@ def read_dataset(
     Raises
     ------
     InputRefusedError
-        If the file is missing, not a regular file, not netCDF 4, damaged, or claims far more data than it has.
+        If the file is missing, not regular, not netCDF 4, damaged, or claims far more data than it has.
     """
     import xarray
 

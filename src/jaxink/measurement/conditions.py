@@ -18,11 +18,11 @@ from jaxink.measurement.pairs import stated_groups
 from jaxink.measurement.table import refusal
 
 _CONDITIONS = {"lit", "illuminated", "polarisation", "polarization", "polariser", "polarizer"}
-_RECORDS = set(
-    "repeat repeats repetition replicate run scan pass sweep frame shot cycle series index number no nr id row "
-    "file filename operator time timestamp datetime date day hour comment comments note notes remark remarks "
-    "mask masked flag quality valid".split()
-)
+_RECORDS = """
+    repeat repeats repetition replicate run scan pass sweep frame shot cycle series index number no nr id row
+    file filename operator time timestamp datetime date day hour comment comments note notes remark remarks
+    mask masked flag quality valid
+"""
 
 
 def refuse_several_conditions(path, data: GonioData) -> None:
@@ -40,9 +40,9 @@ def refuse_several_conditions(path, data: GonioData) -> None:
         first, second = (_shown(value) for value in values[list(pair)].tolist())
         raise refusal(
             path,
-            f"the column is {second} here but {first} in row {data.row[pair[0]]}, at equal angles, wavelength "
-            "and side; different conditions cannot be fitted together, so keep the rows of one of them, or "
-            "name the column 'repeat' if these are repeats of one measurement",
+            f"the cell is {second}, but {first} in row {data.row[pair[0]]}, at equal angles, wavelength and "
+            "side; different conditions cannot be fitted together, so keep the rows of one of them, or name "
+            "the column 'repeat' if these are repeats of one measurement",
             data.row[pair[1]],
             name,
         )
@@ -57,7 +57,7 @@ def _shown(value: str | float) -> str:
 def _pair(name: str, values: np.ndarray, group: Int[np.ndarray, " points"]) -> tuple[int, int] | None:
     """Two rows of one direction that differ in a condition."""
     words = set(re.split(r"[^a-z]+", name.lower()))
-    if words & _RECORDS:
+    if words & set(_RECORDS.split()):
         return None
     held, label = np.unique(values, return_inverse=True)
     label = label.reshape(-1)

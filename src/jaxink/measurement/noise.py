@@ -59,7 +59,7 @@ def _source(name: str, differences: Differences, scans: tuple[Scan, ...]) -> Noi
 
 
 def _scan_relative(reciprocal: Differences, within: NoiseSource) -> float:
-    """Standard deviation of scan factors, from the excess variance between scans; 0 below 2 standard errors."""
+    """Standard deviation of scan factors, from excess variance between scans; 0 below 2 standard errors."""
     kept = reciprocal.only(_inliers(reciprocal))
     if kept.weight.size < MINIMUM_PAIRS:
         return 0.0

@@ -68,8 +68,8 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
         sigma = np.hypot(declared.relative * bsdf, declared.floor_per_sr)
         if not np.all(sigma > 0):
             raise InputRefusedError(
-                "noise.relative and noise.floor_per_sr give a standard deviation of 0 at some points; declare "
-                "a noise.floor_per_sr above 0."
+                "noise.relative and noise.floor_per_sr give a standard deviation of 0 at some points; give a "
+                "noise.floor_per_sr above 0."
             )
         origin = f"declared: {declared.relative:.3g} of the value, floor {declared.floor_per_sr:.3g} /sr"
         return FitNoise(sigma, declared.scan_relative, origin)

@@ -204,7 +204,7 @@ def _per_sr(table: TextTable, known, name: str) -> np.ndarray:
 
 
 def _extra(cells: list[str]) -> np.ndarray:
-    """Numbers if all non-empty cells are; labels such as 007, and numbers too large for a float, stay text."""
+    """Numbers if all non-empty cells are; labels such as 007 and numbers beyond the float range stay text."""
     filled = [cell for cell in cells if cell]
     number = re.compile(r"[+-]?(0|[1-9]\d*|(0|[1-9]\d*)?\.\d+|(0|[1-9]\d*)\.)([eE][+-]?\d+)?")
     if not filled or not all(number.fullmatch(cell) for cell in filled):
