@@ -6,7 +6,7 @@ from typing import ClassVar
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import FinerDiscretisation
 from jaxink.sample import Parameter
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # Of the noise of a point, what no number of points at hand makes visible.
 _FAR_BELOW = 0.05

@@ -20,7 +20,7 @@ from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResul
 from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
 # Where a fit did not start, or a model is not finite, null stands for what is not known.

@@ -20,7 +20,7 @@ from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # A standard error beyond this share of the range, or a correlation beyond this, asks for a profile.
 _WIDE = 0.1

@@ -15,7 +15,7 @@ from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"

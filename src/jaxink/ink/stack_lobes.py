@@ -8,8 +8,9 @@ import numpy as np
 from jaxink.ink.lobes import FacetLobes
 from jaxink.optics.fresnel import propagating_cosine
 from jaxink.optics.layers import ScatteringLayer, delta_m
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.specular import regular_fields
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.stack import Stack
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.slopes import SlopeDensity
 

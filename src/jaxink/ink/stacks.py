@@ -92,23 +92,12 @@ def ink_stacks(ink: InkLayers, model: ForwardModel, free_values: Mapping) -> Sta
         name: jnp.full(len(wavelengths), medium) if isinstance(medium, float) else columns[medium]
         for name, medium in ((FRONT, ink.index_front), (BACK, ink.index_back))
     }
-    return jax.vmap(lambda w, v: model.stack(v, w))(jnp.asarray(wavelengths), columns | media)
+    return jax.vmap(lambda w, v: model.builder.stack(v, w))(jnp.asarray(wavelengths), columns | media)
 
 
 def reversed_stack(stack: Stack) -> Stack:
     """The same stack, lit from its other side."""
-    last = len(stack.layers) + 1
-    return Stack(
-        stack.layers[::-1],
-        stack.index_back,
-        stack.index_front,
-        # Their order does not matter; in a fixed one both directions mostly share a compiled program.
-        tuple(sorted(last - medium for medium in stack.block_media)),
-        stack.exposed,
-        stack.faces[::-1],
-        stack.known[::-1],
-        tuple(sorted(last - medium for medium in stack.rarest)),
-    )
+    return Stack(stack.layers[::-1], stack.index_back, stack.index_front, faces=stack.faces[::-1])
 
 
 def reversed_sample(sample: Sample) -> Sample:

@@ -23,7 +23,9 @@ from jaxink.optics.directions import Directions
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import ChannelPlan
+from jaxink.solver.stack import Stack
 
 # Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
 _MOST_TERMS = 20_000_000
@@ -166,8 +168,8 @@ def _tabulate(
 ) -> InkTable:
     model = isolated_model(ink, wavelengths, options.accuracy)
     stacks, tangents = _stacks_and_tangents(ink, model, covariance.names)
-    other_way = reversed_stack(stacks), reversed_stack(tangents)
-    one_way = tuple(reversed_stack(tree) for tree in other_way)
+    one_way = stacks, tangents, model.plan
+    other_way = reversed_stack(stacks), reversed_stack(tangents), model.plan.reversed(len(stacks.layers))
     lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
     stacks = lit[0][0]
     n_theta, n_phi = options.numbers(model.config.n_orders)
@@ -178,7 +180,8 @@ def _tabulate(
     spectrum = []
     for w in range(len(wavelengths)):
         (r_ii, t_ia), (r_aa, t_ai) = (
-            _side(_at(trees[0], w, 0), _at(trees[1], w, 1), evaluated, phi_deg, model.config) for trees in lit
+            _side(_at(stack, w, 0), _at(tangent, w, 1), evaluated, phi_deg, model.config, plan)
+            for stack, tangent, plan in lit
         )
         spectrum.append([_with_error(*part, covariance) for part in (r_ii, t_ia, t_ai, r_aa)])
     # Four columns by wavelength and component: BSDF, its error, regular power, its error.
@@ -259,7 +262,7 @@ def _kinks_deg(stacks: Stack) -> list[float]:
     return angles
 
 
-def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig):
+def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig, plan: ChannelPlan):
     """Reflection and transmission, of each the BSDF at all pairs of directions and the regular power.
 
     The value comes first, its slopes by each parameter follow.
@@ -283,7 +286,7 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
             np.deg2rad(180.0 - phi),
             side,
         )
-        diffuse, straight = _light().now(1)(stack, tangents, directions, config)
+        diffuse, straight = _light().now(1)(stack, tangents, directions, config, plan)
         bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
         regular.append(np.asarray(straight))
     wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
@@ -294,9 +297,10 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
 def _light() -> Tiered:
     """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
 
-    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig, plan: ChannelPlan):
         def of(s):
-            return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
+            diffuse = diffuse_bsdf(s, directions, config, plan)
+            return diffuse, jnp.stack(regular_power(s, directions.sin_incidence))
 
         if len(tangents.index_front) == 0:
             return jax.tree.map(lambda v: v[None], of(stack))

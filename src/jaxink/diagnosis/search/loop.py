@@ -21,7 +21,7 @@ from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 
