@@ -58,9 +58,7 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
         If the table's angles are too coarse for the cone.
     """
     if not 0 < width_deg <= 30:
-        raise InputRefusedError(
-            f"regular_bin_deg is {width_deg:g}; it must be above 0 and at most 30 degrees."
-        )
+        raise InputRefusedError(f"regular_bin_deg is {width_deg:g}; it must be between 0 and 30 degrees.")
     step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
     if width_deg < step:
         raise InputRefusedError(

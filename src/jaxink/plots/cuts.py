@@ -187,7 +187,7 @@ def _say_absent(axes: "tuple[Axes, ...]", view: ScanView) -> None:
     for axis in axes:
         axis.set_axis_off()
     count, points = int((view.in_plane & view.used).sum()), int(view.used.sum())
-    text = f"{count} of {points} points are in the plane;\na scan needs at least {FEWEST_IN_PLANE}"
+    text = f"{count} of {points} points are in the plane;\nan in-plane scan needs {FEWEST_IN_PLANE}"
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 

@@ -74,7 +74,7 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
     views = _views(result, wavelength_nm, side)
     what = "residuals over all viewing directions"
     if not any(view.has_cut for view in views):
-        what += " (too few in-plane points for scans)"
+        what += " (too few in-plane points)"
     title = _title(result, wavelength_nm, side, what)
     with blank_figure(*DiscLayout(len(views)).size) as page:
         draw_discs(page, views, title, residual_limit(views, False), residual_label(result))
