@@ -1,9 +1,9 @@
 """A table as an infinitely thin sheet between the other layers of its sample.
 
 The sheet only uses the table. Light in the clear layers on either side is represented by basic radiance
-L/n^2 on channels of kappa = n sin(theta) and by azimuthal cosine series; the table is interpolated linearly in
-its polar angles. Regular light and its first lobes are computed at their own angles, which makes every direction
-exact apart from the table; later lobes are averaged over the channels.
+L/n^2 on channels of kappa = n sin(theta) and by azimuthal cosine series; the table is interpolated linearly
+in its polar angles. Regular light and its first lobes are computed at their own angles, which makes every
+direction exact apart from the table; later lobes are averaged over the channels.
 """
 
 import dataclasses

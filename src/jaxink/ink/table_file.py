@@ -23,9 +23,9 @@ _SCHEMA = Schema(
     "Reciprocity: R(i, o) = R(o, i), T_IA(i, o) / index_outside^2 = T_AI(o, i) / index_inside^2. regular is "
     "the share of power that leaves in the specular or refracted direction. The values at 90 degrees are "
     "those at grazing_theta_deg, if it is given. facet_*, if present: lobes of light that meets one facet of "
-    "a rough face and is otherwise regular. They are included in bsdf_per_sr but too narrow for interpolation: "
-    "subtract them, interpolate the rest, and add them again, using the microfacet formulas (Walter et al. "
-    "2007, equations 20 and 21) with facet_passage in place of the masking.",
+    "a rough face and is otherwise regular. They are included in bsdf_per_sr but too narrow for "
+    "interpolation: subtract them, interpolate the rest, and add them again, using the microfacet formulas "
+    "(Walter et al. 2007, equations 20 and 21) with facet_passage in place of the masking.",
 )
 _DIMS = ("component", "wavelength", "theta_i", "theta_o", "phi")
 _VARIABLES = tuple(

@@ -88,8 +88,8 @@ def verify_sheet(
     Returns
     -------
     SheetVerification
-        Exit directions are every 2.5 degrees up to 87.5 in the plane of incidence and perpendicular to it. The
-        measurement is only compared if the instrument has no cones.
+        Exit directions are every 2.5 degrees up to 87.5, in the plane of incidence and perpendicular to it.
+        The measurement is only compared if the instrument has no cones.
 
     Raises
     ------
