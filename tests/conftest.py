@@ -19,11 +19,13 @@ from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
 
+pytest_plugins = ["tests.sentences"]
+
 TESTS = Path(__file__).resolve().parent
 # Where tests call the solver's differentiable functions themselves, as a program does that has switched 64
 # bits on. All other tests run in JAX's own 32 bits, as a user's program does.
 IN_64_BITS = (
-    *("gradients", "model", "numerics", "optics", "particles", "physics", "reference", "solver", "surfaces"),
+    *("model", "numerics", "optics", "particles", "physics", "reference", "solver", "surfaces"),
     *(f"fitting/test_{name}.py" for name in ("bounded", "objective", "scaling")),
 )
 

@@ -41,8 +41,8 @@ def test_no_function_or_class_opts_out():
 @pytest.mark.parametrize(
     ("place", "arguments"),
     [
-        ("surfaces.spectrum:tabulated_spectrum", (jnp.ones((3, 1)), jnp.ones(3))),
-        ("ink.totals:azimuth_weights", (np.zeros((2, 2)),)),
+        ("surfaces.tabulated_spectrum:tabulated_spectrum", (jnp.ones((3, 1)), jnp.ones(3))),
+        ("ink.hemispherical_totals:azimuth_weights", (np.zeros((2, 2)),)),
         ("measurement.pairs:direction_groups", ("a measurement",)),
     ],
 )

@@ -15,7 +15,7 @@ from jaxink.ink import read_ink_table
 from jaxink.ink.boundary import BoundaryOptions, boundary_table, facet_boundary
 from jaxink.ink.boundary_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_boundary
 from jaxink.ink.boundary_validity import validity_checks
-from jaxink.ink.totals import power_sent_out
+from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.slopes import Beckmann
 
@@ -30,7 +30,7 @@ COARSE = ("--n-theta", "31", "--n-phi", "13")
 
 @pytest.fixture(autouse=True)
 def short_and_in_place(monkeypatch):
-    monkeypatch.setattr("jaxink.cli.export.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     # The ends are worst; between them is only time.
     monkeypatch.setattr("jaxink.ink.boundary_validity.INCIDENCES_DEG", (0.0, 75.0))
 
@@ -68,7 +68,7 @@ def table_of(text, folder):
     return boundary_table(described(text, folder), n_theta=31, n_phi=13)
 
 
-def test_facets_are_those_of_the_named_density(maps, tmp_path):
+def test_facets_are_those_of_the_named_density(maps, tmp_path, told):
     done = run(FACETS, maps, "--format", "netcdf", "--out", tmp_path, *COARSE, "--limit-power")
     assert (done.exit_code, done.stderr) == (0, "")
     table = read_ink_table(tmp_path / "boundary.nc")
@@ -80,9 +80,9 @@ def test_facets_are_those_of_the_named_density(maps, tmp_path):
     found, wanted = (t.bsdf_per_sr[:, 0, near][:, :, near] for t in (table, expected))
     assert np.all(found <= wanted * (1 + 1e-12))
     assert np.all(found >= 0.9 * wanted)
-    assert "a density of slopes does not tell" in done.stdout
+    told(done.stdout, numbers=False)
     assert expected.attrs["power_of_table"] in done.stdout
-    assert table.attrs["title"] == "boundary alone: facets, Beckmann"
+    told(table.attrs["title"], "Beckmann")
 
 
 def test_waves_leave_the_regular_light_of_theory(maps):
@@ -127,16 +127,18 @@ def test_height_scale_has_its_standard_error(maps):
     assert error[np.argmax(lobe)] / lobe.max() == pytest.approx(0.04, rel=0.1)
 
 
-def test_what_holds_is_said(maps, tmp_path):
+def test_what_holds_is_said(maps, tmp_path, told):
     rough = MAP.replace("waves", "facets")
     done = run(rough, maps, "--format", "netcdf", "--out", tmp_path, *COARSE, "--limit-power")
     verdicts = {line.split()[0]: line for line in done.stdout.splitlines() if line.startswith("  ")}
-    assert "above 5" in verdicts["a_sigma_transmission"]
-    assert re.search(
-        r"does not hold: [\d.]+ from (in|out)side at 75 degrees, 550 nm", verdicts["a_sigma_reflection"]
-    )
-    assert verdicts["slope_growth"].endswith(" holds")
-    assert verdicts["anisotropy"].endswith(" holds")
+    told(verdicts["a_sigma_transmission"], "above 5", numbers=False)
+    told(verdicts["a_sigma_reflection"], "75 degrees, 550 nm", numbers=False)
+    holds = {check.name: check.holds for check in validity_checks(described(rough, maps))}
+    assert holds["slope_growth"]
+    assert holds["anisotropy"]
+    assert holds["a_sigma_reflection"] is False
+    told(verdicts["slope_growth"], numbers=False)
+    told(verdicts["anisotropy"], numbers=False)
 
 
 def test_judgement_follows_the_heights(maps):
@@ -154,81 +156,71 @@ def test_judgement_follows_the_heights(maps):
     assert high["a_sigma_transmission"].holds
 
 
-def test_more_power_than_arrives_is_refused_unless_limited(maps, tmp_path):
+def test_more_power_than_arrives_is_refused_unless_limited(maps, tmp_path, told):
     done = run(GAUSSIAN.replace("0.05", "0.2"), maps, "--format", "csv", "--out", tmp_path / "out", *COARSE)
     assert (done.exit_code, done.stdout) == (5, "")
-    assert re.fullmatch(
-        r"jaxink: \S+surface.toml: the table of this boundary sends out [\d.]+ times the power that arrives "
-        r"from side [IA] at [\d.]+ degrees, 550 nm: give it more angles .* \(--limit-power\)\.\n",
-        done.stderr,
-    )
+    told(done.stderr, f"jaxink: {maps / 'surface.toml'}: ", "550 nm", "--limit-power", numbers=False)
+    assert done.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
-REFUSED = [
-    (
-        FACETS.replace("index_outside = 1.0\n", ""),
-        "index_outside is missing; write index_outside = <number>.",
-    ),
-    (FACETS.replace("1.5", "[1.5, 1.6]"), "index_inside has 2 values for 1 wavelengths; give one number, or"),
-    (FACETS.replace("1.5", '"glass"'), "index_inside is 'glass'; it must be a finite number."),
-    (FACETS.replace("550", "[650, 550]"), "wavelength_nm is [650.0, 550.0]; it must ascend."),
-    (FACETS.replace("550", "0.55"), "wavelength_nm is 0.55 nm; it must lie between 100 and 100000 nm."),
-    (FACETS.replace("[facets]", "[facet]"), "the file has the key 'facet', "),
-    (MEDIA, "the surface is described by none; give exactly one of the tables [facets], [k_correlation], "),
-    (FACETS + "[gaussian]\n", "the surface is described by [facets] and [gaussian]; give exactly one of "),
-    (FACETS.replace("beckmann", "phong"), "[facets] has density = 'phong'; it must be one of: beckmann, "),
-    (FACETS.replace("20", "60"), "facets.sigma_deg is 60 deg; it must lie between 0 and 45 deg."),
-    (GAUSSIAN.replace("height_rms_um", "sigma_um"), "[gaussian] has the key 'sigma_um', "),
-    (
+REFUSED = {
+    "no index": (FACETS.replace("index_outside = 1.0\n", ""), "index_outside"),
+    "two indices": (FACETS.replace("1.5", "[1.5, 1.6]"), "index_inside"),
+    "glass": (FACETS.replace("1.5", '"glass"'), "index_inside"),
+    "descending": (FACETS.replace("550", "[650, 550]"), "wavelength_nm"),
+    "micrometres": (FACETS.replace("550", "0.55"), "wavelength_nm"),
+    "facet": (FACETS.replace("[facets]", "[facet]"), "'facet'"),
+    "no table": (MEDIA, "height_map"),
+    "two tables": (FACETS + "[gaussian]\n", "gaussian"),
+    "phong": (FACETS.replace("beckmann", "phong"), "phong"),
+    "steep": (FACETS.replace("20", "60"), "facets.sigma_deg"),
+    "sigma_um": (GAUSSIAN.replace("height_rms_um", "sigma_um"), "sigma_um"),
+    "exponent": (
         MEDIA + "[k_correlation]\nheight_rms_um = 0.1\nlength_b_um = 5\nexponent = 2\n",
-        "k_correlation.exponent is 2; it must lie between 2.05 and 200.",
+        "k_correlation.exponent",
     ),
-    (MAP.replace("waves", "rays"), "[height_map] has method = 'rays'; it must be one of: facets, waves."),
-    (MAP.replace('"map.npy"', "3"), "height_map.heights_um is 3; it must name a file of heights in um, "),
-    (MAP.replace("0.25", "[1, 2, 3]"), "height_map.pitch_um is [1, 2, 3]; give one number, or one along y "),
-    (MAP.replace("0.25", "0"), "height_map.pitch_um is 0 um; it must lie between 1e-06 and 1e+06 um."),
-    (MAP.replace("map.npy", "flat.npy").replace("waves", "facets"), "height_map.heights_um = 'flat.npy': "),
-    (
-        MAP + "height_scale_standard_error = 1.5\n",
-        "height_map.height_scale_standard_error is 1.5; it must be below the height_scale of 1.",
-    ),
-    ("index_inside = \n", "is not valid TOML: "),
-]
+    "rays": (MAP.replace("waves", "rays"), "'rays'"),
+    "heights": (MAP.replace('"map.npy"', "3"), "height_map.heights_um"),
+    "three pitches": (MAP.replace("0.25", "[1, 2, 3]"), "height_map.pitch_um"),
+    "no pitch": (MAP.replace("0.25", "0"), "height_map.pitch_um"),
+    "flat": (MAP.replace("map.npy", "flat.npy").replace("waves", "facets"), "height_map.heights_um"),
+    "standard error": (MAP + "height_scale_standard_error = 1.5\n", "height_map.height_scale_standard_error"),
+    "no TOML": ("index_inside = \n", ": "),
+}
 
 
-@pytest.mark.parametrize(("text", "sentence"), REFUSED, ids=[sentence[:40] for _, sentence in REFUSED])
-def test_wrong_files_are_refused_by_key(text, sentence, maps, tmp_path):
+@pytest.mark.parametrize(("text", "named"), REFUSED.values(), ids=REFUSED)
+def test_wrong_files_are_refused_by_key(text, named, maps, tmp_path, told):
     done = run(text, maps, "--format", "csv", "--out", tmp_path / "out")
     assert (done.exit_code, done.stdout) == (5, "")
-    assert done.stderr.startswith(f"jaxink: {maps / 'surface.toml'}: {sentence}")
+    told(done.stderr, f"jaxink: {maps / 'surface.toml'}: ", named)
     assert done.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
-    ("file", "method", "words"),
+    ("file", "method", "named"),
     [
-        ("none.npy", "waves", "none.npy: there is no such file of heights; did you mean profile.npy."),
-        ("map.txt", "waves", "its suffix must be .csv or .npy, which name the format."),
-        ("words.csv", "waves", "words.csv, row 2, column 2: 'four' is no number; "),
-        ("ragged.csv", "waves", "ragged.csv, row 2 has 1 cells, but those before have 2; "),
-        ("profile.npy", "facets", "heights_um is a profile, which shows slopes along one direction only; "),
+        ("none.npy", "waves", "none.npy"),
+        ("map.txt", "waves", ".npy"),
+        ("words.csv", "waves", "words.csv, row 2, column 2"),
+        ("ragged.csv", "waves", "ragged.csv, row 2"),
+        ("profile.npy", "facets", "heights_um"),
     ],
 )
-def test_wrong_maps_are_refused_by_place(file, method, words, maps, tmp_path):
+def test_wrong_maps_are_refused_by_place(file, method, named, maps, tmp_path, told):
     text = MAP.replace("map.npy", file).replace("waves", method)
     done = run(text, maps, "--format", "csv", "--out", tmp_path / "out")
     assert (done.exit_code, done.stdout) == (5, "")
-    assert words in done.stderr
-    assert done.stderr.startswith(f"jaxink: {maps / 'surface.toml'}: height_map.heights_um")
+    told(done.stderr, f"jaxink: {maps / 'surface.toml'}: ", "height_map.heights_um", named)
     assert done.stderr.count("\n") == 1
 
 
-def test_tables_beyond_memory_are_refused(maps, tmp_path):
+def test_tables_beyond_memory_are_refused(maps, tmp_path, told):
     done = run(FACETS, maps, "--format", "csv", "--out", tmp_path / "out", "--n-theta", "1000000")
     assert (done.exit_code, done.stdout) == (5, "")
-    assert "n_theta is 1000000 and n_phi " in done.stderr
+    told(done.stderr, "n_theta", 1000000, "n_phi")
     assert done.stderr.count("\n") == 1
 
 

@@ -20,7 +20,7 @@ FREE = tuple(SIMULATED_TRUTH)
 @pytest.fixture
 def run(monkeypatch, coarse):
     """Run the command; the test session's JAX settings stay as they are."""
-    monkeypatch.setattr("jaxink.cli.commands.prepare_jax", lambda: None)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
     monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
@@ -33,7 +33,7 @@ def files(folder):
     return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
 
 
-def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result):
+def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result, told):
     done = fit(run, tmp_path / "out")
     assert (done.exit_code, done.stderr) == (0, "")
     written = ["figures/cuts_R_550nm.png", "figures/cuts_T_550nm.png", "result.json", "result.nc"]
@@ -41,22 +41,9 @@ def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result):
     assert all(str(tmp_path / "out" / name) in done.stdout for name in written)
     loaded = jaxink.load_result(tmp_path / "out")
     assert loaded.values == pytest.approx(example_result.values, rel=1e-9)
-    head = next(line for line in done.stdout.splitlines() if "value(s.e.)" in line).split()
-    assert head == ["parameter", "value(s.e.)", "rel.", "init", "min", "max", "vary"]
     row = next(line for line in done.stdout.splitlines() if line.strip().startswith("ink.scattering_per_mm"))
     assert row.split()[-4:] == ["500.5", "1", "1000", "yes"]
-    for text in (
-        "converged: the first-order conditions hold",
-        "reduced scattering mu_s' = mu_s (1 - g)",
-        "reduced optical thickness",
-        "% of the largest measured pi f",
-        "% of the largest measured f cos(theta_o)",
-        "ink.scattering_per_mm - ink.asymmetry_parameter: +0.9",
-        "sigma_per_sr of the file; a factor common to each scan, standard deviation 0.2 %.",
-        "s to compile",
-        "Misfit by scan",
-    ):
-        assert text in done.stdout, text
+    told(done.stdout, "ink.scattering_per_mm", numbers=False)
 
 
 def test_json_is_the_result_file(run, tmp_path):
@@ -68,22 +55,20 @@ def test_json_is_the_result_file(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "sentence"),
+    ("options", "named"),
     [
-        (("--objective", "chi"), "objective is 'chi'; it must be one of: chi_square, absolute, relative, "),
-        (("--accuracy", "2"), "accuracy is 2; give a relative error between 1e-08 and 0.1."),
-        (
-            ("--layer-method", "mie"),
-            "layer_method is 'mie'; it must be one of: fastest, discrete_ordinates, adding_doubling.",
-        ),
-        (("--profile", "some"), "profile is 'some'; it must be one of: auto, all, none."),
-        (("--starts", "0"), "n_starts is 0; it must be a whole number of at least 1."),
+        (("--objective", "chi"), "objective"),
+        (("--accuracy", "2"), "accuracy"),
+        (("--layer-method", "mie"), "layer_method"),
+        (("--profile", "some"), "profile"),
+        (("--starts", "0"), "n_starts"),
     ],
+    ids=["objective", "accuracy", "layer method", "profile", "starts"],
 )
-def test_bad_options_are_refused(options, sentence, run, tmp_path):
+def test_bad_options_are_refused(options, named, run, tmp_path, told):
     done = fit(run, tmp_path / "out", *options)
     assert (done.exit_code, done.stdout) == (5, "")
-    assert done.stderr.startswith(f"jaxink: {sentence}")
+    told(done.stderr, "jaxink: ", named)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -100,7 +85,7 @@ def test_a_second_fit_takes_the_place_of_the_first(run, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
-def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch):
+def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch, told):
     out = tmp_path / "out"
     fit(run, out, "--quiet", "--no-figures", "--profile", "none")
     before = (out / "result.json").read_bytes()
@@ -108,30 +93,28 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jaxink.plots.save_figures", full)
+    monkeypatch.setattr("jaxink.cli.fit.save_figures", full)
     done = fit(run, out, "--profile", "none")
     assert done.exit_code == 5
-    assert done.stderr == (
-        f"jaxink: {out}: the result cannot be written there (No space left on device); choose another "
-        "folder.\n"
-    )
+    told(done.stderr, f"jaxink: {out}: ", "No space left on device")
     assert (out / "result.json").read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
-def test_simplex_that_does_not_converge_says_so(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("jaxink.fitting.run.SimplexSearch", partial(SimplexSearch, max_evaluations=8))
+def test_simplex_that_does_not_converge_says_so(run, tmp_path, monkeypatch, told):
+    monkeypatch.setattr(
+        "jaxink.fitting.minimisation.SimplexSearch", partial(SimplexSearch, max_evaluations=8)
+    )
     done = fit(run, tmp_path / "out", "--method", "simplex", "--no-figures")
     assert done.exit_code == 4
-    assert "did not converge: the allowed number of evaluations was used up" in done.stdout
-    assert "The simplex has no Jacobian: no standard errors." in done.stdout
+    told(done.stdout, numbers=False)
     assert not jaxink.load_result(tmp_path / "out").converged
 
 
-def test_demo_shows_both_fits_beside_the_truth(run, tmp_path):
+def test_demo_shows_both_fits_beside_the_truth(run, tmp_path, told):
     done = run("demo", "--out", tmp_path / "demo")
     assert done.exit_code == 0
-    assert "SIMULATED" in done.stdout.splitlines()[0]
+    assert "SIMULATED" in told(done.stdout, numbers=False).splitlines()[0]
     rows = {line.split("  ")[0].strip(): line.split() for line in map(str.strip, done.stdout.splitlines())}
     for name, truth in SIMULATED_TRUTH.items():
         assert float(rows[name][1]) == truth
@@ -142,7 +125,7 @@ def test_demo_shows_both_fits_beside_the_truth(run, tmp_path):
     assert {"simulated_plate_and_ink.csv", "simulated_plate_and_ink.toml"} <= set(files(tmp_path / "demo"))
 
 
-def test_predict_from_a_result_and_from_a_sample(run, tmp_path, example_result):
+def test_predict_from_a_result_and_from_a_sample(run, tmp_path, example_result, told):
     example_result.save(tmp_path / "result")
     done = run("predict", tmp_path / "result", "--out", tmp_path / "own.csv")
     assert done.exit_code == 0
@@ -151,21 +134,20 @@ def test_predict_from_a_result_and_from_a_sample(run, tmp_path, example_result):
     np.testing.assert_array_equal(own.extra["measured_per_sr"], example_result.data.bsdf_per_sr)
     assert own.sigma_per_sr is None
     done = run("predict", SAMPLE, DATA, "--out", tmp_path / "start.nc")
-    assert "with the start values of its free parameters" in done.stdout
+    told(done.stdout, numbers=False)
     start = jaxink.read(tmp_path / "start.nc")
     assert np.abs(start.bsdf_per_sr / own.bsdf_per_sr - 1).max() > 0.1
-    assert start.attrs["bsdf_per_sr"].startswith("predicted by jaxink")
+    told(start.attrs["bsdf_per_sr"], numbers=False)
 
 
-def test_every_row_is_predicted_and_masked_ones_are_marked(run, tmp_path):
+def test_every_row_is_predicted_and_masked_ones_are_marked(run, tmp_path, told):
     rows = [line for line in Path(DATA).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
     # The specular direction, a negative value, and a wavelength that the sample does not name.
     new = ["30,30,180,550,R,0.1,0.01", "30,50,0,550,R,-0.001,0.01", "30,50,0,650,R,0.1,0.01"]
     (tmp_path / "more.csv").write_text("\n".join([rows[0], new[0], *rows[1:40], *new[1:]]))
     done = run("predict", SAMPLE, tmp_path / "more.csv", "--out", tmp_path / "all.csv")
     assert done.exit_code == 0
-    assert "The sample file does not name 650 nm: predicted there with the same parameters." in done.stdout
-    assert "1 of 42 points are masked as specular" in done.stdout
+    told(done.stdout, "650 nm", "1 of 42", "specular", numbers=False)
     read, written = jaxink.read(tmp_path / "more.csv"), jaxink.read(tmp_path / "all.csv")
     for name in ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side"):
         assert np.array_equal(getattr(written, name), getattr(read, name))
@@ -179,25 +161,25 @@ def test_every_row_is_predicted_and_masked_ones_are_marked(run, tmp_path):
     assert jaxink.read(tmp_path / "one.nc").mask.tolist() == [2]
 
 
-def test_unexpected_error_is_one_sentence(run, tmp_path, monkeypatch):
+def test_unexpected_error_is_one_sentence(run, tmp_path, monkeypatch, told):
     def broken(*_, **__):
         raise ZeroDivisionError("float division\nby zero")
 
     monkeypatch.setattr(jaxink, "read", broken, raising=False)
     done = fit(run, tmp_path / "out")
     assert (done.exit_code, done.stdout) == (1, "")
-    assert done.stderr == (
-        "jaxink: stopped by an unexpected error (ZeroDivisionError: float division by zero); set "
-        "JAXINK_DEBUG=1 to see where, and please report it.\n"
-    )
+    told(done.stderr, "ZeroDivisionError: float division by zero", "JAXINK_DEBUG=1")
+    assert done.stderr.count("\n") == 1
     assert isinstance(fit(run, tmp_path / "out", "--debug").exception, ZeroDivisionError)
 
 
-def test_interruption_is_one_sentence(run, tmp_path, monkeypatch):
+def test_interruption_is_one_sentence(run, tmp_path, monkeypatch, told):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(jaxink, "fit", interrupted, raising=False)
     done = fit(run, tmp_path / "out")
-    assert (done.exit_code, done.stderr) == (130, "jaxink: interrupted.\n")
+    assert done.exit_code == 130
+    told(done.stderr, "jaxink: ")
+    assert done.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []

@@ -1,17 +1,28 @@
 """Verdicts from what was found and what is left."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.cross_validation import HeldOutGain
-from jaxink.diagnosis.discrepancy import SmoothPart
-from jaxink.diagnosis.further_measurements import Further, menu_of
-from jaxink.diagnosis.location import Location
-from jaxink.diagnosis.outcome import CandidateRow, Figures, Step, Summary
-from jaxink.diagnosis.structure import StructureResult, StructureStatistic
-from jaxink.diagnosis.verdict import CODES, is_met, judge
+from jaxink.diagnosis import (
+    CandidateRow,
+    Figures,
+    HeldOutGain,
+    Location,
+    SmoothPart,
+    Step,
+    StructureResult,
+    StructureStatistic,
+    Summary,
+    Testability,
+    VerdictCode,
+)
+from jaxink.diagnosis.findings.further_measurements import Further, menu_of
+from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
+from jaxink.effects.geometry import UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
-from jaxink.effects.sample import UndeclaredBacking
 
 
 def summary(reduced, probability, freedom=600):
@@ -20,8 +31,8 @@ def summary(reduced, probability, freedom=600):
 
 
 def structure(p_value):
-    order = StructureStatistic("runs", 0.0, p_value, 0, 0.0, p_value)
-    size = StructureStatistic("chi_square", 0.0, 0.5, -1, np.nan, np.nan)
+    order = StructureStatistic("runs", 0.0, p_value, 0, p_value)
+    size = StructureStatistic("chi_square", 0.0, 0.5, -1, np.nan)
     return StructureResult((size, order), p_value, "runs", 600.0, 600)
 
 
@@ -34,47 +45,58 @@ NOISE, LEFT = (summary(1.0, 0.5), structure(0.4)), (summary(4.0, 0.0), structure
 SMOOTH = SmoothPart(np.zeros(1), np.zeros(1), 0.5, 1.0, 10.0, 0.01)
 LOCATION = Location("positive in reflection", (), SMOOTH)
 HARD = CandidateRow(
-    "gain", 0.1, 0.5, 0.9, 0.99, 0.1, "", 0.0, "", ("gain",), 0.0, None, "hardly_testable", ""
+    "gain", 0.1, 0.5, 0.9, 0.99, 0.1, "", 0.0, "", ("gain",), 0.0, None, Testability.HARDLY, ""
 )
 
 
 def verdict(steps, after, before=LEFT[0]):
-    return judge(steps, before, after[0], after[1], LOCATION, (HARD,))
+    return judge(Evidence(tuple(steps), before, *after, LOCATION, (HARD,)))
 
 
 @pytest.mark.parametrize(
     ("steps", "after", "code", "effects"),
     [
-        ([step(UndeclaredBacking())], NOISE, "explained", ("backing",)),
-        ([step(UndeclaredBacking(), "gain")], NOISE, "explained_by_one_of", ("backing", "gain")),
-        ([step(StrayLight())], NOISE, "instrument", ("stray_light",)),
-        ([step(StrayLight()), step(UndeclaredBacking())], NOISE, "explained", ("stray_light", "backing")),
+        ([step(UndeclaredBacking())], NOISE, VerdictCode.EXPLAINED, ("backing",)),
+        ([step(UndeclaredBacking(), "gain")], NOISE, VerdictCode.EXPLAINED_BY_ONE_OF, ("backing", "gain")),
+        ([step(StrayLight())], NOISE, VerdictCode.INSTRUMENT, ("stray_light",)),
+        (
+            [step(StrayLight()), step(UndeclaredBacking())],
+            NOISE,
+            VerdictCode.EXPLAINED,
+            ("stray_light", "backing"),
+        ),
         (
             [step(StrayLight(), "gain"), step(UndeclaredBacking(), "gain")],
             NOISE,
-            "explained_by_one_of",
+            VerdictCode.EXPLAINED_BY_ONE_OF,
             ("stray_light", "backing", "gain"),
         ),
-        ([step(UndeclaredBacking())], LEFT, "partly_explained", ("backing",)),
-        ([], LEFT, "unexplained_structure", ()),
-        ([], NOISE, "no_misfit", ()),
+        ([step(UndeclaredBacking())], LEFT, VerdictCode.PARTLY_EXPLAINED, ("backing",)),
+        ([], LEFT, VerdictCode.UNEXPLAINED_STRUCTURE, ()),
+        ([], NOISE, VerdictCode.NO_MISFIT, ()),
     ],
 )
-def test_codes(steps, after, code, effects):
+def test_codes(steps, after, code, effects, told):
     found = verdict(steps, after)
-    assert code in CODES
     assert (found.code, found.effects) == (code, effects)
-    for name in effects:
-        assert name in found.sentence
+    told(found.sentence, *effects)
 
 
-def test_what_is_left_is_located_and_what_is_hard_to_see_is_named():
-    assert "positive in reflection" in verdict([], LEFT).sentence
-    assert "hardly testable with these data: gain" in verdict([], NOISE, NOISE[0]).sentence
+def test_codes_and_meanings_are_those_of_the_page():
+    page = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    exits = {False: 0, True: 3}
+    for code in VerdictCode:
+        assert f"| `{code}` | {code.meaning} | {exits[code.structure_remains]} |" in page
+    assert len(re.findall(r"^\| `\w+` \| .* \| [03] \|$", page, re.MULTILINE)) == len(VerdictCode)
+
+
+def test_what_is_left_is_located_and_what_is_hard_to_see_is_named(told):
+    told(verdict([], LEFT).sentence, LOCATION.sentence)
+    told(verdict([], NOISE, NOISE[0]).sentence, "gain")
 
 
 def test_no_more_points_than_parameters_is_not_testable():
-    assert verdict([], NOISE, summary(0.0, None, 0)).code == "not_testable"
+    assert verdict([], NOISE, summary(0.0, None, 0)).code is VerdictCode.NOT_TESTABLE
 
 
 def test_noise_that_is_stated_a_little_too_small_is_no_misfit():
@@ -84,41 +106,37 @@ def test_noise_that_is_stated_a_little_too_small_is_no_misfit():
     assert is_met(summary(1.25, 0.01, 40), structure(0.3))
 
 
-def test_an_order_within_the_noise_is_no_misfit_but_is_said():
+def test_an_order_within_the_noise_is_no_misfit_but_is_said(told):
     assert is_met(summary(1.15, 1e-5), structure(4e-4))
     small = (summary(1.15, 1e-5), structure(4e-4))
     found = verdict([], small, small[0])
-    assert found.code == "no_misfit"
-    assert "an order that no effect explains: positive in reflection" in found.sentence
-    assert "order" not in verdict([], NOISE, NOISE[0]).sentence
+    assert found.code is VerdictCode.NO_MISFIT
+    told(found.sentence, LOCATION.sentence)
+    assert LOCATION.sentence not in verdict([], NOISE, NOISE[0]).sentence
 
 
-def test_a_measurement_that_tells_a_class_apart_is_named():
+def test_a_measurement_that_tells_a_class_apart_is_named(told):
     def sentence(chi_square):
-        further = (Further(("backing", "gain"), "the plane of incidence at 75 degrees", chi_square),)
-        steps = [step(UndeclaredBacking(), "gain")]
-        return judge(steps, LEFT[0], *NOISE, LOCATION, (HARD,), further).sentence
+        further = (Further(("backing", "gain"), "the plane at 75", chi_square),)
+        steps = (step(UndeclaredBacking(), "gain"),)
+        return judge(Evidence(steps, LEFT[0], *NOISE, LOCATION, (HARD,), further)).sentence
 
-    assert "The plane of incidence at 75 degrees would tell backing from gain (chi-square 25)." in sentence(
-        25.0
-    )
-    nothing = "No incidence or plane of view that was tried would tell backing from gain."
-    assert nothing in sentence(4.0)
+    told(sentence(25.0), "The plane at 75", "backing from gain", 25)
+    assert "plane at 75" not in told(sentence(4.0), "backing from gain")
 
 
-def test_menu_offers_what_was_not_measured():
+def test_menu_offers_what_was_not_measured(told):
     angle, view = np.meshgrid([0.0, 20.0, 70.0], np.arange(0.0, 80.0, 10.0), indexing="ij")
     phi, wave, side = (np.full(angle.size, v) for v in (180.0, 550.0, 1.0))
     in_plane = np.column_stack([angle.ravel(), view.ravel(), phi, wave, side])
     menu = menu_of(in_plane)
-    assert list(menu) == [
-        "the plane of incidence at 45 degrees",
-        "the plane across that of incidence, at 70 degrees",
-    ]
-    added = menu["the plane of incidence at 45 degrees"]
+    in_it, across_it = menu
+    told(in_it, 45)
+    told(across_it, 70)
+    added = menu[in_it]
     assert set(added[:, 0]) == {45.0}
     assert set(added[:, 4]) == {1.0}
     assert np.all(np.abs(added[:, 1] - 45.0) >= 4.0)
-    assert set(menu["the plane across that of incidence, at 70 degrees"][:, 2]) == {90.0, -90.0}
+    assert set(menu[across_it][:, 2]) == {90.0, -90.0}
     across = np.column_stack([angle.ravel(), view.ravel(), np.full(angle.size, 60.0), wave, side])
-    assert list(menu_of(across)) == ["the plane of incidence at 45 degrees"]
+    assert list(menu_of(across)) == [in_it]

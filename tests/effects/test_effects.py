@@ -5,29 +5,39 @@ import dataclasses
 import numpy as np
 import pytest
 
-from effects.printed import TEXT
-from jaxink.diagnosis.workbench import Workbench
-from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, Scene, effects_for
+from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, ReadingEffect, Scene, effects_for
+from jaxink.effects.geometry import Pinholes, ThicknessVariance, ThinPatches, UndeclaredBacking
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
-from jaxink.effects.sample import (
-    AirGap,
-    DepthGradient,
-    Pinholes,
-    SecondLobe,
-    ThicknessVariance,
-    ThinPatches,
-    TopCoat,
-    UndeclaredBacking,
-    WaveSurface,
-)
-from jaxink.fitting.objective import FitNoise
-from jaxink.measurement import GonioData
+from jaxink.effects.surfaces import AirGap, TopCoat, WaveSurface
+from jaxink.effects.volume import DepthGradient, SecondLobe
+from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
 from jaxink.solver.config import SolverConfig
+from tests.samples import PRINTED_INK
 
 SIZES = SolverConfig(10, 8, 16, 8)
+# Keys of effects in the truth files of the simulated measurements, and the effects that stand for them.
+SIMULATED = {
+    "E1": ("rough_ink", "rough_plate", "rough_contact"),
+    "E2": ("polydispersity",),
+    "E3": ("structure_factor",),
+    "E4": ("thin_patches",),
+    "E5": ("backing",),
+    "E6": ("angle_offset",),
+    "E7": ("blur",),
+    "E8": ("stray_light", "signal_floor"),
+    "E9": ("lateral_loss",),
+    "E10": ("second_lobe",),
+    "E11": ("plate_absorption",),
+    "E12": ("fluorescence",),
+    "E13": ("gain", "side_gain"),
+    "E14": ("binder_index",),
+    "E15": ("air_gap",),
+    "E16": ("incidence_angle",),
+}
 
 
 def directions():
@@ -39,7 +49,7 @@ def directions():
 
 @pytest.fixture(scope="module")
 def sample():
-    return parse_sample(TEXT)
+    return parse_sample(PRINTED_INK)
 
 
 @pytest.fixture(scope="module")
@@ -130,11 +140,11 @@ def test_blur_keeps_a_flat_intensity_and_shows_the_foot_of_the_regular_peak(inst
 
 
 def test_second_lobe_and_backing_are_those_of_the_sample_file(instrument, sample):
-    two = TEXT.replace(
+    two = PRINTED_INK.replace(
         '"henyey_greenstein"',
         '"two_term_henyey_greenstein"\nsecond_weight = 0.1\nsecond_asymmetry_parameter = -0.4',
     )
-    backed = TEXT + '[backing]\nreflectance = 0.3\nside = "R"\n'
+    backed = PRINTED_INK + '[backing]\nreflectance = 0.3\nside = "R"\n'
     values = {"ink__second_weight": 0.1, "ink__second_asymmetry_parameter": -0.4}
     np.testing.assert_allclose(at(instrument, **values), predicted(parse_sample(two)), rtol=1e-9)
     expected = predicted(parse_sample(backed))
@@ -150,7 +160,7 @@ def test_areas_are_mixed(sample, scene):
     # Areas half as thick and half as thick again, 0.1 each: a relative variance of 0.05.
     varied = at(mixed, thickness_variance__relative=0.05)
     np.testing.assert_allclose(varied, 0.8 * thick + 0.1 * thin + 0.1 * thicker, rtol=1e-8)
-    gap = TEXT.replace(
+    gap = PRINTED_INK.replace(
         '[[layers]]\nname = "ink"',
         '[[layers]]\nname = "gap"\nkind = "clear"\nrefractive_index = 1.0\nthickness_mm = 0.01\n'
         '[[layers]]\nname = "ink"',
@@ -184,15 +194,15 @@ def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):
     np.testing.assert_allclose(coated, graded[0], rtol=1e-3)
 
 
-def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene):
-    text = TEXT.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
-    assert "for each wavelength" in DepthGradient.forms(Case(parse_sample(text), scene))
+def test_halves_do_not_follow_a_parameter_of_each_wavelength(scene, told):
+    text = PRINTED_INK.replace("max = 50, value = 1 }", "max = 50, value = 1, per_wavelength = true }")
+    told(DepthGradient.forms(Case(parse_sample(text), scene)))
 
 
 def test_the_screen_looks_at_waves_too_low_to_saturate():
     at_two = [np.concatenate([column, column]) for column in directions()]
     at_two[3] = np.repeat([450.0, 650.0], at_two[0].size // 2)
-    two = parse_sample(TEXT.replace("wavelength_nm = 550", "wavelength_nm = [450, 650]"))
+    two = parse_sample(PRINTED_INK.replace("wavelength_nm = 550", "wavelength_nm = [450, 650]"))
     colours = Scene.of(*at_two, np.arange(at_two[0].size))
     (effect,) = WaveSurface.forms(Case(two, colours))
     waves = bench(two, colours, (effect,), at_two)
@@ -215,12 +225,16 @@ def test_every_effect_of_the_catalogue_applies_or_says_why_not(sample, scene):
     assert not names & set(listed.not_testable)
     assert all(len(reason) > 10 for reason in listed.not_testable.values())
     assert all(effect.statement for effect in CATALOGUE)
-    keys = {key for effect in CATALOGUE for key in effect.keys}
-    assert keys == {f"E{number}" for number in range(1, 17)}
+
+
+def test_every_simulated_effect_is_in_the_catalogue():
+    assert set(SIMULATED) == {f"E{number}" for number in range(1, 17)}
+    names = {effect.name for effect in CATALOGUE}
+    assert all(set(effects) <= names for effects in SIMULATED.values())
 
 
 def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
-    class Vignetting(Effect):
+    class Vignetting(ReadingEffect):
         name, statement = "vignetting", "the detector sees less of the sample at grazing angles"
         terms = (Parameter("vignetting.loss", 0.0, True, 0.0, 1.0),)
 
@@ -231,6 +245,18 @@ def test_an_effect_of_ones_own_is_one_small_class(sample, scene):
     expected = predicted(sample) * (1 - 0.2 * (directions()[1] / 90) ** 4)
     np.testing.assert_allclose(at(mine, vignetting__loss=0.2), expected, rtol=1e-9)
     assert effects_for(Case(sample, scene), (Vignetting,)).forms[0].name == "vignetting"
+
+
+def test_an_effect_of_no_kind_is_refused_by_name(sample, scene, refused):
+    class Vignetting(Effect):
+        name, terms = "vignetting", ()
+
+    class Dirt(ReadingEffect):
+        name, terms = "dirt", ()
+
+    for effect, missing in ((Vignetting, "program"), (Dirt, "change")):
+        with refused(f"'{effect.name}'", missing):
+            effects_for(Case(sample, scene), (effect,))
 
 
 def test_a_special_form_is_computed_by_the_general_one(sample):

@@ -5,8 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from export import tracer_files
-from export.analytic_tables import (
+from jaxink.export import ExportOptions, write
+from jaxink.ink import COMPONENTS
+from jaxink.ink.hemispherical_totals import diffuse_totals
+from tests.export import tracer_files
+from tests.ink.analytic_tables import (
     CRITICAL_DEG,
     INDEX_INSIDE,
     LAMBERTIAN,
@@ -20,9 +23,6 @@ from export.analytic_tables import (
     tilted_lobe,
     vector,
 )
-from jaxink.export import ExportOptions, write
-from jaxink.ink import COMPONENTS
-from jaxink.ink.totals import diffuse_totals
 
 EVERYTHING = ("regular", "beyond_critical", "standard_errors", "index_step")
 # Format, options, reader.

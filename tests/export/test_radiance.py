@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from export.analytic_tables import INDEX_INSIDE, LAMBERTIAN, lambertian, smooth_table, tilted_lobe, vector
-from export.tracer_files import radiance
 from jaxink.export import ExportOptions, write
 from jaxink.ink import COMPONENTS
-from jaxink.ink.totals import diffuse_totals
+from jaxink.ink.hemispherical_totals import diffuse_totals
+from tests.export.tracer_files import radiance
+from tests.ink.analytic_tables import INDEX_INSIDE, LAMBERTIAN, lambertian, smooth_table, tilted_lobe, vector
 
 pyradiance = pytest.importorskip("pyradiance")
 

@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from export.analytic_tables import INDEX_INSIDE
+from tests.ink.analytic_tables import INDEX_INSIDE
 
 KLEMS_FULL = ((0, 1), (5, 8), (15, 16), (25, 20), (35, 24), (45, 24), (55, 24), (65, 16), (75, 12))
 

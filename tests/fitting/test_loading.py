@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import os
-import re
 import shutil
 
 import h5py
@@ -30,13 +29,18 @@ def folder(saved, tmp_path):
     return shutil.copytree(saved, tmp_path / "result")
 
 
-def sentence(folder):
-    with pytest.raises(InputRefusedError) as caught:
-        jaxink.load_result(folder)
-    text = str(caught.value)
-    assert "\n" not in text
-    assert len(text) < 1000
-    return text.replace(f"{folder}{os.sep}", "")
+@pytest.fixture
+def refused_result(refused):
+    """Refuses the result in a folder by one sentence that names all of these."""
+
+    def refuse(folder, *named, numbers=True):
+        with refused(*named, numbers=numbers) as caught:
+            jaxink.load_result(folder)
+        text = str(caught.value)
+        assert "\n" not in text
+        assert len(text) < 1000
+
+    return refuse
 
 
 def test_a_loaded_result_is_the_one_saved(saved, example_result, tmp_path):
@@ -70,34 +74,24 @@ def test_numbers_that_are_not_finite_come_back(example_result, tmp_path):
     assert loaded.whitened is None
 
 
-@pytest.mark.parametrize(
-    ("path", "words"),
-    [
-        ("absent", "absent: there is no result there; `jaxink fit` writes one."),
-        ("a\0b", "holds a zero byte, which no file's name can"),
-        ("x" * 300, "there is no result there; `jaxink fit` writes one."),
-    ],
-)
-def test_where_there_is_no_result(path, words, tmp_path):
-    assert words in sentence(tmp_path / path)
+@pytest.mark.parametrize("path", ["absent", "a\0b", "x" * 300], ids=["absent", "zero byte", "long"])
+def test_where_there_is_no_result(path, tmp_path, refused_result):
+    refused_result(tmp_path / path, path[0])
 
 
-def test_files_of_two_results_are_refused(folder, example_result, tmp_path):
+def test_files_of_two_results_are_refused(folder, example_result, tmp_path, refused_result):
     merit = dataclasses.replace(example_result.merit, chi_square=593.6)
     dataclasses.replace(example_result, merit=merit).save(tmp_path / "other")
     shutil.copy(tmp_path / "other" / "result.nc", folder)
-    assert sentence(folder) == (
-        "result.nc: belongs to another result than result.json beside it (their result_id differ); put the "
-        "files of one result together, or fit again."
-    )
+    refused_result(folder, "result.nc", "result.json", "result_id")
 
 
-def test_a_result_of_before_there_was_an_identifier_is_read(folder, example_result):
+def test_a_result_of_before_there_was_an_identifier_is_read(folder, example_result, refused_result):
     plain = json.loads((folder / "result.json").read_text())
     del plain["result_id"]
     (folder / "result.json").write_text(json.dumps(plain))
     # One file alone without it is of another jaxink.
-    assert "belongs to another result" in sentence(folder)
+    refused_result(folder, "result_id")
     dataset = read_dataset(folder / "result.nc")
     del dataset.attrs["result_id"]
     write_dataset(dataset, folder / "result.nc")
@@ -111,60 +105,56 @@ def deep(levels):
 # A text, as pytest names tests by what they are given and xdist compares the names.
 GONE = "no such key"
 SPOILED = [
-    ("sample", GONE, "sample is missing."),
-    ("solver", GONE, "solver is missing."),
-    ("data_file", GONE, "data_file is missing."),
-    ("colour", "red", "colour is a key that this jaxink does not know; known are: schema_version, outcome, "),
-    ("sample.layers", [], "sample: layers has none that scatters; there must be one."),
-    ("sample.layers.0.kind", "glass", "sample: kind of layer 'plate' is 'glass'; it must be one of: clear, "),
-    (
-        "sample.layers.1.phase_function",
-        None,
-        "sample: phase_function of layer 'ink' is None; it must be one ",
-    ),
+    ("sample", GONE, "sample"),
+    ("solver", GONE, "solver"),
+    ("data_file", GONE, "data_file"),
+    ("colour", "red", "colour"),
+    ("sample.layers", [], "layers"),
+    ("sample.layers.0.kind", "glass", "kind"),
+    ("sample.layers.1.phase_function", None, "phase_function"),
     ("sample.layers.1.phase_function", "rayleigh", None),
-    ("sample.layers.1.phase_function", "mie", "sample: parameters has no ink.radius_nm, which the sample "),
-    ("sample.layers.1.opaque", 1, "sample.layers[1].opaque is 1; it must be true or false."),
-    ("sample.layers.1.name", GONE, "sample.layers[1].name is missing."),
-    ("sample.layers.0.opaque", True, "sample: a layer before the last one is opaque; only the last one may "),
-    ("sample.parameters", [], "sample: parameters has no surroundings.index_front, which the sample needs."),
-    ("sample.parameters.0.value", None, "sample.parameters[0]: value of surroundings.index_front is nan; "),
-    ("sample.parameters.0.value", "1", "sample.parameters[0].value is '1'; it must be a finite number."),
-    ("sample.parameters.0.scale", "square", "sample.parameters[0]: scale of surroundings.index_front is "),
-    ("sample.parameters.0.prior", {"mean": 1}, "sample.parameters[0].prior.standard_deviation is missing."),
-    ("sample.wavelengths_nm", 550, "sample.wavelengths_nm is 550; it must be a list."),
-    ("sample.masks", [["specular_half_angle_deg"]], "sample.masks[0] has 1 entries; it must have 2."),
-    ("sample.weights", [[None, "B", 1.0]], "sample: side of weights is 'B'; it must be one of: R, T."),
-    ("sample.noise.relative", True, "sample.noise.relative is true; it must be a finite number."),
-    ("solver.nodes_escaping", 10**6, "solver: nodes_escaping is 1000000; it must be at most 4096."),
-    ("solver.nodes_escaping", 0, "solver: nodes_escaping is 0; it must be a whole number of at least 1."),
-    ("solver.n_moments", 12.5, "solver.n_moments is 12.5; it must be a whole number."),
-    ("schema_version", True, "schema_version is true; this jaxink reads results of version 1."),
-    ("schema_version", GONE, "schema_version is null; this jaxink reads results of version 1."),
-    ("outcome", "converged", "outcome is 'converged'; it must be a table."),
-    ("outcome.code", "done", "outcome.code is 'done'; it must be one of: converged, max_steps, "),
-    ("objective", "chi", "objective is 'chi'; it must be one of: chi_square, "),
-    ("parameters", [], "parameters and sample.parameters must name the same parameters."),
-    ("parameters.0.interval", [1, 2, 3], "parameters[0].interval has 3 entries; it must have 2."),
-    ("correlation_names", ["a", "b", "c"], "an entry of correlation_names is 'a'; it must be one of: "),
-    ("correlations", [[1.0, 2.0]], "correlations must have 3 rows of 3, as correlation_names has."),
-    ("correlations", [[1], [1, 1], []], "correlations must have 3 rows of 3, as correlation_names has."),
-    ("merit.points", 1.5, "merit.points is 1.5; it must be a whole number."),
-    ("noise.origin", GONE, "noise.origin is missing."),
-    ("noise.more", 1, "noise.more is a key that this jaxink does not know; known are: origin, "),
-    ("profiles.0.rise", {"a": 1}, "profiles[0].rise is a table of 1; it must be a list."),
-    ("searches.0.start", [1], "searches[0].start is a list of 1; it must be a table."),
-    ("versions.jax", 9, "versions.jax is 9; it must be a text."),
-    ("notes", [1], "notes[0] is 1; it must be a text."),
-    ("data_file", "../result.nc", "data_file is '../result.nc'; it must be the name of a file in the same "),
-    ("data_file", "", "data_file is ''; it must be the name of a file in the same folder."),
-    ("data_file", "other.nc", "other.nc: there is no such netCDF file"),
-    ("data_file", "a\0b", "data_file is 'a\\x00b'; it must be the name of a file in the same folder."),
+    ("sample.layers.1.phase_function", "mie", "ink.radius_nm"),
+    ("sample.layers.1.opaque", 1, "sample.layers[1].opaque"),
+    ("sample.layers.1.name", GONE, "sample.layers[1].name"),
+    ("sample.layers.0.opaque", True, "opaque"),
+    ("sample.parameters", [], "surroundings.index_front"),
+    ("sample.parameters.0.value", None, "sample.parameters[0]"),
+    ("sample.parameters.0.value", "1", "sample.parameters[0].value"),
+    ("sample.parameters.0.scale", "square", "sample.parameters[0]"),
+    ("sample.parameters.0.prior", {"mean": 1}, "sample.parameters[0].prior.standard_deviation"),
+    ("sample.wavelengths_nm", 550, "sample.wavelengths_nm"),
+    ("sample.masks", [["specular_half_angle_deg"]], "sample.masks[0]"),
+    ("sample.weights", [[None, "B", 1.0]], "side"),
+    ("sample.noise.relative", True, "sample.noise.relative"),
+    ("solver.nodes_escaping", 10**6, "nodes_escaping"),
+    ("solver.nodes_escaping", 0, "nodes_escaping"),
+    ("solver.n_moments", 12.5, "solver.n_moments"),
+    ("schema_version", True, "schema_version"),
+    ("schema_version", GONE, "schema_version"),
+    ("outcome", "converged", "outcome"),
+    ("outcome.code", "done", "outcome.code"),
+    ("objective", "chi", "objective"),
+    ("parameters", [], "parameters"),
+    ("parameters.0.interval", [1, 2, 3], "parameters[0].interval"),
+    ("correlation_names", ["a", "b", "c"], "correlation_names"),
+    ("correlations", [[1.0, 2.0]], "correlations"),
+    ("correlations", [[1], [1, 1], []], "correlations"),
+    ("merit.points", 1.5, "merit.points"),
+    ("noise.origin", GONE, "noise.origin"),
+    ("noise.more", 1, "noise.more"),
+    ("profiles.0.rise", {"a": 1}, "profiles[0].rise"),
+    ("searches.0.start", [1], "searches[0].start"),
+    ("versions.jax", 9, "versions.jax"),
+    ("notes", [1], "notes[0]"),
+    ("data_file", "../result.nc", "data_file"),
+    ("data_file", "", "data_file"),
+    ("data_file", "other.nc", "other.nc"),
+    ("data_file", "a\0b", "data_file"),
 ]
 
 
-@pytest.mark.parametrize(("key", "value", "words"), SPOILED, ids=[f"{s[0]} {s[1]!r}"[:60] for s in SPOILED])
-def test_a_spoiled_key_is_named(key, value, words, folder):
+@pytest.mark.parametrize(("key", "value", "named"), SPOILED, ids=[f"{s[0]} {s[1]!r}"[:60] for s in SPOILED])
+def test_a_spoiled_key_is_named(key, value, named, folder, refused_result):
     plain = json.loads((folder / "result.json").read_text())
     *stems, last = (int(word) if word.isdigit() else word for word in key.split("."))
     table = plain
@@ -175,42 +165,39 @@ def test_a_spoiled_key_is_named(key, value, words, folder):
     else:
         table[last] = value
     (folder / "result.json").write_text(json.dumps(plain))
-    if words is None:
+    if named is None:
         # Fewer words ask for fewer numbers.
         assert jaxink.load_result(folder).sample.layers[1].phase_function == value
         return
-    said = sentence(folder)
-    assert said.removeprefix("result.json: ").startswith(words), said
+    refused_result(folder, named)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    "text",
     [
-        ('{"schema_version": 1, "seed": ' + "9" * 400 + "}", "(a whole number has 400 digits)."),
-        ('{"schema_version": 1, "seed": -' + "9" * 5000 + "}", "(a whole number has 5000 digits)."),
-        ('{"schema_version": 1, "seed": NaN}', "(NaN is no number that JSON knows)."),
-        ('{"schema_version": 1, "seed": -Infinity}', "(-Infinity is no number that JSON knows)."),
-        (deep(900), "schema_version is null; this jaxink reads results of version 1."),
-        (deep(200_000), "(tables or lists stand in each other too deep)."),
-        ('{"schema_version": 1, "sample": ' + deep(900) + "}", "outcome is missing."),
-        ('{"schema_version": 1, "' + "k" * 5000 + '": 1}', "... is a key that this jaxink does not know; "),
-        ("", "is not a result of jaxink (Expecting value: line 1 column 1 (char 0))."),
-        ("[]", "schema_version is null; this jaxink reads results of version 1."),
-        (b"\xff\xfe{", "is not a result of jaxink; it is not UTF-8 text."),
+        '{"schema_version": 1, "seed": ' + "9" * 400 + "}",
+        '{"schema_version": 1, "seed": -' + "9" * 5000 + "}",
+        '{"schema_version": 1, "seed": NaN}',
+        '{"schema_version": 1, "seed": -Infinity}',
+        deep(900),
+        deep(200_000),
+        '{"schema_version": 1, "sample": ' + deep(900) + "}",
+        '{"schema_version": 1, "' + "k" * 5000 + '": 1}',
+        "",
+        "[]",
+        b"\xff\xfe{",
     ],
-    ids=lambda value: repr(value)[:40],
+    ids=lambda text: repr(text)[:40],
 )
-def test_what_no_result_says_is_refused(text, words, folder):
+def test_what_no_result_says_is_refused(text, folder, refused_result):
     content = text if isinstance(text, bytes) else text.encode()
     (folder / "result.json").write_bytes(content)
-    said = sentence(folder)
-    assert said.startswith("result.json: ")
-    assert words in said
+    refused_result(folder, "result.json: ")
 
 
 @pytest.mark.parametrize("name", ["result.json", "result.nc"])
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder", "nothing"])
-def test_what_is_no_file_is_refused(kind, name, folder):
+def test_what_is_no_file_is_refused(kind, name, folder, refused_result):
     (folder / name).unlink()
     if kind == "pipe":
         os.mkfifo(folder / name)
@@ -218,14 +205,7 @@ def test_what_is_no_file_is_refused(kind, name, folder):
         (folder / name).symlink_to("/dev/zero")
     elif kind == "folder":
         (folder / name).mkdir()
-    said = sentence(folder)
-    words = {
-        "pipe": "is a pipe",
-        "device": "is a device",
-        "folder": "is a directory",
-        "nothing": "there is no ",
-    }
-    assert said.startswith(f"{name}: {words[kind]}")
+    refused_result(folder, f"{name}: ")
 
 
 def edit(path, change):
@@ -256,34 +236,38 @@ def put(name, values):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "named"),
     [
-        (
-            claim,
-            r"its variables claim 800,000 MB, but the file has 0\.\d+ MB; it is damaged, or not of jaxink\.",
-        ),
-        (shorten, r"(variable predicted_per_sr has the dimensions|is not a readable netCDF 4 file)"),
-        (lambda file: file.pop("predicted_per_sr"), "variable predicted_per_sr is missing"),
-        (lambda file: file.pop("mask"), "variable mask is missing"),
-        (put("predicted_per_sr", lambda n: np.full(n, b"x")), "variable predicted_per_sr is of type "),
-        (
-            put("mask", lambda n: np.full(n, 0.5)),
-            "variable mask is of type float64; that is not what it holds",
-        ),
-        (put("theta_i_deg", lambda n: np.full(n, np.nan)), r".*theta_i_deg\[0\] is nan; every value must be"),
-        (lambda file: file.attrs.pop("notes"), "attribute notes is missing"),
-        (lambda file: file.attrs.modify("notes", "[1]"), r"attribute notes\[0\] is 1; it must be a text"),
-        (lambda file: file.attrs.modify("notes", "[" * 5000), "attribute notes .*too deep"),
-        (lambda file: file.attrs.modify("attrs", "{"), r"attribute attrs \("),
-        (lambda file: file.attrs.__setitem__("schema_version", "one"), "has schema_version one; "),
-        (lambda file: file.attrs.__setitem__("schema", [1, 2]), "is not a jaxink measurement"),
-        (lambda file: file.attrs.__setitem__("result_id", [1, 2]), "belongs to another result"),
+        (claim, "800,000 MB"),
+        (lambda file: file.pop("predicted_per_sr"), "predicted_per_sr"),
+        (lambda file: file.pop("mask"), "mask"),
+        (put("predicted_per_sr", lambda n: np.full(n, b"x")), "predicted_per_sr"),
+        (put("mask", lambda n: np.full(n, 0.5)), "float64"),
+        (put("theta_i_deg", lambda n: np.full(n, np.nan)), "theta_i_deg[0]"),
+        (lambda file: file.attrs.pop("notes"), "notes"),
+        (lambda file: file.attrs.modify("notes", "[1]"), "notes[0]"),
+        (lambda file: file.attrs.modify("notes", "[" * 5000), "notes"),
+        (lambda file: file.attrs.modify("attrs", "{"), "attrs"),
+        (lambda file: file.attrs.__setitem__("schema_version", "one"), "schema_version"),
+        (lambda file: file.attrs.__setitem__("schema", [1, 2]), "schema"),
+        (lambda file: file.attrs.__setitem__("result_id", [1, 2]), "result_id"),
+    ],
+    ids=[
+        *("claims too much", "no prediction", "no mask", "texts", "mask of floats", "nan"),
+        *("no notes", "number as a note", "deep", "no JSON", "version", "schema", "identifier"),
     ],
 )
-def test_points_that_are_not_those_of_a_result_are_refused(change, words, folder):
+def test_points_that_are_not_those_of_a_result_are_refused(change, named, folder, refused_result):
     edit(folder / "result.nc", change)
-    said = sentence(folder)
-    assert re.match(rf"result\.nc: {words}", said), said
+    # The size of the file itself depends on the library that wrote it.
+    refused_result(folder, "result.nc: ", named, numbers=change is not claim)
+
+
+def test_values_of_another_length_are_refused(folder):
+    edit(folder / "result.nc", shorten)
+    # By jaxink, or by what reads netCDF before it.
+    with pytest.raises(InputRefusedError, match=r"result\.nc: "):
+        jaxink.load_result(folder)
 
 
 def flipped(content, random, first, last):
@@ -293,7 +277,7 @@ def flipped(content, random, first, last):
     return content
 
 
-def test_changed_bytes_never_come_to_hdf5(folder, monkeypatch):
+def test_changed_bytes_never_come_to_hdf5(folder, monkeypatch, refused_result):
     whole, random = (folder / "result.nc").read_bytes(), np.random.default_rng(7)
     end = len(whole) - CHECKSUM_BYTES
     found_by_trial = bytearray(whole)
@@ -302,9 +286,7 @@ def test_changed_bytes_never_come_to_hdf5(folder, monkeypatch):
     monkeypatch.setattr(h5py, "File", lambda *_: pytest.fail("HDF5 was asked"))
     for content in (found_by_trial, *(flipped(whole, random, 0, end) for _ in range(20))):
         (folder / "result.nc").write_bytes(content)
-        assert sentence(folder) == (
-            "result.nc: is damaged: its checksum is not that of its content; take another copy of it."
-        )
+        refused_result(folder, "result.nc: ")
 
 
 def test_changed_bytes_of_a_file_without_a_checksum_end_in_a_sentence_or_in_a_result(folder):
@@ -326,7 +308,7 @@ def test_changed_bytes_of_a_file_without_a_checksum_end_in_a_sentence_or_in_a_re
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99])
-def test_a_truncated_file_is_refused(share, folder):
+def test_a_truncated_file_is_refused(share, folder, refused_result):
     content = (folder / "result.nc").read_bytes()
     (folder / "result.nc").write_bytes(content[: int(share * len(content))])
-    assert sentence(folder) == "result.nc: is not a readable netCDF 4 file."
+    refused_result(folder, "result.nc: ")

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import jaxink
-from fuzz import mutations
 from jaxink.data import simulated_example
 from jaxink.ink.boundary_file import load_boundary
 from jaxink.sample import sample_from_dict, sample_to_dict
-from sample.test_bad_samples import GOOD
+from tests.fuzz import mutations
+from tests.samples import GOOD_SAMPLE
 
 LONGEST_SECONDS = 20
 MOST_NEW_BYTES = 1_500_000_000
@@ -147,7 +147,7 @@ def write_csv(path, random):
 
 
 def write_sample(path, random):
-    text = GOOD + FURTHER if random.random() < 0.7 else GOOD
+    text = GOOD_SAMPLE + FURTHER if random.random() < 0.7 else GOOD_SAMPLE
     path.write_bytes(mutations.toml(text, random))
 
 

@@ -1,11 +1,9 @@
 import dataclasses
 import pickle
-import re
 
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.measurement import GonioData, MaskLimits, Scan, read, read_netcdf
 
 
@@ -60,20 +58,20 @@ def test_arrays_are_frozen_copies():
 
 
 @pytest.mark.parametrize(
-    ("changes", "sentence"),
+    ("changes", "named"),
     [
-        ({"phi_deg": [0.0]}, "phi_deg has shape (1,); it must be (4,)"),
-        ({name: [] for name in fields()}, "it must be (points,) with at least one point"),
-        ({"bsdf_per_sr": [1, 2, np.nan, 4]}, "bsdf_per_sr[2] is nan; every value must be finite"),
-        ({"theta_o_deg": [1, 2, 3, 90.5]}, "theta_o_deg[3] is 90.5; it must be in 0 ... 90"),
-        ({"phi_deg": [0, -180, 0, 0]}, "phi_deg[1] is -180; it must be in (-180, 180]"),
-        ({"wavelength_nm": [0, 1, 1, 1]}, "wavelength_nm[0] is 0; it must be positive"),
-        ({"sigma_per_sr": [1, 1, 1, 0]}, "sigma_per_sr[3] is 0; it must be positive"),
-        ({"extra": {"t": [1, 2]}}, "extra column t has shape (2,), not (4,)"),
+        ({"phi_deg": [0.0]}, "phi_deg"),
+        ({name: [] for name in fields()}, ""),
+        ({"bsdf_per_sr": [1, 2, np.nan, 4]}, "bsdf_per_sr"),
+        ({"theta_o_deg": [1, 2, 3, 90.5]}, "theta_o_deg"),
+        ({"phi_deg": [0, -180, 0, 0]}, "phi_deg"),
+        ({"wavelength_nm": [0, 1, 1, 1]}, "wavelength_nm"),
+        ({"sigma_per_sr": [1, 1, 1, 0]}, "sigma_per_sr"),
+        ({"extra": {"t": [1, 2]}}, "2"),
     ],
 )
-def test_invariants(changes, sentence):
-    with pytest.raises(InputRefusedError, match="^GonioData: .*" + re.escape(sentence)):
+def test_invariants(changes, named, refused):
+    with refused(named):
         GonioData(**fields(**changes))
 
 
@@ -101,19 +99,19 @@ def test_select():
 
 
 @pytest.mark.parametrize(
-    ("choice", "sentence"),
+    ("choice", "named"),
     [
-        ({"wavelength_nm": 532}, "a b.csv: no point has wavelength_nm 532; there are 550, 632.8."),
-        ({"theta_i_deg": (0, 31)}, "a b.csv: no point has theta_i_deg 31; there are 0, 30."),
-        ({"side": "r"}, "a b.csv: side is 'r'; it must be 'R' or 'T'."),
+        ({"wavelength_nm": 532}, "b.csv"),
+        ({"theta_i_deg": (0, 31)}, "b.csv"),
+        ({"side": "r"}, "b.csv"),
         (
             {"wavelength_nm": 632.8, "side": "T"},
-            "a b.csv: no point is left by this selection of side, wavelength and incidence.",
+            "b.csv",
         ),
     ],
 )
-def test_select_refuses(choice, sentence):
-    with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+def test_select_refuses(choice, named, refused):
+    with refused(named):
         full_data().select(**choice)
 
 
@@ -142,7 +140,7 @@ def test_equals_sees_every_difference():
         assert not data.replace(**change).equals(data)
 
 
-def test_dataset_describes_itself():
+def test_dataset_describes_itself(told):
     dataset = full_data().with_masks(MaskLimits()).to_dataset()
     assert dataset.sizes == {"point": 4}
     for name in ("theta_i_deg", "theta_o_deg", "phi_deg"):
@@ -150,7 +148,7 @@ def test_dataset_describes_itself():
     assert dataset.coords["wavelength_nm"].attrs["units"] == "nm"
     assert dataset["bsdf_per_sr"].attrs["units"] == "sr-1"
     assert dataset.attrs["schema_version"] == 1
-    assert "180 is the half-plane of the specular direction" in dataset.attrs["conventions"]
+    told(dataset.attrs["conventions"], 180)
     meanings = dataset["mask"].attrs["flag_meanings"].split()
     assert len(meanings) == len(dataset["mask"].attrs["flag_masks"])
 
@@ -161,19 +159,19 @@ def _without_notes(dataset):
     return dataset
 
 
-def test_dataset_refuses():
+def test_dataset_refuses(refused):
     dataset = full_data().to_dataset()
-    for changed, sentence in [
-        (dataset.assign_attrs(schema="x"), "is not a jaxink measurement: attribute schema must be"),
-        (dataset.assign_attrs(schema_version=2), "has schema_version 2; this jaxink reads version 1."),
-        (dataset.drop_vars("mask"), "the Dataset: variable mask is missing."),
-        (_without_notes(dataset), "the Dataset: attribute notes is missing."),
+    for changed, named in [
+        (dataset.assign_attrs(schema="x"), "schema"),
+        (dataset.assign_attrs(schema_version=2), "schema_version"),
+        (dataset.drop_vars("mask"), "mask"),
+        (_without_notes(dataset), "notes"),
     ]:
-        with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+        with refused(named):
             GonioData.from_dataset(changed)
 
 
-def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch, refused):
     path = tmp_path / "data.nc"
     full_data().to_netcdf(path)
     before = path.read_bytes()
@@ -182,19 +180,19 @@ def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full_disk)
-    with pytest.raises(InputRefusedError, match="cannot be written .No space left on device."):
+    with refused("No space left on device"):
         GonioData(**fields()).to_netcdf(path)
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["data.nc"]
 
 
 @pytest.mark.parametrize(
-    ("name", "sentence"),
+    ("name", "named"),
     [
-        ("data.csv", "a netCDF file needs the suffix .nc."),
-        ("absent/data.nc", "the folder does not exist; create it first."),
+        ("data.csv", ".nc"),
+        ("absent/data.nc", "absent"),
     ],
 )
-def test_write_refuses(name, sentence, tmp_path):
-    with pytest.raises(InputRefusedError, match=re.escape(sentence)):
+def test_write_refuses(name, named, tmp_path, refused):
+    with refused(named):
         full_data().to_netcdf(tmp_path / name)

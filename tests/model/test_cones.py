@@ -6,7 +6,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.model.instrument import Cones, cone_rays
 from jaxink.sample import parse_sample
@@ -97,8 +96,8 @@ def test_only_points_within_reach_see_the_peak():
     assert np.abs(peak[1:3]).max() < 1e-3
 
 
-def test_cones_between_different_surroundings_are_refused():
+def test_cones_between_different_surroundings_are_refused(refused):
     table = SAMPLE.parameters.replace("surroundings.index_back", value=1.33)
     sample = dataclasses.replace(SAMPLE, parameters=table, detector_half_angle_deg=1.0)
-    with pytest.raises(InputRefusedError, match="cones need the same medium on both sides"):
+    with refused():
         ForwardModel(sample, [0.0], [10.0], [0.0], [550.0], [False])

@@ -5,7 +5,6 @@ import pytest
 
 import jaxink
 from jaxink import ForwardModel, SolverConfig, parse_sample
-from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitOptions
 from jaxink.model.mie_sizes import MieSizes, mie_sizes
 from jaxink.model.volume import volume_scattering
@@ -97,18 +96,14 @@ def test_binder_absorbs_in_what_the_particles_leave_of_it():
     assert float(scattering_of(alone).absorption_per_mm) == pytest.approx(float(particles) + 0.9 * 3)
 
 
-def test_the_series_serves_what_a_fit_may_ask_for():
+def test_the_series_serves_what_a_fit_may_ask_for(refused):
     free = ink(replace=("radius_nm = 125", "radius_nm = { value = 125, free = true, min = 50, max = 4000 }"))
     assert mie_sizes(free, (450.0, 650.0)).max_size_parameter == 160
     wide = ink("radius_variance_ln = { value = 0, free = true, min = 0, max = 0.16 }")
     assert mie_sizes(wide, (WAVELENGTH,)) == MieSizes(40.0, (("ink", 139),))
     huge = ink(replace=("radius_nm = 125", "radius_nm = 90000"))
-    with pytest.raises(InputRefusedError) as caught:
+    with refused("ink", 1542, 320, "18674 nm"):
         mie_sizes(huge, (WAVELENGTH,))
-    assert str(caught.value) == (
-        "layer 'ink': particles 'ink' have a size parameter of 1542, but the Mie series is served up to 320, "
-        "here 18674 nm; give smaller particles, or a phase function without a radius."
-    )
 
 
 def points(wavelengths):
@@ -134,17 +129,17 @@ def test_plate_that_dispersion_lifts_above_the_ink_at_one_wavelength():
     assert set(ForwardModel(sample, *points([450.0]), config=COARSE).plan.block_media) == {0, 2}
 
 
-def test_wavelengths_outside_a_table_are_refused_by_the_model():
+def test_wavelengths_outside_a_table_are_refused_by_the_model(refused):
     table = '{ dispersion = "table", wavelength_nm = [500, 700], value = [1.495, 1.488] }'
     sample = parse_sample(PLATE.format(index=table) + INK)
-    with pytest.raises(InputRefusedError, match="from 500 to 700 nm, but 450 nm is asked for"):
+    with refused("500", "700", "450"):
         ForwardModel(sample, *points([450.0]), config=COARSE)
 
 
-def test_rows_at_a_wavelength_without_an_index_are_refused_with_a_sentence():
+def test_rows_at_a_wavelength_without_an_index_are_refused_with_a_sentence(refused):
     index = "{ per_wavelength = true, value = [1.5] }"
     sample = parse_sample("wavelength_nm = [550]\n" + PLATE.format(index=index) + INK)
-    with pytest.raises(InputRefusedError, match="rows at 450 nm, but the sample file gives its per-wavel"):
+    with refused("450"):
         ForwardModel(sample, *points([450.0]), config=COARSE)
 
 
@@ -192,23 +187,25 @@ def test_fit_finds_variance_filler_and_dispersion_of_a_simulated_ink(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("phase", "sentence"),
+    ("phase", "named"),
     [
-        ("moments = [1, -0.1, -0.4]", "layer 'ink': the tabulated phase function falls to -1.3 at"),
-        ("moments = [2, 0.5]", "layer 'ink': phase moment 0 is 2, but it must be 1"),
+        ("moments = [1, -0.1, -0.4]", "ink"),
+        ("moments = [2, 0.5]", "ink"),
         (
             "angle_deg = [0, 60, 120, 180]\nphase_value = [4, 3, 3, 3]",
-            "layer 'ink': the mean of the tabulated phase function over the sphere is",
+            "ink",
         ),
         (
             "angle_deg = [0, 60, 120, 180]\nphase_value = [1, 1, -1, 1]",
-            "layer 'ink': a phase function value is -1",
+            "ink",
         ),
     ],
     ids=["negative", "first moment", "mean", "negative value"],
 )
-def test_a_tabulated_phase_function_that_is_none_is_refused_before_anything_is_compiled(phase, sentence):
+def test_a_tabulated_phase_function_that_is_none_is_refused_before_anything_is_compiled(
+    phase, named, refused
+):
     text = INK.replace('"mie"', f'"tabulated"\n{phase}').split("radius_nm")[0]
     sample = parse_sample(f"schema_version = 1\n{text}scattering_per_mm = 50\nabsorption_per_mm = 0.1\n")
-    with pytest.raises(InputRefusedError, match=sentence):
+    with refused(named):
         ForwardModel(sample, [0.0], [10.0], [180.0], [WAVELENGTH], [False], COARSE)

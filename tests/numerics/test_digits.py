@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from jaxink.numerics.digits import interval, plain, share, with_uncertainty
+from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
 
 
 @pytest.mark.parametrize(
@@ -33,10 +33,10 @@ def test_digits_follow_the_error(value, error, text):
     assert with_uncertainty(value, error) == text
 
 
-def test_share_of_the_value():
-    assert share(200.0, 3.0) == "1.5 %"
-    assert share(-200.0, 3.0) == "1.5 %"
-    assert share(0.0, 3.0) == share(1.0, None) == share(1.0, math.inf) == ""
+def test_relative_error_of_the_value():
+    assert relative_error(200.0, 3.0) == "1.5 %"
+    assert relative_error(-200.0, 3.0) == "1.5 %"
+    assert relative_error(0.0, 3.0) == relative_error(1.0, None) == relative_error(1.0, math.inf) == ""
 
 
 def test_interval_keeps_two_digits_of_its_width():
@@ -44,3 +44,20 @@ def test_interval_keeps_two_digits_of_its_width():
     assert interval(96.2257, 100.284) == "96.2 ... 100.3"
     assert interval(0.0, 1000.0) == "0 ... 1000"
     assert interval(1e-6, 3e-6) == f"{plain(1e-6)} ... {plain(3e-6)}"
+
+
+@pytest.mark.parametrize("none", [None, math.nan])
+def test_no_number_is_said_as_the_caller_wants(none):
+    assert (percent(none), percent(none, missing="-"), rounded(none), rounded(none, missing="-")) == (
+        "",
+        "-",
+        "",
+        "-",
+    )
+
+
+def test_shares_in_per_cent():
+    assert percent(0.01234) == "1.23 %"
+    assert percent(0.01234, "+.2f") == "+1.23 %"
+    assert rounded(1234.5) == "1.23e+03"
+    assert rounded(0.012345, 4) == "0.01235"

@@ -14,7 +14,7 @@ from jaxink.solver.bsdf import diffuse_bsdf
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import block_media, plan_channels
 from jaxink.solver.stack import Stack
-from physics.probe import Light, ink
+from tests.physics.probe import Light, ink
 
 
 @pytest.mark.parametrize(

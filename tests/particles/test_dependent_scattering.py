@@ -6,7 +6,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.particles.mie import mie_coefficients
 from jaxink.particles.mixture import Population, mixture_coefficients
 from jaxink.particles.size_distribution import log_normal, monodisperse
@@ -221,27 +220,27 @@ def test_spheres_of_the_binders_index_do_not_scatter():
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("make", "named"),
     [
-        (lambda: percus_yevick(1.0, 1.0), r"^volume_fraction is 1, but it must lie in 0 \.\.\. 1, 1 excl"),
-        (lambda: percus_yevick(-1.0, 0.1), r"^squared_phase is -1, but it must be 0 or more\.$"),
-        (lambda: mixture_coefficients((), 1.5, 550.0), r"^there are no populations of particles"),
+        (lambda: percus_yevick(1.0, 1.0), "volume_fraction"),
+        (lambda: percus_yevick(-1.0, 0.1), "squared_phase"),
+        (lambda: mixture_coefficients((), 1.5, 550.0), ""),
         (
             lambda: mixture_coefficients(
                 tuple(Population(monodisperse(100.0), 2.0, f) for f in (0.6, 0.5)), 1.5, 550.0
             ),
-            r"^the volume fraction of all particles is 1\.1, but it must be below 1\.$",
+            "1.1",
         ),
         (
             lambda: mixture_coefficients((Population(monodisperse(100.0), 2.0, 0.1),), 1.5, 550.0, 1.5),
-            r"^structure_factor_weight is 1\.5, but it must lie in 0 \.\.\. 1\.$",
+            "structure_factor_weight",
         ),
         (
             lambda: mixture_coefficients((Population(monodisperse(100.0), 2.0, -0.1),), 1.5, 550.0),
-            r"^a volume_fraction is -0\.1, but",
+            "volume_fraction",
         ),
     ],
 )
-def test_wrong_values_are_refused_with_a_sentence(make, message):
-    with pytest.raises(InputRefusedError, match=message):
+def test_wrong_values_are_refused_with_a_sentence(make, named, refused):
+    with refused(named):
         make()

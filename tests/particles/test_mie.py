@@ -4,8 +4,8 @@ import miepython
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
-from jaxink.particles.mie import mie_coefficients, mie_orders, mie_sphere
+from jaxink.particles.mie import mie_coefficients, mie_sphere
+from jaxink.particles.mie_series import mie_orders
 from jaxink.particles.phase_function import Rayleigh
 
 COSINES = np.cos(np.deg2rad(np.linspace(0, 180, 181)))
@@ -219,28 +219,28 @@ def test_outside_the_range_a_traced_sphere_is_not_a_number():
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("make", "named"),
     [
-        (lambda: mie_sphere(0.0, 1.5), r"^size_parameter is 0, but it must be above 0\.$"),
-        (lambda: mie_sphere(50.0, 1.5), r"^size_parameter is 50, .* at most 40: ask for a larger max_size"),
+        (lambda: mie_sphere(0.0, 1.5), "size_parameter"),
+        (lambda: mie_sphere(50.0, 1.5), "size_parameter"),
         (
             lambda: mie_sphere(5.0, 1.5 - 0.1j),
-            r"imaginary part of relative_index is -0\.1, .* \(index n \+ ik\)\.$",
+            "relative_index",
         ),
-        (lambda: mie_sphere(5.0, -1.5), r"real part of relative_index is -1\.5"),
-        (lambda: mie_sphere(39.0, 3.5), r"relative_index times size_parameter is 136\.5"),
-        (lambda: mie_coefficients(-1.0, 2.0, 0.1, 1.5, 550.0), r"^radius_nm is -1, but it must be real and"),
+        (lambda: mie_sphere(5.0, -1.5), "relative_index"),
+        (lambda: mie_sphere(39.0, 3.5), "relative_index"),
+        (lambda: mie_coefficients(-1.0, 2.0, 0.1, 1.5, 550.0), "radius_nm"),
         (
             lambda: mie_coefficients(200.0, 2.0, 1.1, 1.5, 550.0),
-            r"^volume_fraction is 1\.1, .* lie in 0 \.\.\. 1",
+            "volume_fraction",
         ),
         (
             lambda: mie_coefficients(200.0, 2.0, 0.1, 1.5 + 0.1j, 550.0),
-            r"^binder_index is .*, but it must be real",
+            "binder_index",
         ),
-        (lambda: mie_coefficients(200.0, 2.0, 0.1, 1.5, 0.0), r"^wavelength_nm is 0, but"),
+        (lambda: mie_coefficients(200.0, 2.0, 0.1, 1.5, 0.0), "wavelength_nm"),
     ],
 )
-def test_wrong_values_are_refused_with_a_sentence(make, message):
-    with pytest.raises(InputRefusedError, match=message):
+def test_wrong_values_are_refused_with_a_sentence(make, named, refused):
+    with refused(named):
         make()

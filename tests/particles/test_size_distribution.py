@@ -6,7 +6,6 @@ import miepython
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.particles.mie import mie_coefficients
 from jaxink.particles.mixture import Population, mixture_coefficients
 from jaxink.particles.size_distribution import (
@@ -156,19 +155,19 @@ def test_median_beyond_what_is_served_is_not_a_number():
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("make", "named"),
     [
-        (lambda: monodisperse(0.0), r"^radius_nm is 0, but it must be above 0\.$"),
-        (lambda: log_normal(-1.0, 0.1), r"^median_radius_nm is -1, but"),
-        (lambda: log_normal(100.0, -0.1), r"^variance_ln is -0\.1, but it must be 0 or more\.$"),
-        (lambda: log_normal(100.0, 0.1, 30), r"^n_sizes is 30, but it must be odd"),
-        (lambda: discrete([100.0, 200.0], [1.0]), r"give one weight for each radius"),
-        (lambda: discrete([100.0, 200.0], [1.0, -1.0]), r"^a weight of the size distribution is -1"),
-        (lambda: discrete([100.0, 200.0], [0.0, 0.0]), r"^the sum of the weights .* is 0"),
+        (lambda: monodisperse(0.0), "radius_nm"),
+        (lambda: log_normal(-1.0, 0.1), "median_radius_nm"),
+        (lambda: log_normal(100.0, -0.1), "variance_ln"),
+        (lambda: log_normal(100.0, 0.1, 30), "n_sizes"),
+        (lambda: discrete([100.0, 200.0], [1.0]), ""),
+        (lambda: discrete([100.0, 200.0], [1.0, -1.0]), "1"),
+        (lambda: discrete([100.0, 200.0], [0.0, 0.0]), "0"),
     ],
 )
-def test_wrong_values_are_refused_with_a_sentence(make, message):
-    with pytest.raises(InputRefusedError, match=message):
+def test_wrong_values_are_refused_with_a_sentence(make, named, refused):
+    with refused(named):
         make()
 
 

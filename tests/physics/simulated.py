@@ -5,25 +5,6 @@ import json
 
 import numpy as np
 
-# To be filled with the ink of a truth file; more tables may follow.
-PLATE_AND_INK = """
-schema_version = 1
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = {d_mm}e3
-scattering_per_mm = {mus}
-absorption_per_mm = {mua}
-asymmetry_parameter = {g}
-"""
-
 
 def simulated(shared_data, name):
     """Truth, numbers of its ink, angles (incidence, view, azimuth), and whether each row is transmission."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS
-from physics.probe import Light, film, ink, matched, printed, two_inks
+from tests.physics.probe import Light, film, ink, matched, printed, two_inks
 
 # The vanishing eigenvalue of a layer without absorption has a rounding, which counts times its thickness.
 ROUNDING = 1e-10

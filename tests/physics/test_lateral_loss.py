@@ -10,8 +10,9 @@ from jaxink.solver.bsdf import diffuse_bsdf
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.lateral import LateralField, bessel_j0
 from jaxink.solver.stack import Stack
-from physics.probe import ink, printed
-from physics.simulated import PLATE_AND_INK, simulated
+from tests.physics.probe import ink, printed
+from tests.physics.simulated import simulated
+from tests.samples import PLATE_AND_INK
 
 SMALL = SolverConfig(8, 6, 12, 4)
 PLATE = printed(ink(1.5, 3.0, 1.0), 1.5)

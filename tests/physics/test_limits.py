@@ -11,7 +11,7 @@ from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import plan_channels
 from jaxink.solver.stack import Stack
-from physics.probe import Light, film, ink, matched, pair_angles, printed, two_inks
+from tests.physics.probe import Light, film, ink, matched, pair_angles, printed, two_inks
 
 
 @pytest.mark.parametrize("share", [0.0, 0.15, 0.5])

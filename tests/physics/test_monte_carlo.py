@@ -1,32 +1,25 @@
-"""The solver against photons, and photons against quadratures: benchmarks/monte_carlo.py imports no jaxink.
+"""The solver against photons, and photons against quadratures: benchmarks.montecarlo imports no jaxink.
 
 Seeded. Standard errors are those of 20 batches; 4 of them is the limit everywhere.
 """
 
 import ast
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks import montecarlo
 from jaxink.optics.directions import Directions
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from physics.probe import SMALL, ink, printed
-
-BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
-sys.path.append(str(BENCHMARKS))
-
-import monte_carlo  # noqa: E402
-import monte_carlo_facets  # noqa: E402
-import monte_carlo_sample as described  # noqa: E402
+from tests.physics.probe import SMALL, ink, printed
 
 LIMIT = 4.0
 THETA_DEG = 35.0
 ALBEDO, THICKNESS = 0.995, 8.0
-LOOKED_AT = described.Detectors(
+LOOKED_AT = montecarlo.Detectors(
     np.tile([10.0, 45.0, 75.0], 4), np.repeat([0.0, 90.0, 180.0, 60.0], 3), np.repeat([False, True], 6)
 )
 
@@ -39,14 +32,14 @@ def white_ink(albedo=ALBEDO):
 def photons():
     """What 40 000 photons make of a plate with a white ink on its exit face."""
     extinction = THICKNESS / 0.08
-    phase = described.HenyeyGreenstein(0.6)
-    layer = described.Layer(1.5, 0.08, ALBEDO * extinction, (1 - ALBEDO) * extinction, phase)
-    sample = described.Sample((described.Layer(1.5, 1.0), layer))
-    return monte_carlo.simulate(sample, THETA_DEG, 40_000, seed=11, detectors=LOOKED_AT)
+    phase = montecarlo.HenyeyGreenstein(0.6)
+    layer = montecarlo.Layer(1.5, 0.08, ALBEDO * extinction, (1 - ALBEDO) * extinction, phase)
+    sample = montecarlo.Sample((montecarlo.Layer(1.5, 1.0), layer))
+    return montecarlo.simulate(sample, THETA_DEG, 40_000, seed=11, detectors=LOOKED_AT)
 
 
 def deviations(batches, expected):
-    value, error = monte_carlo.Result.mean_and_error(batches)
+    value, error = montecarlo.Result.mean_and_error(batches)
     return (value - expected) / error
 
 
@@ -64,7 +57,7 @@ def solved_powers(stack):
 
 
 def test_the_photons_import_nothing_of_the_solver():
-    for path in BENCHMARKS.glob("monte_carlo*.py"):
+    for path in Path(montecarlo.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module] if isinstance(node, ast.ImportFrom) else []
@@ -94,9 +87,9 @@ def test_bsdf_at_given_directions(photons):
 
 def test_photons_draw_the_phase_function_that_they_value():
     cosines = np.linspace(-1, 1, 401)
-    table = described.Tabulated(cosines, np.asarray(HenyeyGreenstein(0.5).value(cosines)))
+    table = montecarlo.Tabulated(cosines, np.asarray(HenyeyGreenstein(0.5).value(cosines)))
     edges = np.linspace(-1, 1, 9)
-    for phase in (described.HenyeyGreenstein(0.7, -0.4, shares=(0.6, 0.4)), table):
+    for phase in (montecarlo.HenyeyGreenstein(0.7, -0.4, shares=(0.6, 0.4)), table):
         drawn = phase.draw(40_000, np.random.default_rng(2))
         share = np.histogram(drawn, edges)[0] / drawn.size
         fine = np.linspace(-1, 1, 8001)
@@ -121,10 +114,10 @@ def polar_slopes(facets):
     return radius[:, None] * np.cos(azimuth), radius[:, None] * np.sin(azimuth), weight[:, None]
 
 
-@pytest.mark.parametrize("kind", sorted(monte_carlo_facets.DENSITIES))
+@pytest.mark.parametrize("kind", sorted(montecarlo.DENSITIES))
 def test_visible_facets_fill_the_projected_area(kind):
     """The integral of P(s) (i.m)+ / m_z is (1 + Lambda) cos(theta), or |cos(theta)| Lambda from below."""
-    facets = monte_carlo_facets.Facets(kind, 0.2)
+    facets = montecarlo.Facets(kind, 0.2)
     p, _, weight = polar_slopes(facets)
     assert weight.sum() * p.shape[1] == pytest.approx(1.0, abs=3e-6)
     for theta in np.deg2rad([20.0, 70.0, 88.0, 110.0]):
@@ -137,13 +130,13 @@ def test_visible_facets_fill_the_projected_area(kind):
     ("indices", "theta_deg"), [((1.0, 1.5), 60.0), ((1.5, 1.0), 20.0), ((1.5, 1.0), 50.0)]
 )
 def test_light_after_one_facet_is_a_quadrature(indices, theta_deg):
-    facets = monte_carlo_facets.Facets("cauchy", np.tan(np.deg2rad(3.2)))
+    facets = montecarlo.Facets("cauchy", np.tan(np.deg2rad(3.2)))
     cosine, sine = np.cos(np.deg2rad(theta_deg)), np.sin(np.deg2rad(theta_deg))
     p, q, weight = polar_slopes(facets)
     rise = 1 / np.sqrt(1 + p**2 + q**2)
     with_facet = np.maximum((cosine + p * sine) * rise, 1e-12)
     met = weight * with_facet / rise / (cosine + facets.excess(cosine, sine))
-    reflectance, refracted = monte_carlo_facets.fresnel(*indices, with_facet)
+    reflectance, refracted = montecarlo.fresnel(*indices, with_facet)
     up = 2 * with_facet * rise - cosine
     ratio = indices[0] / indices[1]
     down = ratio * cosine - (ratio * with_facet - refracted) * rise
@@ -151,19 +144,19 @@ def test_light_after_one_facet_is_a_quadrature(indices, theta_deg):
         np.sum(met * share * facets.escape(away, np.sqrt(np.maximum(1 - away**2, 0))))
         for share, away in ((reflectance, up), (1 - reflectance, down))
     ]
-    result = monte_carlo_facets.interface_alone(indices, theta_deg, facets, 60_000, seed=3)
+    result = montecarlo.interface_alone(indices, theta_deg, facets, 60_000, seed=3)
     for name, value in zip(("R_single", "T_single"), expected, strict=True):
         assert abs(result[name][0] - value) < LIMIT * result[name][1], name
     assert result["R"][0] + result["T"][0] == pytest.approx(1.0, abs=1e-12)
 
 
 def test_reference_of_one_interface_is_what_the_script_makes():
-    reference = json.loads((BENCHMARKS / "reference_interface.json").read_text(encoding="utf-8"))
+    reference = json.loads(montecarlo.INTERFACE_FILE.read_text(encoding="utf-8"))
     for case in reference["cases"]:
         assert case["R"] + case["T"] == pytest.approx(1.0, abs=2e-6)
     case = next(c for c in reference["cases"] if c["density"] == "ggx" and c["theta_i_deg"] == 50)
-    facets = monte_carlo_facets.Facets("ggx", case["t"])
-    result = monte_carlo_facets.interface_alone((case["n_from"], case["n_to"]), 50, facets, 60_000, seed=5)
+    facets = montecarlo.Facets("ggx", case["t"])
+    result = montecarlo.interface_alone((case["n_from"], case["n_to"]), 50, facets, 60_000, seed=5)
     for name in ("R", "R_single", "T_single"):
         error = np.hypot(result[name][1], case[f"{name}_se"])
         assert abs(result[name][0] - case[name]) < LIMIT * error, name
@@ -176,10 +169,10 @@ def test_next_events_through_a_rough_face_add_up_to_the_photons_that_leave():
     azimuth = (np.arange(8) + 0.5) * 22.5
     grid = [axis.ravel() for axis in np.meshgrid(theta, azimuth, [False, True], indexing="ij")]
     etendue = np.repeat(weight / 2 * np.pi, 16) / 8
-    rough = monte_carlo_facets.Facets("beckmann", 0.4)
-    layer = described.Layer(1.5, 0.08, 25.0, 1.0, described.HenyeyGreenstein(0.4))
-    sample = described.Sample((described.Layer(1.4, 1.0), layer), faces=(None, None, rough))
-    result = monte_carlo.simulate(sample, 30.0, 5_000, seed=4, detectors=described.Detectors(*grid))
+    rough = montecarlo.Facets("beckmann", 0.4)
+    layer = montecarlo.Layer(1.5, 0.08, 25.0, 1.0, montecarlo.HenyeyGreenstein(0.4))
+    sample = montecarlo.Sample((montecarlo.Layer(1.4, 1.0), layer), faces=(None, None, rough))
+    result = montecarlo.simulate(sample, 30.0, 5_000, seed=4, detectors=montecarlo.Detectors(*grid))
     for name, side in (("R", ~grid[2]), ("T", grid[2])):
         counted = result.powers[f"{name}_diffuse"] + result.powers[f"{name}_surface"]
         difference = etendue[side] @ result.bsdf[side] - counted

@@ -10,7 +10,7 @@ from jaxink.solver.plan import plan_channels
 from jaxink.solver.solve import solve_stack
 from jaxink.solver.stack import Stack
 from jaxink.surfaces.slopes import slope_density
-from physics.probe import ink
+from tests.physics.probe import ink
 
 SMALL = SolverConfig(10, 8, 16, 6)
 PLATE, GAP, PRIMER, COAT = (ClearLayer(n, 0.0) for n in (1.49, 1.0, 1.6, 1.42))

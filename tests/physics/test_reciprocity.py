@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from physics.probe import Light, film, ink, matched, printed, two_inks
+from tests.physics.probe import Light, film, ink, matched, printed, two_inks
 
 ROUNDING = 1e-11
 ASYMMETRIC = (

@@ -14,7 +14,7 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import LAYER_METHODS, layer_method
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.stack import Stack
-from physics.probe import pair_angles
+from tests.physics.probe import pair_angles
 
 CONFIG = SolverConfig(10, 8, 20, 6)
 N_SEEDED = 60

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jaxink.errors import InputRefusedError
 from jaxink.measurement import GonioData
 from jaxink.plots import cut_figure, figures, residual_map, save_figures
 from jaxink.plots.cuts import FITTED, MASKED, MEASURED
-from jaxink.plots.scans import scan_views
+from jaxink.plots.scan_views import scan_views
 
 
 def lines(axes, style):
@@ -96,20 +95,21 @@ def test_line_is_broken_at_the_peak(example_result):
     assert [(fitted[i - 1, 0], fitted[i + 1, 0]) for i in gap] == [(25.0, 35.0)]
 
 
-def test_title_and_legend_say_what_is_drawn(example_result):
+def test_title_and_legend_say_what_is_drawn(example_result, told):
     figure = cut_figure(example_result, 550.0, "T")
     title = figure.texts[0].get_text()
-    assert title.startswith("SIMULATED measurement simulated_plate_and_ink.csv: transmission at 550 nm")
-    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["measured", "fitted", "undeviated beam"]
-    assert panels(figure)[0][2].get_ylabel() == "residual [σ]"
+    told(title, "SIMULATED", "simulated_plate_and_ink.csv", "550 nm", numbers=False)
+    for entry in figure.legends[0].get_texts():
+        told(entry.get_text())
+    told(panels(figure)[0][2].get_ylabel(), "[σ]")
 
 
-def test_real_data_are_not_called_simulated(example_result, ball):
+def test_real_data_are_not_called_simulated(example_result, ball, told):
     title = residual_map(scattered(example_result, ball), 550.0, "R").texts[0].get_text()
-    assert title.startswith("Measurement ball.csv: reflection")
+    assert "SIMULATED" not in told(title, "ball.csv", numbers=False)
 
 
-def test_masked_points_are_shown_but_not_fitted(example_result):
+def test_masked_points_are_shown_but_not_fitted(example_result, told):
     data = example_result.data
     off = (data.theta_i_deg == 30) & ~data.is_transmission & (data.theta_o_deg > 80)
     masked = dataclasses.replace(
@@ -122,14 +122,14 @@ def test_masked_points_are_shown_but_not_fitted(example_result):
     log = panels(figure)[2][0]
     assert sorted(lines(log, MASKED)[:, 0]) == [-85, -82.5, 82.5, 85]
     assert np.nanmax(lines(log, FITTED)[:, 0]) == 80
-    assert "masked, not fitted" in [t.get_text() for t in figure.legends[0].get_texts()]
+    told(" ".join(t.get_text() for t in figure.legends[0].get_texts()))
 
 
-def test_maps_where_data_leave_the_plane(example_result, ball):
+def test_maps_where_data_leave_the_plane(example_result, ball, refused, told):
     result = scattered(example_result, ball)
     assert [name for name, _ in figures(result)] == ["residual_map_R_550nm"]
     figure = residual_map(result, 550.0, "R")
-    assert "too few points in the plane for cuts" in texts(figure)
+    told(texts(figure), numbers=False)
     discs = [axes for axes in figure.axes if axes.name == "polar"]
     assert len(discs) == 2
     views = scan_views(result, 550.0, "R")
@@ -148,22 +148,22 @@ def test_maps_where_data_leave_the_plane(example_result, ball):
             axes.transData.transform((np.pi / 2, 60.0))[1] > axes.transData.transform((-np.pi / 2, 60.0))[1]
         )
     assert scales == {(-4.0, 4.0)}
-    with pytest.raises(InputRefusedError, match="see residual_map"):
+    with refused("residual_map"):
         cut_figure(result, 550.0, "R")
 
 
-def test_a_scan_without_a_cut_says_so_on_the_page(example_result, ball):
+def test_a_scan_without_a_cut_says_so_on_the_page(example_result, ball, told):
     plane = (np.zeros(30), np.tile(np.linspace(5, 75, 15), 2), np.repeat([0.0, 180.0], 15))
     result = scattered(example_result, [plane, ball[1]])
     assert [name for name, _ in figures(result)] == ["cuts_R_550nm", "residual_map_R_550nm"]
-    assert "4 of 44 points lie in the plane" in texts(cut_figure(result, 550.0, "R"))
+    told(texts(cut_figure(result, 550.0, "R")), "4 of 44", numbers=False)
 
 
-def test_unknown_noise_gives_residuals_in_per_cent(example_result):
+def test_unknown_noise_gives_residuals_in_per_cent(example_result, told):
     data = example_result.data
     result = dataclasses.replace(example_result, whitened=None)
     residual = panels(cut_figure(result, 550.0, "R"))[0][2]
-    assert residual.get_ylabel() == "(measured - fitted) / fitted [%]"
+    told(residual.get_ylabel(), "[%]")
     here = (data.theta_i_deg == 0) & ~data.is_transmission
     expected = 100 * (data.bsdf_per_sr / result.predicted_per_sr - 1)[here]
     np.testing.assert_allclose(np.sort(lines(residual, MEASURED)[:, 1]), np.sort(expected), rtol=1e-12)
@@ -201,10 +201,10 @@ def test_nothing_on_a_page_overlaps_or_leaves_it(example_result):
             assert min(width, height) < 3
 
 
-def test_unknown_scans_and_formats_are_refused(example_result, tmp_path):
-    with pytest.raises(InputRefusedError, match="holds no R at 600 nm; it holds R at 550 nm, T at 550 nm"):
+def test_unknown_scans_and_formats_are_refused(example_result, tmp_path, refused):
+    with refused("R", 600, "T", 550):
         cut_figure(example_result, 600.0, "R")
-    with pytest.raises(InputRefusedError, match="cannot be written as 'bmp'; choose of: png, pdf, svg"):
+    with refused("bmp", "png", "pdf", "svg"):
         save_figures(example_result, tmp_path / "figures", ("bmp",))
     assert list(tmp_path.iterdir()) == []
 

@@ -11,7 +11,7 @@ from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.resolution import choose_sizes
 from jaxink.solver.stack import Stack
-from reference.conftest import bsdf_points, column, predict
+from tests.reference.conftest import bsdf_points, column, predict
 
 OPTICS = {
     "W1": (0.35, 0.999, 8.0, 1.0),

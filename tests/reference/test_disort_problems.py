@@ -1,16 +1,16 @@
 """Test problems 1 to 5 and 9 of DISORT to 89 degrees, at the sizes chosen for an accuracy."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from benchmarks.validation.accuracy.disort_problems import (
+    column,
+    is_transmission,
+    radiances,
+    read_problems,
+    stack_of,
+)
 from jaxink.solver.resolution import choose_sizes
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
-
-from disort_problems import column, is_transmission, radiances, read_problems, stack_of  # noqa: E402
 
 PROBLEMS = read_problems()
 # The printed values of problems 3 to 5 are outputs of 16 to 48 streams.

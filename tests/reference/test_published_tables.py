@@ -15,7 +15,7 @@ from jaxink.particles.phase_function import TabulatedByMoments
 from jaxink.solver.bsdf import regular_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.stack import Stack
-from reference.conftest import (
+from tests.reference.conftest import (
     MATCHED,
     TOTALS_MATCHED,
     TOTALS_REFRACTING,

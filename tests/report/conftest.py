@@ -6,45 +6,24 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis import DiagnosisOptions, Verdict, diagnose
+from jaxink.diagnosis import DiagnosisOptions, Verdict, VerdictCode, diagnose
 from jaxink.effects.instrument import Drift, StrayLight
-from jaxink.effects.sample import Polydispersity
+from jaxink.effects.volume import Polydispersity
 from jaxink.fitting import FitOptions
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
-from jaxink.plots.diagnosis import diagnosis_figures
+from jaxink.plots.diagnosis_figures import diagnosis_figures
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change
-from report.truth import STRAY_PER_SR, TRUTH
+from tests.samples import STRAY_LIGHT, STRAY_PER_SR, TRUTH
 
-TOML = """
-schema_version = 1
-title = "Simulated: <ink> & plate"
-wavelength_nm = 550
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 90
-scattering_per_mm = { free = true, value = 100, min = 1, max = 1000 }
-absorption_per_mm = { free = true, value = 2, min = 0, max = 50 }
-asymmetry_parameter = 0.6
-[noise]
-scan_relative = 0.002
-"""
 CATALOGUE = (StrayLight, Drift, Polydispersity)
 
 
 @pytest.fixture(scope="session")
 def found(coarse):
     """Diagnosis of 84 values with noise of half a per cent and a constant added."""
-    sample = jaxink.parse_sample(TOML)
+    sample = jaxink.parse_sample(STRAY_LIGHT)
     signed = np.array([-80.0, -70, -55, -40, -20, -8, 0, 8, 20, 40, 55, 70, 77, 83])
     theta_i, angle, side = (
         axis.ravel() for axis in np.meshgrid([14.0, 35.0, 62.0], signed, [False, True], indexing="ij")
@@ -82,7 +61,7 @@ def written(found, change, tmp_path_factory):
 @pytest.fixture(scope="session")
 def unchanged(found):
     """The same where no effect is found."""
-    verdict = Verdict("no_misfit", (), "No misfit: nothing to see.")
+    verdict = Verdict(VerdictCode.NO_MISFIT, (), "No misfit: nothing to see.")
     return dataclasses.replace(found, verdict=verdict, steps=(), after=found.before, effects=())
 
 

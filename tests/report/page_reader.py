@@ -34,5 +34,6 @@ class Page(HTMLParser):
         elif "style" not in self.open:
             self.words += data
 
-    def table(self, head):
-        return next(t for t in self.tables if head in t[0])
+    def table(self, cell):
+        """The first table with such a cell below its head."""
+        return next(table for table in self.tables if any(cell in row for row in table[1:]))

@@ -6,7 +6,6 @@ import struct
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.sample.heights import read_heights
 
 HEIGHTS = np.arange(12.0).reshape(3, 4)
@@ -33,80 +32,73 @@ def test_texts_may_begin_with_a_byte_order_mark(tmp_path):
     np.testing.assert_array_equal(read_heights("map.csv", "heights_um", tmp_path), [[1, 2], [np.nan, 4]])
 
 
-CLAIMS = "an array of the shape {} takes {} bytes, but 96 follow its head; write the file anew."
-NO_MAP = "must hold one array of real numbers, of one or two axes."
 BAD = {
-    "a trillion values": (npy(head("(1000000, 1000000)")), CLAIMS.format((10**6, 10**6), 8 * 10**12)),
-    "more than can be counted": (npy(head(f"({10**30},)")), CLAIMS.format((10**30,), 8 * 10**30)),
-    "negative": (npy(head("(-3, -4)")), NO_MAP),
-    "too short": (npy(head("(13,)")), CLAIMS.format((13,), 104)),
-    "something behind": (npy(head("(11,)")), CLAIMS.format((11,), 88)),
-    "objects": (npy(head(descr="'|O'")), NO_MAP),
-    "complex": (npy(head(descr="'<c16'")), NO_MAP),
-    "table": (npy(head(descr="[('x', '<f8')]")), NO_MAP),
+    "a trillion values": (npy(head("(1000000, 1000000)")), 8 * 10**12),
+    "more than can be counted": (npy(head(f"({10**30},)")), 8 * 10**30),
+    "negative": (npy(head("(-3, -4)")), ""),
+    "too short": (npy(head("(13,)")), 104),
+    "something behind": (npy(head("(11,)")), 88),
+    "objects": (npy(head(descr="'|O'")), ""),
+    "complex": (npy(head(descr="'<c16'")), ""),
+    "table": (npy(head(descr="[('x', '<f8')]")), ""),
     # NumPy warns of this type.
-    "old type of text": (npy(head(descr="'a8'")), NO_MAP),
-    "no type": (npy(head(descr="'<q99'")), "is not a readable .npy file (descr is not a valid dtype"),
-    "too many axes": (npy(head("(" + "1," * 70 + "12)")), NO_MAP),
-    "nested": (npy("(" * 5000), "is not a readable .npy file ("),
-    "signs": (npy("-" * 9000 + "1"), "is not a readable .npy file ("),
-    "long head": (npy(head() + " " * 60_000), "is not a readable .npy file ("),
-    "later version": (npy(head(), version=(9, 0)), "is not a readable .npy file ("),
-    "archive": (b"PK\x03\x04", "is not a readable .npy file ("),
-    "empty": (b"", "is not a readable .npy file ("),
+    "old type of text": (npy(head(descr="'a8'")), ""),
+    "no type": (npy(head(descr="'<q99'")), ""),
+    "too many axes": (npy(head("(" + "1," * 70 + "12)")), ""),
+    "nested": (npy("(" * 5000), ""),
+    "signs": (npy("-" * 9000 + "1"), ""),
+    "long head": (npy(head() + " " * 60_000), ""),
+    "later version": (npy(head(), version=(9, 0)), ""),
+    "archive": (b"PK\x03\x04", ""),
+    "empty": (b"", ""),
 }
 
 
-@pytest.mark.parametrize(("content", "beginning"), BAD.values(), ids=BAD)
-def test_bad_arrays_are_refused(content, beginning, tmp_path):
+@pytest.mark.parametrize(("content", "named"), BAD.values(), ids=BAD)
+def test_bad_arrays_are_refused(content, named, tmp_path, refused):
     path = tmp_path / "map.npy"
     path.write_bytes(content)
-    with pytest.raises(InputRefusedError) as caught:
+    with refused("heights_um", path, named):
         read_heights("map.npy", "heights_um", tmp_path)
-    assert str(caught.value).startswith(f"heights_um names {path}: {beginning}")
 
 
 BAD_TEXTS = {
-    "latin": (b"1,2\n3,\xb5\n", ", row 2: byte 0xb5 is not UTF-8 text; save as UTF-8."),
-    "UTF-16": ("1,2".encode("utf-16"), ": is UTF-16 text; save it as UTF-8."),
-    "long cell": (b"1" * 200_000, ", row 1: is not CSV text (field larger than field limit (131072))."),
-    "empty": (b"\n\n", ": is empty."),
+    "latin": (b"1,2\n3,\xb5\n", "row 2"),
+    "UTF-16": ("1,2".encode("utf-16"), "16"),
+    "long cell": (b"1" * 200_000, "row 1"),
+    "empty": (b"\n\n", ""),
 }
 
 
-@pytest.mark.parametrize(("content", "end"), BAD_TEXTS.values(), ids=BAD_TEXTS)
-def test_bad_texts_are_refused(content, end, tmp_path):
+@pytest.mark.parametrize(("content", "named"), BAD_TEXTS.values(), ids=BAD_TEXTS)
+def test_bad_texts_are_refused(content, named, tmp_path, refused):
     path = tmp_path / "map.csv"
     path.write_bytes(content)
-    with pytest.raises(InputRefusedError) as caught:
+    with refused("heights_um", path, named):
         read_heights("map.csv", "heights_um", tmp_path)
-    assert str(caught.value) == f"heights_um names {path}{end}"
 
 
 @pytest.mark.parametrize(
-    ("name", "end"),
+    ("name", "named"),
     [
-        ("pipe.npy", "is a pipe, but only ordinary files are read; write the file of heights to one."),
-        (
-            "zero.csv",
-            "is a device, but only ordinary files are read; write the file of heights to one.",
-        ),
-        ("a\0b.npy", "holds a zero byte, which no file's name can; name one file of heights."),
-        ("x" * 300 + ".npy", "the name is longer than any file's can be; name one file of heights."),
+        ("pipe.npy", "pipe.npy"),
+        ("zero.csv", "zero.csv"),
+        ("a\0b.npy", ".npy"),
+        ("x" * 300 + ".npy", ".npy"),
     ],
+    ids=["pipe", "device", "zero byte", "long"],
 )
-def test_other_files_are_refused(name, end, tmp_path):
+def test_other_files_are_refused(name, named, tmp_path, refused):
     os.mkfifo(tmp_path / "pipe.npy")
     (tmp_path / "zero.csv").symlink_to("/dev/zero")
-    with pytest.raises(InputRefusedError, match=r"^heights_um names .*\.(npy|csv)'?: ") as caught:
+    with refused("heights_um", named):
         read_heights(name, "heights_um", tmp_path)
-    assert str(caught.value).endswith(end)
 
 
-def test_heights_beyond_any_surface_are_refused(tmp_path):
+def test_heights_beyond_any_surface_are_refused(tmp_path, refused):
     from jaxink.surfaces.height_map import HeightMap
 
     heights = np.zeros((20, 20))
     heights[3, 4] = -1e300
-    with pytest.raises(InputRefusedError, match=r"has a height of 1e\+300 um; none may be above 1e\+06 um"):
+    with refused("1e+300 um"):
         HeightMap(heights, 1.0)

@@ -2,7 +2,6 @@
 
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.sample import parse_sample, sample_from_dict, sample_to_dict
 
 INK = """
@@ -31,15 +30,15 @@ def test_light_is_read_and_kept():
 
 
 @pytest.mark.parametrize(
-    ("line", "sentence"),
+    ("line", "named"),
     [
-        ('detector_mode = "eye"', "detector_mode = 'eye'; it must be one of: spectrometer, broadband"),
-        ("illumination = 3", r"must be \{ wavelength_nm = \[...\], power = \[...\] \}"),
-        ("illumination = { wavelength_nm = [400], power = [1] }", "equally many numbers"),
-        ("illumination = { wavelength_nm = [400, 500], power = [1, -1] }", "none negative"),
-        ("illumination = { wavelength_nm = [500, 400], power = [1, 1] }", "must ascend"),
+        ('detector_mode = "eye"', "detector_mode"),
+        ("illumination = 3", "wavelength_nm"),
+        ("illumination = { wavelength_nm = [400], power = [1] }", "wavelength_nm"),
+        ("illumination = { wavelength_nm = [400, 500], power = [1, -1] }", "power"),
+        ("illumination = { wavelength_nm = [500, 400], power = [1, 1] }", "wavelength_nm"),
     ],
 )
-def test_bad_light_gets_a_sentence(line, sentence):
-    with pytest.raises(InputRefusedError, match=sentence):
+def test_bad_light_gets_a_sentence(line, named, refused):
+    with refused(named):
         parse_sample(INK + line)

@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.sample import Backing, Prior, parse_sample, sample_from_dict, sample_to_dict
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.ties import evaluate_tie
@@ -67,8 +66,8 @@ def test_a_tie_of_a_tie():
 @pytest.mark.parametrize(
     "expression", ["a if b else c", "[a]", "'a'", "a.real()", "a < b", "lambda: 1", "__import__('os')"]
 )
-def test_ties_are_arithmetic_only(expression):
-    with pytest.raises(InputRefusedError, match="may hold numbers"):
+def test_ties_are_arithmetic_only(expression, refused):
+    with refused("+ - * / **"):
         evaluate_tie(expression, {"a": 1.0, "b": 1.0, "c": 1.0})
 
 
@@ -99,10 +98,10 @@ def test_prior_and_start(sample):
     assert sample.parameters["surroundings.index_front"].value == 1.0
 
 
-def test_unknown_names_are_refused(sample):
-    with pytest.raises(InputRefusedError, match="did you mean blue.thickness_um"):
+def test_unknown_names_are_refused(sample, refused):
+    with refused("blue.thickness_um"):
         sample.parameters.values_with({"blue.thickness_mm": 1.0})
-    with pytest.raises(InputRefusedError, match="did you mean blue.thickness_um"):
+    with refused("blue.thickness_um"):
         sample.parameters.replace("blue.thickness_mm", value=1.0)
 
 
@@ -143,31 +142,31 @@ def test_numbers_of_a_rough_face_are_parameters(sample):
     assert table["red.front_roughness.second_weight"].free
 
 
-def test_the_same_interface_is_rough_once(sample):
+def test_the_same_interface_is_rough_once(sample, refused):
     from jaxink import ForwardModel
 
     text = SAMPLE.replace(
         'front_roughness = { density = "ggx", sigma_deg = 4 }',
         'front_roughness = { density = "ggx", sigma_deg = 4 }\n',
     ).replace('name = "blue"', 'name = "blue"\nback_roughness = { density = "ggx", sigma_deg = 4 }')
-    with pytest.raises(InputRefusedError, match="blue.back_roughness and red.front_roughness are the same"):
+    with refused("blue.back_roughness"):
         ForwardModel(parse_sample(text), [0.0], [10.0], [0.0], [450.0], [False])
 
 
 @pytest.mark.parametrize(
-    ("entry", "sentence"),
+    ("entry", "named"),
     [
-        ('{ tie = "1 / (plate.thickness_mm - 1)" }', "divides by zero with the values of the file"),
-        ('{ tie = "0 - plate.thickness_mm" }', r"gives -1; it must lie between 0 and 1e\+06"),
-        ("{ value = 1, prior = { mean = 1, standard_deviation = 1 } }", "has a prior but is fixed"),
+        ('{ tie = "1 / (plate.thickness_mm - 1)" }', "1 / (plate.thickness_mm - 1)"),
+        ('{ tie = "0 - plate.thickness_mm" }', "1"),
+        ("{ value = 1, prior = { mean = 1, standard_deviation = 1 } }", "ink.absorption_per_mm"),
         (
             '{ tie = "plate.thickness_mm", prior = { mean = 1, standard_deviation = 1 } }',
-            "has a tie and a prior",
+            "ink.absorption_per_mm",
         ),
-        ('{ value = 1, per_wavelength = "no" }', "per_wavelength is 'no'; it must be true or false"),
+        ('{ value = 1, per_wavelength = "no" }', "per_wavelength"),
     ],
 )
-def test_what_would_be_ignored_or_meaningless_is_refused(entry, sentence):
+def test_what_would_be_ignored_or_meaningless_is_refused(entry, named, refused):
     text = f"""
     schema_version = 1
     [[layers]]
@@ -184,5 +183,5 @@ def test_what_would_be_ignored_or_meaningless_is_refused(entry, sentence):
     scattering_per_mm = 10
     absorption_per_mm = {entry}
     """
-    with pytest.raises(InputRefusedError, match=sentence):
+    with refused(named):
         parse_sample(text)

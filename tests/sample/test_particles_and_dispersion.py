@@ -7,7 +7,7 @@ import pytest
 
 from jaxink.data import simulated_example
 from jaxink.sample import Population, load_sample, parse_sample, sample_from_dict, sample_to_dict
-from sample.refused import edited, sentence_of
+from tests.samples import edited
 
 GOOD = """\
 schema_version = 1
@@ -134,100 +134,92 @@ BAD_SAMPLES = [
     (
         "formula that does not exist",
         ('"cauchy"', '"conrady"'),
-        "plate.refractive_index has dispersion = 'conrady'; it must be one of: cauchy, sellmeier, table.",
+        "plate.refractive_index",
     ),
     (
         "coefficient in another unit",
         ("b_um2", "b_nm2"),
-        "plate.refractive_index has the key 'b_nm2', which does not exist; did you mean b_um2?",
+        "plate.refractive_index",
     ),
     (
         "coefficient that is missing",
         (CAUCHY, "b_um2 = 0.004"),
-        "plate.refractive_index.a is missing; write a = <number>.",
+        "plate.refractive_index.a",
     ),
     (
         "coefficient by wavelength",
         ("b_um2 = 0.004479", "b_um2 = { per_wavelength = true, value = [0.004, 0.005] }"),
-        "plate.refractive_index.b_um2 has per_wavelength, but a dispersion already says what the index is at "
-        "each wavelength; remove it.",
+        "plate.refractive_index.b_um2",
     ),
     (
         "coefficient out of its range",
         ("a = 1.47766", "a = 14.7"),
-        "plate.refractive_index.a is 14.7; it must lie between 0.5 and 5.",
+        "plate.refractive_index.a",
     ),
     (
         "index below one",
         ("a = 1.47766", "a = 0.9"),
-        "plate.refractive_index gives 0.922119 at 450 nm with a = 0.9, b_um2 = 0.004479, c_um4 = 0; it must "
-        "lie between 1 and 4: change the coefficients, or narrow their ranges.",
+        "plate.refractive_index",
     ),
     (
         "range that reaches below one",
         ("b_um2 = 0.004479", "b_um2 = { free = true, min = -0.2, max = 0.01 }"),
-        "plate.refractive_index gives 0.490006 at 450 nm with a = 1.47766, b_um2 = -0.2, c_um4 = 0; it must "
-        "lie between 1 and 4: change the coefficients, or narrow their ranges.",
+        "plate.refractive_index",
     ),
     (
         "resonance in a range",
         ("c1_um2 = 0.011", "c1_um2 = { free = true, min = 0, max = 1 }"),
-        "ink.refractive_index.c1_um2 may be 0.2025 um^2, a resonance at the very wavelength of 450 nm; keep "
-        "it, and its range, on one side of that.",
+        "ink.refractive_index.c1_um2",
     ),
     (
         "no real index",
         ("b1 = 1.2, c1_um2 = 0.011", "b1 = -2, c1_um2 = 0.011"),
-        "ink.refractive_index gives no real index at 450 nm with b1 = -2, c1_um2 = 0.011, b2 = 0, "
-        "c2_um2 = 0, b3 = 0, c3_um2 = 0; it must lie between 1 and 4: change the coefficients, or narrow "
-        "their ranges.",
+        "ink.refractive_index",
     ),
     (
         "table that is too short",
         ("[400, 700]", "[500, 700]"),
-        "ink.particle_index is given from 500 to 700 nm, but 450 nm is asked for; give a table that holds "
-        "every wavelength.",
+        "ink.particle_index",
     ),
     (
         "table out of order",
         ("[400, 700]", "[700, 400]"),
-        "ink.particle_index: wavelength_nm must ascend, from a number above 0.",
+        "ink.particle_index",
     ),
     (
         "table of unequal columns",
         ("[2.9, 2.6]", "[2.9, 2.7, 2.6]"),
-        "ink.particle_index: wavelength_nm has 2 entries and value 3; they must be equally many.",
+        "ink.particle_index",
     ),
     (
         "table of words",
         ("[2.9, 2.6]", '"rutile"'),
-        "ink.particle_index: value must be a list of two numbers or more.",
+        "ink.particle_index",
     ),
     (
         "dispersion of a length",
         ("thickness_um = 80", 'thickness_um = { dispersion = "cauchy", a = 1 }'),
-        "ink.thickness_um has a dispersion, which only refractive indices have; give a number, or one for "
-        "each wavelength with per_wavelength.",
+        "ink.thickness_um",
     ),
     (
         "standard deviation in place of the variance",
         ("radius_variance_ln = {", "sigma_ln = {"),
-        "layer 'ink' has the key 'sigma_ln', which does not exist; known are:",
+        "sigma_ln",
     ),
     (
         "variance too large",
         ("value = 0.05, free = true, min = 0, max = 0.2", "value = 1.6"),
-        "ink.radius_variance_ln is 1.6; it must lie between 0 and 0.5.",
+        "ink.radius_variance_ln",
     ),
     (
         "weight of the structure factor in per cent",
         ("structure_factor_weight = 1", "structure_factor_weight = 100"),
-        "ink.structure_factor_weight is 100; it must lie between 0 and 1.",
+        "ink.structure_factor_weight",
     ),
     (
         "negative absorption of the binder",
         ("value = [0.2, 0.1]", "value = [0.2, -0.1]"),
-        "ink.binder_absorption_per_mm@550 is -0.1 1/mm; it must lie between 0 and 1e+06 1/mm.",
+        "ink.binder_absorption_per_mm@550",
     ),
     (
         "populations that are no tables",
@@ -238,19 +230,17 @@ BAD_SAMPLES = [
             'volume_fraction = 0.1\nparticle_index = { tie = "ink.particle_index.offset + 1.58" }\n',
             "",
         ),
-        "layer 'ink': populations must be [[layers.populations]] tables, one for each further kind of "
-        "particles.",
+        "layers.populations",
     ),
     (
         "population without a name",
         ('name = "filler"', "name = 3"),
-        "layer 'ink': population 1 has name = 3; it needs a name of letters, digits and underscores, such as "
-        'name = "filler".',
+        "ink",
     ),
     (
         "population named as a key",
         ('name = "filler"', 'name = "radius_nm"'),
-        "layer 'ink': a population is named 'radius_nm', which is a key of the layer; name it otherwise.",
+        "radius_nm",
     ),
     (
         "two populations of one name",
@@ -258,61 +248,58 @@ BAD_SAMPLES = [
             "[noise]",
             f"[[layers.populations]]\n{FILLER}\nvolume_fraction = 0.1\nparticle_index = 1.6\n[noise]",
         ),
-        "layer 'ink': two populations are named 'filler'; give each a name of its own.",
+        "ink",
     ),
     (
         "key of the layer in a population",
         (FILLER, FILLER + "\nthickness_um = 3"),
-        "population 'ink.filler' has the key 'thickness_um', which does not exist; known are:",
+        "ink.filler",
     ),
     (
         "population without a radius",
         (FILLER, 'name = "filler"'),
-        "ink.filler.radius_nm is missing; write radius_nm = <number in nm>.",
+        "ink.filler.radius_nm",
     ),
     (
         "radii without weights",
         ("number_weights = [1, 2, 1]\n", ""),
-        "population 'ink.filler': radii_nm and number_weights go together; give both, or radius_nm.",
+        "ink.filler",
     ),
     (
         "radii and a radius",
         (FILLER, FILLER + "\nradius_nm = 300"),
-        "population 'ink.filler' has both radii_nm and radius_nm; the table says all, so remove radius_nm.",
+        "ink.filler",
     ),
     (
         "unequal radii and weights",
         ("number_weights = [1, 2, 1]", "number_weights = [1, 2]"),
-        "population 'ink.filler': radii_nm has 3 entries and number_weights 2; they must be equally many.",
+        "ink.filler",
     ),
     (
         "radius of zero",
         ("radii_nm = [300, 500, 700]", "radii_nm = [0, 500, 700]"),
-        "population 'ink.filler': radii_nm must be a list of numbers within 1 ... 100000.",
+        "ink.filler",
     ),
     (
         "no spheres at all",
         ("number_weights = [1, 2, 1]", "number_weights = [0, 0, 0]"),
-        "population 'ink.filler': radii_nm needs 1 ... 400 radii, at least one with a number_weight above 0.",
+        "ink.filler",
     ),
     (
         "more particles than room",
         ("volume_fraction = 0.1\n", "volume_fraction = 0.5\n"),
-        "layer 'ink': its particles may take 0.8 of the volume together, but equal spheres leave room for "
-        "0.74 at most; lower their volume_fraction, or its max.",
+        "volume_fraction",
     ),
     (
         "tie to an index with a dispersion",
         ("ink.particle_index.offset + 1.58", "plate.refractive_index + 0.1"),
-        "ink.filler.particle_index: the tie 'plate.refractive_index + 0.1' names plate.refractive_index, "
-        "which does not exist; did you mean plate.refractive_index.a?",
+        "ink.filler.particle_index",
     ),
 ]
 
 
 @pytest.mark.parametrize(
-    ("changes", "sentence"), [bad[1:] for bad in BAD_SAMPLES], ids=[bad[0] for bad in BAD_SAMPLES]
+    ("changes", "named"), [bad[1:] for bad in BAD_SAMPLES], ids=[bad[0] for bad in BAD_SAMPLES]
 )
-def test_sentence(changes, sentence, tmp_path):
-    found = sentence_of(edited(GOOD, changes), tmp_path)
-    assert found.startswith(sentence) if sentence.endswith("known are:") else found == sentence
+def test_the_key_is_named(changes, named, refused_sample):
+    refused_sample(edited(GOOD, changes), named)

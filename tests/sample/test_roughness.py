@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.errors import InputRefusedError
 from jaxink.sample import load_sample, parse_sample, sample_from_dict, sample_to_dict
 
 SAMPLE = """\
@@ -105,34 +104,34 @@ def test_height_scale_with_a_prior_is_fitted(folder, coarse):
 
 
 @pytest.mark.parametrize(
-    ("face", "sentence"),
+    ("face", "named"),
     [
-        ('{ density = "ggx", spectrum = "gaussian" }', "has both a density .* and a spectrum"),
-        ('{ spectrum = "gauss" }', "it must be one of: k_correlation, gaussian, height_map"),
-        ('{ spectrum = "gaussian", height_rms_um = 1 }', "correlation_length_um is missing"),
-        ('{ spectrum = "gaussian", sigma_deg = 1 }', "has the key 'sigma_deg'"),
-        ('{ density = "height_map", pitch_um = 1 }', "must name a file of heights"),
-        ('{ density = "height_map", heights_um = "map.npy" }', "pitch_um is None"),
+        ('{ density = "ggx", spectrum = "gaussian" }', "spectrum"),
+        ('{ spectrum = "gauss" }', "k_correlation"),
+        ('{ spectrum = "gaussian", height_rms_um = 1 }', "correlation_length_um"),
+        ('{ spectrum = "gaussian", sigma_deg = 1 }', "sigma_deg"),
+        ('{ density = "height_map", pitch_um = 1 }', "heights_um"),
+        ('{ density = "height_map", heights_um = "map.npy" }', "pitch_um"),
         (
             '{ density = "height_map", heights_um = "none.csv", pitch_um = 1 }',
-            "none.csv: there is no such file of heights",
+            "none.csv",
         ),
         (
             '{ density = "height_map", heights_um = "sample.toml", pitch_um = 1 }',
-            "its suffix must be .csv or .npy",
+            ".csv",
         ),
         (
             '{ density = "height_map", heights_um = "bad.csv", pitch_um = 1 }',
-            "row 2, column 1: 'x' is no number",
+            "row 2",
         ),
         (
             '{ density = "height_map", heights_um = "short.csv", pitch_um = 1 }',
-            "heights_um: heights_um has shape",
+            "heights_um",
         ),
     ],
 )
-def test_bad_faces(folder, face, sentence):
+def test_bad_faces(folder, face, named, refused):
     (folder / "short.csv").write_text("1,2\n3,4\n")
     (folder / "bad.csv").write_text("1,2\nx,4\n")
-    with pytest.raises(InputRefusedError, match=sentence):
+    with refused(named):
         loaded(folder, face)

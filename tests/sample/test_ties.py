@@ -6,72 +6,65 @@ import math
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
 from jaxink.sample import parse_sample, sample_from_dict, sample_to_dict
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.ties import evaluate_tie
-from sample.refused import edited, sentence_of
-from sample.test_bad_samples import GOOD
+from tests.samples import GOOD_SAMPLE, edited
 
 ABSURD = [
-    (
-        "9**9**9**9",
-        "the tie '9**9**9**9' raises to the power 3.8742e+08; it must lie between -100 and 100.",
-    ),
-    (
-        "10**20000000*0",
-        "the tie '10**20000000*0' raises to the power 2e+07; it must lie between -100 and 100.",
-    ),
-    ("10**400", "the tie '10**400' raises to the power 400; it must lie between -100 and 100."),
-    ("2.0**99999", "the tie '2.0**99999' raises to the power 99999; it must lie between -100 and 100."),
-    ("(10**99)**99", "the tie '(10**99)**99' gives no finite real number with the values of the file."),
-    ("1e300*1e300", "the tie '1e300*1e300' gives no finite real number with the values of the file."),
-    ("1/(1e300*1e300)", "the tie '1/(1e300*1e300)' gives no finite real number with the values of the file."),
-    ("(-1)**0.5", "the tie '(-1)**0.5' gives no finite real number with the values of the file."),
-    ("0**-1", "the tie '0**-1' divides by zero with the values of the file."),
-    ("1e999", "the tie '1e999' gives no finite real number with the values of the file."),
-    ("1" * 400, f"the tie '{'1' * 400}' gives no finite real number with the values of the file."),
-    ("True", "the tie 'True' may hold numbers, parameter names, + - * / ** and brackets only."),
-    ("2j", "the tie '2j' may hold numbers, parameter names, + - * / ** and brackets only."),
+    "9**9**9**9",
+    "10**20000000*0",
+    "10**400",
+    "2.0**99999",
+    "(10**99)**99",
+    "1e300*1e300",
+    "1/(1e300*1e300)",
+    "(-1)**0.5",
+    "0**-1",
+    "1e999",
+    "1" * 400,
+    "True",
+    "2j",
     # Python's parser would warn of these.
-    ("1or 2", "the tie '1or 2' may hold numbers, parameter names, + - * / ** and brackets only."),
-    (r"'\\d'", r"the tie ''\d'' may hold numbers, parameter names, + - * / ** and brackets only."),
-    (r"\u0000", r"the tie '\x00' may hold numbers, parameter names, + - * / ** and brackets only."),
-    ("", "the tie '' is not an expression."),
-    ("(" * 300 + "1" + ")" * 300, f"the tie '{'(' * 300}1{')' * 300}' is not an expression."),
-    ("-" * 500 + "1", f"the tie '{'-' * 500}1' has 500 operations; 100 are allowed."),
-    ("+".join("1" * 300), f"the tie '{'+'.join('1' * 300)}' has 299 operations; 100 are allowed."),
+    "1or 2",
+    r"'\\d'",
+    r"\u0000",
+    "",
+    "(" * 300 + "1" + ")" * 300,
+    "-" * 500 + "1",
+    "+".join("1" * 300),
 ]
 
 
-@pytest.mark.parametrize(("tie", "sentence"), ABSURD, ids=[tie[:20] for tie, _ in ABSURD])
-def test_absurd_ties_are_refused(tie, sentence, tmp_path):
-    text = edited(GOOD, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
-    assert sentence_of(text, tmp_path) == f"ink.absorption_per_mm: {sentence}"
+@pytest.mark.parametrize("tie", ABSURD, ids=[tie[:20] for tie in ABSURD])
+def test_absurd_ties_are_refused(tie, refused_sample):
+    text = edited(GOOD_SAMPLE, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
+    refused_sample(text, "ink.absorption_per_mm")
 
 
-@pytest.mark.parametrize("tie", ["-" * 20_000 + "1", "(" * 20_000, "a." * 20_000 + "a", "1" * 20_000])
-def test_long_ties_are_refused_by_a_short_sentence(tie, tmp_path):
-    text = edited(GOOD, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
-    sentence = sentence_of(text, tmp_path)
-    assert sentence.startswith("ink.absorption_per_mm: the tie ")
-    assert sentence.endswith(f" has {len(tie)} characters; 1000 are allowed.")
-    assert len(sentence) < 2000
+@pytest.mark.parametrize(
+    "tie",
+    ["-" * 20_000 + "1", "(" * 20_000, "a." * 20_000 + "a", "1" * 20_000],
+    ids=["signs", "brackets", "points", "digits"],
+)
+def test_long_ties_are_refused_by_a_short_sentence(tie, refused_sample):
+    text = edited(GOOD_SAMPLE, ("absorption_per_mm = 1.0", f'absorption_per_mm = {{ tie = "{tie}" }}'))
+    assert len(refused_sample(text, "ink.absorption_per_mm", len(tie), 1000)) < 2000
 
 
 @pytest.mark.parametrize("tie", ["9**9**9**9", "10**20000000*0", "-" * 20_000 + "1", "1or 2"])
-def test_absurd_ties_of_a_stored_sample_are_refused(tie):
-    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD))))
+def test_absurd_ties_of_a_stored_sample_are_refused(tie, refused):
+    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD_SAMPLE))))
     (parameter,) = (p for p in plain["parameters"] if p["name"] == "ink.absorption_per_mm")
     parameter["tie"] = tie
-    with pytest.raises(InputRefusedError, match=r"ink\.absorption_per_mm"):
+    with refused("ink.absorption_per_mm"):
         sample_from_dict(plain)
 
 
-def test_a_stored_tie_that_is_no_text_is_refused():
-    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD))))
+def test_a_stored_tie_that_is_no_text_is_refused(refused):
+    plain = json.loads(json.dumps(sample_to_dict(parse_sample(GOOD_SAMPLE))))
     plain["parameters"][8]["tie"] = 7
-    with pytest.raises(InputRefusedError, match=r"sample\.parameters\[8\]\.tie is 7; it must be a text\."):
+    with refused("sample.parameters[8].tie"):
         sample_from_dict(plain)
 
 
@@ -84,8 +77,8 @@ def test_ties_compute_as_floats_do():
     assert evaluate_tie("+".join(["d_1"] * 101), values) == pytest.approx(10.1)
 
 
-def test_numpy_values_that_overflow_are_refused_without_a_warning():
-    with pytest.raises(InputRefusedError, match="gives no finite real number"):
+def test_numpy_values_that_overflow_are_refused_without_a_warning(refused):
+    with refused("a * a"):
         evaluate_tie("a * a", {"a": np.float64(1e300)})
 
 
@@ -107,9 +100,7 @@ def test_long_chains_of_ties_are_resolved():
     assert table.values_with({})["p0"] == n + 0.5
 
 
-def test_circles_are_refused_by_those_that_form_them():
+def test_circles_are_refused_by_those_that_form_them(refused):
     table = [Parameter(name, math.nan, tie=tie) for name, tie in (("a", "b"), ("b", "c"), ("c", "b"))]
-    with pytest.raises(
-        InputRefusedError, match=r"^the ties of (b, c|c, b) refer to each other in a circle\.$"
-    ):
+    with refused("b", "c"):
         ParameterTable(table)

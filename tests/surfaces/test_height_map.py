@@ -1,12 +1,14 @@
 """Height maps: synthetic Gaussian surfaces of known spectrum give back their slopes and spectrum."""
 
+import warnings
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.errors import InputRefusedError
-from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes, isotropic_from_profile
+from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
+from jaxink.surfaces.profile_spectrum import isotropic_from_profile
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 
@@ -81,10 +83,12 @@ def test_height_scale_is_differentiable(smooth):
     )
 
 
-def test_coarse_pitch_is_warned_of(smooth):
+def test_coarse_pitch_is_warned_of(smooth, told):
     coarse = HeightMap(smooth.heights_um[::8, ::8], 4.0)
-    with pytest.warns(UserWarning, match="pitch is too coarse"):
+    with warnings.catch_warnings(record=True, action="always", category=UserWarning) as caught:
         coarse.slope_statistics()
+    (warning,) = caught
+    told(str(warning.message), "pitch")
 
 
 @pytest.mark.parametrize("spectrum", [SMOOTH, KCorrelation(0.04, 20.0, 3.5)])
@@ -146,14 +150,14 @@ def test_spectrum_of_a_long_profile():
     np.testing.assert_allclose(found.density_um4(at), surface.density_um4(at), rtol=0.15)
 
 
-def test_bad_maps_are_refused(smooth):
-    with pytest.raises(InputRefusedError, match="shape"):
+def test_bad_maps_are_refused(smooth, refused):
+    with refused("(3, 3)"):
         HeightMap(np.zeros((3, 3)), 1.0)
     holed = np.array(smooth.heights_um)
     holed[4, 7] = np.nan
-    with pytest.raises(InputRefusedError, match=r"\(4, 7\)"):
+    with refused("(4, 7)"):
         HeightMap(holed, 1.0)
-    with pytest.raises(InputRefusedError, match="pitch_um"):
+    with refused("pitch_um"):
         HeightMap(smooth.heights_um, 0.0)
-    with pytest.raises(InputRefusedError, match="profile"):
+    with refused():
         HeightMap(smooth.heights_um[0], 0.5).slope_density()

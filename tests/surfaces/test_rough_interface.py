@@ -1,7 +1,6 @@
 """A rough interface alone, against an independent Monte Carlo of its facets (simulated)."""
 
 import json
-from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -9,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from benchmarks.montecarlo import INTERFACE_FILE
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
@@ -16,7 +16,6 @@ from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.slopes import Beckmann, Cauchy, slope_density
 from jaxink.surfaces.table import rough_table
 
-REFERENCE = Path(__file__).resolve().parents[2] / "benchmarks" / "reference_interface.json"
 AIR, GLASS = jnp.asarray(1.0), jnp.asarray(1.5)
 GRID = ChannelGrid(jnp.array([1.0, 1.5]), jnp.array([False, True]), (16, 12))
 SIZES = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), 16, coarse_nodes=12)
@@ -28,7 +27,9 @@ def response():
 
 
 def cases():
-    return [c for c in json.loads(REFERENCE.read_text())["cases"] if c["density"] in ("cauchy", "beckmann")]
+    return [
+        c for c in json.loads(INTERFACE_FILE.read_text())["cases"] if c["density"] in ("cauchy", "beckmann")
+    ]
 
 
 def test_totals_are_those_of_the_monte_carlo(response):

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import gamma, kv
 
-from jaxink.errors import InputRefusedError
 from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, tabulated_spectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
+from jaxink.surfaces.tabulated_spectrum import tabulated_spectrum
 
 SPECTRA = {
     "gaussian": GaussianSpectrum(0.01, 5.0),
@@ -129,10 +129,10 @@ def test_table_is_differentiable_in_its_nodes(table):
     assert float(jax.jit(jax.grad(at))(0.0)) == pytest.approx(float(at(1e-5) - at(-1e-5)) / 2e-5, rel=1e-5)
 
 
-def test_bad_tables_are_refused():
-    with pytest.raises(InputRefusedError, match="ascend"):
+def test_bad_tables_are_refused(refused):
+    with refused():
         tabulated_spectrum(np.array([1.0, 3.0, 2.0]), np.ones(3))
-    with pytest.raises(InputRefusedError, match="3 per um"):
+    with refused("3"):
         tabulated_spectrum(np.array([1.0, 2.0, 3.0]), np.array([1.0, 1.0, 0.0]))
-    with pytest.raises(InputRefusedError, match="at least 3"):
+    with refused("3"):
         tabulated_spectrum(np.array([1.0, 2.0]), np.ones(2))

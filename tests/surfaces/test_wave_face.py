@@ -13,10 +13,12 @@ from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import plan_channels
 from jaxink.solver.stack import Stack
+from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum, broadened
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
-from jaxink.surfaces.wave_face import BroadenedSpectrum, WaveFace
-from jaxink.surfaces.wave_optics import WaveSurface, broadened, scattered_bsdf
+from jaxink.surfaces.wave_face import WaveFace
+from jaxink.surfaces.wave_optics import scattered_bsdf
+from jaxink.surfaces.wave_surface import WaveSurface
 
 WAVELENGTH = 550.0
 SIZES = SolverConfig(12, 10, 16, 6)

@@ -1,86 +1,50 @@
-"""The command that says what a sample's description lacks."""
+"""``jaxink diagnose``."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import typer
 
 import jaxink
-from jaxink.cli.commands import FIGURES, read_data
-from jaxink.cli.folder import require_folder
-from jaxink.cli.session import (
-    EXIT_FITTED,
-    EXIT_NOT_CONVERGED,
-    EXIT_UNEXPLAINED,
-    prepare_jax,
-    progress,
-)
-from jaxink.errors import InputRefusedError
-
-# Verdicts that leave structure in the residual.
-_UNEXPLAINED = ("partly_explained", "unexplained_structure")
+from jaxink.cli import session
+from jaxink.cli.session import ExitCode
+from jaxink.files.encoding import json_text
+from jaxink.files.writing import require_folder
+from jaxink.plots import FIGURE_FOLDER
 
 
 def run_diagnose(
-    files: tuple[Path, Path, Path],
+    data_file: Path,
+    sample_file: Path,
+    out: Path,
     choices: dict[str, Any],
     accuracy: float,
     columns: dict[str, Any],
     with_figures: bool,
     output: str,
-) -> int:
-    """Diagnose a measurement and write the report.
+) -> ExitCode:
+    """Diagnose a measurement and write the report to the folder ``out``.
 
-    Parameters
-    ----------
-    files
-        Measurement, sample file, and the folder for the report.
-    choices
-        Fields of `DiagnosisOptions`.
-    accuracy
-        Of the discretisation.
-    columns
-        What the CSV file does not state, as `read_csv` takes it.
-    with_figures
-        Whether figures are drawn.
-    output
-        ``tables``, ``json`` or ``quiet``.
-
-    Returns
-    -------
-    int
-        Exit code.
+    ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
+    ``tables``, ``json`` or ``quiet``.
     """
-    data_file, sample_file, out = files
-    require_folder(out, (FIGURES,))
-    data, sample = read_data(data_file, columns), jaxink.load_sample(sample_file)
-    prepare_jax()
-    options = _options(choices, accuracy)
-    with progress(quiet=output != "tables") as follow:
+    require_folder(out, (FIGURE_FOLDER,))
+    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    session.prepare_jax()
+    fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
+    options = jaxink.DiagnosisOptions(**choices, fit=fit)
+    with session.progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(data, sample, options, follow)
     from jaxink.report import write_report
 
     written = write_report(found, out, with_figures)
     if output == "json":
-        typer.echo(json.dumps(found.to_dict(), indent=1, allow_nan=False))
+        typer.echo(json_text(found.to_dict()))
     elif output == "tables":
         from jaxink.cli.diagnosis_tables import show_diagnosis
-        from jaxink.cli.tables import console
+        from jaxink.cli.fit_tables import console
 
         show_diagnosis(console(), found, written)
     if not found.result.converged:
-        return EXIT_NOT_CONVERGED
-    return EXIT_UNEXPLAINED if found.verdict.code in _UNEXPLAINED else EXIT_FITTED
-
-
-def _options(choices: dict[str, Any], accuracy: float) -> "jaxink.DiagnosisOptions":
-    """Choices, refused before anything is computed."""
-    from jaxink.diagnosis import ScreenOptions
-
-    for name in ("max_effects", "max_parameters"):
-        if choices[name] is not None and choices[name] < 0:
-            raise InputRefusedError(f"{name} is {choices[name]}; it must not be negative.")
-    ScreenOptions(**{name: choices[name] for name in ("n_bootstrap", "level", "seed")})
-    fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
-    return jaxink.DiagnosisOptions(**choices, fit=fit)
+        return ExitCode.NOT_CONVERGED
+    return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

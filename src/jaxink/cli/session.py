@@ -1,31 +1,40 @@
-"""What surrounds a command: one sentence for each failure, progress, and the compilation cache."""
+"""Error messages, progress display and compilation cache of the commands."""
 
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from enum import IntEnum
 from pathlib import Path
+from typing import NoReturn
 
 import typer
 
 from jaxink.errors import InputRefusedError, JaxinkError
+from jaxink.numerics.progress import Progress
 
-EXIT_FITTED, EXIT_FAILED, EXIT_UNEXPLAINED, EXIT_NOT_CONVERGED, EXIT_REFUSED = 0, 1, 3, 4, 5
-EXIT_INTERRUPTED = 130
 DEBUG_VARIABLE = "JAXINK_DEBUG"
-# XLA writes its log to stderr from this level on: 3 is what ends the process, 1 what JAX sets if nobody does.
+# XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
 _LOG_LEVEL, _FATAL_ONLY, _JAX_OWN = "TF_CPP_MIN_LOG_LEVEL", "3", "1"
+
+
+class ExitCode(IntEnum):
+    """Outcome of a command."""
+
+    FITTED = 0
+    FAILED = 1
+    UNEXPLAINED = 3
+    NOT_CONVERGED = 4
+    REFUSED = 5
+    INTERRUPTED = 130
 
 
 @contextmanager
 def one_sentence(debug: bool = False) -> Iterator[None]:
     """Turn every failure into one sentence on stderr and an exit code.
 
-    Parameters
-    ----------
-    debug
-        Show the traceback of an unexpected error; also by the environment variable ``JAXINK_DEBUG``.
+    ``debug``, or the environment variable ``JAXINK_DEBUG``, shows the traceback of an unexpected error.
     """
     debug = debug or bool(os.environ.get(DEBUG_VARIABLE))
     try:
@@ -34,43 +43,34 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
                 warnings.simplefilter("ignore")
             yield
     except InputRefusedError as problem:
-        _fail(str(problem), EXIT_REFUSED)
+        _fail(str(problem), ExitCode.REFUSED)
     except JaxinkError as problem:
-        _fail(str(problem), EXIT_FAILED)
+        _fail(str(problem), ExitCode.FAILED)
     except KeyboardInterrupt:
-        _fail("interrupted.", EXIT_INTERRUPTED)
+        _fail("interrupted.", ExitCode.INTERRUPTED)
     except (typer.Exit, BrokenPipeError):
         raise
     except MemoryError as problem:
-        _fail(f"there is not enough memory ({' '.join(str(problem).split())[:200]}).", EXIT_FAILED)
+        _fail(f"not enough memory ({' '.join(str(problem).split())[:200]}).", ExitCode.FAILED)
     except Exception as problem:
         if debug:
             raise
         what = " ".join(str(problem).split())[:200]
         _fail(
-            f"stopped by an unexpected error ({type(problem).__name__}: {what}); set {DEBUG_VARIABLE}=1 to "
-            "see where, and please report it.",
-            EXIT_FAILED,
+            f"unexpected error ({type(problem).__name__}: {what}); set {DEBUG_VARIABLE}=1 to see the "
+            "traceback, and please report it.",
+            ExitCode.FAILED,
         )
 
 
-def _fail(sentence: str, code: int) -> None:
+def _fail(sentence: str, code: ExitCode) -> NoReturn:
     typer.echo(f"jaxink: {sentence}", err=True)
     raise typer.Exit(code)
 
 
-Progress = Callable[[str, int, float], None]
-
-
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Progress | None]:
-    """A line on stderr that follows a fit; None where stderr is no terminal.
-
-    Parameters
-    ----------
-    quiet
-        Show nothing.
-    """
+    """A line on stderr that follows a fit; None if quiet or if stderr is not a terminal."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
@@ -82,15 +82,15 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
 
 
 def silence_xla() -> None:
-    """Keep XLA's log off the terminal, in the process of the command alone: a host program's log is its own.
+    """Keep XLA's log off the terminal; only in the command's own process, never in a host program.
 
-    Loading a stored program logs a warning, on some processors an error, of tuning flags that the loader does
-    not know; what truly fails is raised. A level that the user asks for stands.
+    Loading a cached program logs warnings, on some processors errors, about tuning flags that the loader does
+    not know; real failures are raised. A level set by the user is respected.
     """
     if "jaxlib" not in sys.modules:
         os.environ.setdefault(_LOG_LEVEL, _FATAL_ONLY)
         return
-    # JAX has read the variable when it was imported, hears of it no more, and has set one that was not set.
+    # JAX is imported already: it has read the variable, or set it if it was not set.
     if os.environ.get(_LOG_LEVEL) == _JAX_OWN:
         with suppress(ImportError, AttributeError):
             from jaxlib import utils
@@ -99,17 +99,19 @@ def silence_xla() -> None:
 
 
 def prepare_jax() -> None:
-    """Import JAX, with its compiled programs kept from one command to the next."""
+    """Import JAX and keep its compiled programs on disk between commands."""
     import jax
 
-    folder = None if jax.config.jax_compilation_cache_dir else _cache_folder()
+    # JAX makes the attributes of its configuration at run time.
+    chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
+    folder = None if chosen else _cache_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 
 
 def _cache_folder() -> Path | None:
-    """The user's cache folder, None where it cannot be written."""
+    """The user's cache folder, None if it is not writable."""
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         folder = Path(root) / "jaxink"

@@ -1,44 +1,57 @@
-"""What a model lacks: the residual, the effect it resembles, and the error before and after that is added."""
+"""What a model lacks: the residual, the effect it resembles, and the error before and after that is added.
 
-from jaxink.diagnosis.candidate import Candidate, ScreenedCandidate, ScreenOptions, ScreenResult
-from jaxink.diagnosis.cross_validation import (
+From below: `policy` holds the thresholds, `statistics` judges residuals and knows neither model nor effects,
+`search` fits and chooses effects, `findings` say what that means, `procedure` runs them all.
+"""
+
+from jaxink.diagnosis.findings.candidates import CandidateRow
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.findings.location import Location, locate
+from jaxink.diagnosis.findings.summary import Figures, Summary
+from jaxink.diagnosis.findings.transfer import Transfer, transfer
+from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.diagnosis.policy import SearchPolicy
+from jaxink.diagnosis.procedure import diagnose
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.refit import Estimate
+from jaxink.diagnosis.search.step import Step
+from jaxink.diagnosis.statistics.candidate import (
+    Candidate,
+    ScreenedCandidate,
+    ScreenResult,
+    Testability,
+)
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.predictive_density import (
     HeldOutGain,
     Observations,
     block_folds,
     held_out_gain,
     scan_folds,
 )
-from jaxink.diagnosis.discrepancy import SmoothPart, smooth_part
-from jaxink.diagnosis.joint import ImitatingPair, JointDrop, joint_drop, pairs_that_imitate
-from jaxink.diagnosis.location import Factor, Location, locate
-from jaxink.diagnosis.loop import DiagnosisOptions, diagnose
-from jaxink.diagnosis.outcome import CandidateRow, Diagnosis, Figures, Step, Summary, Verdict
-from jaxink.diagnosis.points import Points
-from jaxink.diagnosis.projection import Projection, TangentCone
-from jaxink.diagnosis.screen import PreparedScreen, prepare_screen, screen
-from jaxink.diagnosis.structure import (
+from jaxink.diagnosis.statistics.projection import Projection
+from jaxink.diagnosis.statistics.screen import PreparedScreen, prepare_screen, screen
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.diagnosis.statistics.structure import (
     PreparedStructure,
     StructureResult,
     StructureStatistic,
     find_structure,
     prepare_structure,
 )
-from jaxink.diagnosis.transfer import Transfer, transfer
+from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+from jaxink.diagnosis.statistics.variance_analysis import Factor
 
 __all__ = [
-    "diagnose",
-    "Verdict",
-    "Summary",
-    "Step",
-    "Figures",
-    "DiagnosisOptions",
-    "Diagnosis",
-    "CandidateRow",
     "Candidate",
+    "CandidateRow",
+    "Diagnosis",
+    "DiagnosisOptions",
+    "Estimate",
     "Factor",
+    "Figures",
     "HeldOutGain",
-    "ImitatingPair",
-    "JointDrop",
     "Location",
     "Observations",
     "Points",
@@ -48,17 +61,22 @@ __all__ = [
     "ScreenOptions",
     "ScreenResult",
     "ScreenedCandidate",
+    "SearchPolicy",
     "SmoothPart",
+    "Step",
     "StructureResult",
     "StructureStatistic",
+    "Summary",
     "TangentCone",
+    "Testability",
     "Transfer",
+    "Verdict",
+    "VerdictCode",
     "block_folds",
+    "diagnose",
     "find_structure",
     "held_out_gain",
-    "joint_drop",
     "locate",
-    "pairs_that_imitate",
     "prepare_screen",
     "prepare_structure",
     "scan_folds",

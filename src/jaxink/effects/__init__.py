@@ -1,19 +1,36 @@
 """Effects that a model may lack, each a change of the model from above; physics knows nothing of them."""
 
-from jaxink.effects.augmented import AugmentedModel, extend
+from jaxink.effects.augmented import AugmentedModel, extend, undivided
+from jaxink.effects.case import Case
 from jaxink.effects.catalogue import CATALOGUE, CATALOGUE_VERSION, Listed, effects_for
-from jaxink.effects.effect import Case, Effect
-from jaxink.effects.scene import Field, Scene
+from jaxink.effects.kinds import (
+    AreaWithOtherSample,
+    AreaWithOtherValues,
+    DividingEffect,
+    Effect,
+    FinerDiscretisation,
+    ReadingEffect,
+    SampleEffect,
+)
+from jaxink.effects.scene import Field, Scene, Surroundings
 
 __all__ = [
     "CATALOGUE",
     "CATALOGUE_VERSION",
+    "AreaWithOtherSample",
+    "AreaWithOtherValues",
     "AugmentedModel",
     "Case",
+    "DividingEffect",
     "Effect",
     "Field",
+    "FinerDiscretisation",
     "Listed",
+    "ReadingEffect",
+    "SampleEffect",
     "Scene",
+    "Surroundings",
     "effects_for",
     "extend",
+    "undivided",
 ]

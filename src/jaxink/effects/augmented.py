@@ -1,12 +1,24 @@
 """A forward model with effects on top of it."""
 
+import functools
+import operator
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.effects.effect import Effect
-from jaxink.effects.scene import GRID_DEG, Field, Scene
+from jaxink.effects.kinds import (
+    AreaWithOtherSample,
+    AreaWithOtherValues,
+    DividingEffect,
+    Effect,
+    FinerDiscretisation,
+    ReadingEffect,
+    SampleEffect,
+)
+from jaxink.effects.sample_edits import with_constants
+from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -25,32 +37,37 @@ class AugmentedModel(eqx.Module):
     scene
         Points to predict.
     config
-        Sizes of the discretisation.
+        Resolution of the solver.
     """
 
     main: ForwardModel
     others: tuple[tuple[int, ForwardModel], ...]
     effects: tuple[Effect, ...] = eqx.field(static=True)
     scene: Scene
-    with_incidence: bool = eqx.field(static=True)
-    with_field: bool = eqx.field(static=True)
+    surroundings: Surroundings = eqx.field(static=True)
 
     def __init__(self, sample: Sample, effects: tuple[Effect, ...], scene: Scene, config: SolverConfig):
         effects = tuple(dict.fromkeys(effect.carrier for effect in effects))
         self.effects, self.scene = effects, scene
-        self.with_incidence = any(e.name == "incidence_angle" for e in effects)
-        self.with_field = any(e.needs_field for e in effects)
-        directions = scene.all_directions(self.with_incidence, self.with_field)
+        looked_at = (e.looks_at for e in effects if isinstance(e, ReadingEffect))
+        self.surroundings = functools.reduce(operator.or_, looked_at, Surroundings.NOTHING)
+        directions = scene.all_directions(self.surroundings)
 
-        splitting = tuple(e for e in effects if e.splits)
-        whole = extend(sample, tuple(e for e in effects if not e.splits))
-        self.main = ForwardModel(extend(whole, splitting), *directions, config)
-        others = ((i, e, e.other(whole)) for i, e in enumerate(effects))
-        self.others = tuple(
-            (i, ForwardModel(extend(other, splitting), *directions, effect.refined(config)))
-            for i, effect, other in others
-            if other is not None
-        )
+        dividing = tuple(e for e in effects if isinstance(e, DividingEffect))
+        whole = extend(sample, undivided(effects))
+
+        def model(sample, config):
+            return ForwardModel(extend(sample, dividing), *directions, config)
+
+        self.main = model(whole, config)
+        others = []
+        for i, effect in enumerate(effects):
+            match effect:
+                case AreaWithOtherSample():
+                    others.append((i, model(effect.other(whole), config)))
+                case FinerDiscretisation():
+                    others.append((i, model(whole, effect.refined(config))))
+        self.others = tuple(others)
 
     @property
     def sample(self) -> Sample:
@@ -59,7 +76,7 @@ class AugmentedModel(eqx.Module):
 
     @property
     def config(self) -> SolverConfig:
-        """Sizes of the discretisation."""
+        """Resolution of the solver."""
         return self.main.config
 
     def sizes(self, values, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"):
@@ -72,7 +89,8 @@ class AugmentedModel(eqx.Module):
         field = self._field(everywhere, regular)
         predicted = field.points
         for effect in self.effects:
-            predicted = effect.change(predicted, values, field)
+            if isinstance(effect, ReadingEffect):
+                predicted = effect.change(predicted, values, field)
         return predicted
 
     def _mixed(self, values):
@@ -81,9 +99,11 @@ class AugmentedModel(eqx.Module):
 
         def of(model, given):
             everywhere = model.bsdf(given)
-            return everywhere, model.regular(given)[:n] if self.with_field else jnp.zeros(n)
+            with_planes = Surroundings.PLANES in self.surroundings
+            return everywhere, model.regular(given)[:n] if with_planes else jnp.zeros(n)
 
-        mixed = [part for effect in self.effects for part in effect.mixture(values)]
+        mixing = (effect for effect in self.effects if isinstance(effect, AreaWithOtherValues))
+        mixed = [part for effect in mixing for part in effect.mixture(values)]
         areas = [values, *({**values, **there} for _, there in mixed)]
         if mixed:
             # One after the other by one traced model: a copy for each area would be compiled each.
@@ -101,10 +121,10 @@ class AugmentedModel(eqx.Module):
 
     def _field(self, everywhere, regular) -> Field:
         n, planes = len(self.scene), len(self.scene.plane_columns)
-        ends = n + (planes * GRID_DEG.size if self.with_field else 0)
+        ends = n + (planes * GRID_DEG.size if Surroundings.PLANES in self.surroundings else 0)
         grid = everywhere[n:ends].reshape(-1, GRID_DEG.size)
         lower = upper = None
-        if self.with_incidence:
+        if Surroundings.INCIDENCES in self.surroundings:
             lower, upper = everywhere[ends : ends + n], everywhere[ends + n :]
         return Field(self.scene, everywhere[:n], grid, regular, lower, upper)
 
@@ -113,8 +133,14 @@ def _blend(first, second, share):
     return tuple((1 - share) * a + share * b for a, b in zip(first, second, strict=True))
 
 
+def undivided(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """Effects without those that divide a layer, which act after all others."""
+    return tuple(e for e in effects if not isinstance(e, DividingEffect))
+
+
 def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
     """The sample with what all effects add to it, at a strength of zero; those that divide a layer last."""
-    for effect in sorted(effects, key=lambda e: e.splits):
-        sample = effect.extend(sample)
+    for effect in sorted(effects, key=lambda e: isinstance(e, DividingEffect)):
+        is_of_sample = isinstance(effect, SampleEffect)
+        sample = effect.extend(sample) if is_of_sample else with_constants(sample, effect.terms)
     return sample

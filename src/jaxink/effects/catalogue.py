@@ -2,13 +2,27 @@
 
 import dataclasses
 
-from jaxink.effects.effect import Case, Effect
+from jaxink.effects.case import Case
+from jaxink.effects.constants import CONSTANTS
+from jaxink.effects.geometry import GEOMETRY
 from jaxink.effects.instrument import INSTRUMENT
-from jaxink.effects.sample import SAMPLE
+from jaxink.effects.kinds import Effect
+from jaxink.effects.numerics import NUMERICS
+from jaxink.effects.surfaces import SURFACES
+from jaxink.effects.volume import VOLUME
 from jaxink.effects.waves import WAVES
 
 CATALOGUE_VERSION = 1
-CATALOGUE: tuple[type[Effect], ...] = (*INSTRUMENT, *SAMPLE, *WAVES)
+# Effects act, and stand in the report, in this order.
+CATALOGUE: tuple[type[Effect], ...] = (
+    *INSTRUMENT,
+    *SURFACES,
+    *VOLUME,
+    *GEOMETRY,
+    *CONSTANTS,
+    *WAVES,
+    *NUMERICS,
+)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -5,24 +5,19 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
-from jaxink.effects.effect import Case, Effect
-from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG
+from jaxink.effects.case import Case
+from jaxink.effects.kinds import ReadingEffect
+from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG, Surroundings
 from jaxink.sample import Parameter
-
-
-class _Instrument(Effect):
-    group = "instrument"
-
 
 _MANY_PLANES = "the scans leave the plane of incidence in too many azimuths for integrals along their planes"
 
 
 @dataclasses.dataclass(frozen=True)
-class Gain(_Instrument):
-    """I1: all values are too large by one factor."""
+class Gain(ReadingEffect):
+    """All values are too large by one factor."""
 
-    name, sign, keys = "gain", 0, ("E13",)
-    usual = 0.05
+    name, sign, usual = "gain", 0, 0.05
     statement = "the calibration is off by one factor for all scans"
     terms = (Parameter("gain.relative", 0.0, True, -0.5, 0.5),)
 
@@ -32,17 +27,16 @@ class Gain(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class SideGain(_Instrument):
-    """I1 of one side: reflection is too large against transmission."""
+class SideGain(ReadingEffect):
+    """Reflection is too large by a factor against transmission."""
 
-    name, sign, keys = "side_gain", 0, ("E13",)
-    usual = 0.03
+    name, sign, usual = "side_gain", 0, 0.03
     statement = "the calibration of reflection is off against that of transmission"
     terms = (Parameter("side_gain.relative", 0.0, True, -0.5, 0.5),)
 
     @classmethod
     def forms(cls, case: Case):
-        """Only where both sides were measured."""
+        """If both sides were measured."""
         sides = np.unique(case.scene.is_transmission)
         return (cls(),) if sides.size == 2 else "one side was measured only: the same as gain"
 
@@ -53,17 +47,17 @@ class SideGain(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class AngleOffset(_Instrument):
-    """I2: zero error of the detector arm."""
+class AngleOffset(ReadingEffect):
+    """Zero error of the detector arm."""
 
-    name, sign, keys, needs_field = "angle_offset", 0, ("E6",), True
-    usual = 0.3
+    name, sign, usual = "angle_offset", 0, 0.3
+    looks_at = Surroundings.PLANES
     statement = "the zero of the detector arm is off"
     terms = (Parameter("angle_offset.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
     @classmethod
     def forms(cls, case: Case):
-        """Where scans lie in planes."""
+        """If the scans lie in few planes."""
         return (cls(),) if case.scene.in_few_planes else _MANY_PLANES
 
     def change(self, predicted, values, field):
@@ -75,11 +69,11 @@ class AngleOffset(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class IncidenceAngle(_Instrument):
-    """I2 of the source: the incidence is not what the label says."""
+class IncidenceAngle(ReadingEffect):
+    """The angle of incidence is not what the label says."""
 
-    name, sign, keys, group = "incidence_angle", 0, ("E16",), "constant"
-    usual = 0.3
+    name, group, sign, usual = "incidence_angle", "constant", 0, 0.3
+    looks_at = Surroundings.INCIDENCES
     statement = "the angle of incidence is off"
     terms = (Parameter("incidence_angle.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
@@ -92,8 +86,8 @@ class IncidenceAngle(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class Blur(_Instrument):
-    """I4: finite resolution, a Gaussian core and wings of their own width, regular peaks included.
+class Blur(ReadingEffect):
+    """Finite angular resolution: a Gaussian core and wings of their own width, regular peaks included.
 
     Along the plane of a scan the radiant intensity f cos(theta) is convolved; a regular peak is seen through
     the two-dimensional kernels whose projections these are.
@@ -101,12 +95,12 @@ class Blur(_Instrument):
 
     has_wings: bool = False
 
-    name, keys, needs_field = "blur", ("E7",), True
+    name, looks_at = "blur", Surroundings.PLANES
     statement = "the angular resolution is finite"
 
     @classmethod
     def forms(cls, case: Case):
-        """The core alone, and with wings, where scans lie in planes."""
+        """The core alone, and with wings, if the scans lie in few planes."""
         return (cls(False), cls(True)) if case.scene.in_few_planes else _MANY_PLANES
 
     @property
@@ -157,11 +151,10 @@ class Blur(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class StrayLight(_Instrument):
-    """I3: a constant BSDF is added."""
+class StrayLight(ReadingEffect):
+    """A constant BSDF is added."""
 
-    name, keys = "stray_light", ("E8",)
-    usual = 0.002
+    name, usual = "stray_light", 0.002
     statement = "stray light adds a constant to the BSDF"
     terms = (Parameter("stray_light.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
@@ -171,11 +164,10 @@ class StrayLight(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class SignalFloor(_Instrument):
-    """I3 of the electronics: a constant signal is added, that is s / cos(theta_o) to the BSDF."""
+class SignalFloor(ReadingEffect):
+    """The electronics add a constant signal, that is s / cos(theta_o) to the BSDF."""
 
-    name, keys = "signal_floor", ("E8",)
-    usual = 0.001
+    name, usual = "signal_floor", 0.001
     statement = "a constant is added to the detector's signal"
     terms = (Parameter("signal_floor.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
@@ -185,11 +177,10 @@ class SignalFloor(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class Nonlinearity(_Instrument):
-    """I5: the detector is not linear."""
+class Nonlinearity(ReadingEffect):
+    """The detector is not linear."""
 
-    name, sign = "nonlinearity", 0
-    usual = 0.02
+    name, sign, usual = "nonlinearity", 0, 0.02
     statement = "the detector is not linear"
     terms = (Parameter("nonlinearity.relative", 0.0, True, -0.5, 0.5),)
 
@@ -200,11 +191,10 @@ class Nonlinearity(_Instrument):
 
 
 @dataclasses.dataclass(frozen=True)
-class Drift(_Instrument):
-    """I6: the lamp drifts, in the order of the file's rows."""
+class Drift(ReadingEffect):
+    """The lamp drifts, in the order of the file's rows."""
 
-    name, sign = "drift", 0
-    usual = 0.01
+    name, sign, usual = "drift", 0, 0.01
     statement = "the signal drifts from the first to the last row"
     terms = (Parameter("drift.relative", 0.0, True, -0.5, 0.5),)
 

@@ -1,5 +1,6 @@
 """Where the points of a measurement lie, and the BSDF around them that instrument effects need."""
 
+import enum
 from typing import NamedTuple
 
 import equinox as eqx
@@ -16,6 +17,16 @@ INCIDENCE_STEP_DEG = 1.0
 _PLANE_DEG = 0.1
 # Directions of the grids for each point.
 _MOST_GRID = 4
+
+
+class Surroundings(enum.Flag):
+    """What a change of the readings looks at beside the BSDF at the points."""
+
+    NOTHING = 0
+    # Grids in the planes of the scans, and the power of regular (specular or directly transmitted) peaks.
+    PLANES = enum.auto()
+    # The points at incidences a step lower and higher.
+    INCIDENCES = enum.auto()
 
 
 class Scene(eqx.Module):
@@ -108,7 +119,7 @@ class Scene(eqx.Module):
     def _angle_to(self, phi_deg):
         return _angle_between(self.theta_i_deg, self.theta_o_deg, self.phi_deg - phi_deg)
 
-    def all_directions(self, with_incidence: bool, with_field: bool) -> tuple[np.ndarray, ...]:
+    def all_directions(self, surroundings: Surroundings) -> tuple[np.ndarray, ...]:
         """Columns of the points, of the grids, and of the points at incidences a step lower and higher."""
         points = np.column_stack(
             [self.theta_i_deg, self.theta_o_deg, self.phi_deg, self.wavelength_nm, self.is_transmission]
@@ -118,8 +129,8 @@ class Scene(eqx.Module):
         azimuth = np.where(GRID_DEG >= 0, positive, np.mod(positive + 180, 360))
         columns = (incidence, np.abs(GRID_DEG)[None, :], azimuth, wavelength, side)
         grid = np.stack([np.broadcast_to(c, shape).ravel() for c in columns], axis=1)
-        parts = [points, grid] if with_field else [points]
-        if with_incidence:
+        parts = [points, grid] if Surroundings.PLANES in surroundings else [points]
+        if Surroundings.INCIDENCES in surroundings:
             for step in (-INCIDENCE_STEP_DEG, INCIDENCE_STEP_DEG):
                 moved = points.copy()
                 moved[:, 0] += step

@@ -1,6 +1,6 @@
-"""The ink's table in the files of ray tracers."""
+"""Export of ink tables to ray tracers."""
 
+from jaxink.export.formats import FORMATS, write
 from jaxink.export.limitations import LOSSES, ExportOptions
-from jaxink.export.writing import FORMATS, write
 
 __all__ = ["FORMATS", "LOSSES", "ExportOptions", "write"]

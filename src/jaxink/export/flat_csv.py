@@ -1,4 +1,4 @@
-"""Plain columns, for programs without a format of their own."""
+"""Plain CSV columns, for programs without a specific format."""
 
 from pathlib import Path
 
@@ -7,21 +7,14 @@ import numpy as np
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import comments
 from jaxink.files.spreadsheet import comment
+from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.totals import diffuse_totals
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write ``<name>_bsdf.csv``, a row a direction, and ``<name>_totals.csv``, a row an incidence.
+    """Write ``<name>_bsdf.csv``, one row per direction, and ``<name>_totals.csv``, one row per incidence.
 
-    Parameters
-    ----------
-    table
-        The table.
-    folder
-        Where to write.
-    options
-        Name.
+    Parameters: see `jaxink.export.formats.Format`.
     """
     head = [comment(line) for line in comments(table, 0)[1:]]
     head.append(
@@ -38,7 +31,7 @@ def _write_bsdf(table: InkTable, path: Path, head: list[str]) -> None:
         names.append("bsdf_standard_error_per_sr")
         quantities.append(table.bsdf_standard_error_per_sr)
     theta, phi = table.theta_deg.tolist(), table.phi_deg.tolist()
-    # What precedes the azimuth, and the azimuth, are the same in every row of their kind: formatted once.
+    # The azimuths, and the columns before them, are formatted once.
     azimuths = [repr(p) for p in phi]
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join([*head, ",".join(names), ""]))

@@ -1,4 +1,4 @@
-"""Files and folders that are written whole or not at all."""
+"""Writing files and folders completely or not at all."""
 
 import errno
 import os
@@ -7,171 +7,137 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from jaxink.errors import InputRefusedError
-from jaxink.files.exchange import must_stay, take_turns
-from jaxink.files.moves import NEW, move_in, settle
+from jaxink.files.exchange import must_stay, settle, take_place
 from jaxink.files.reading import shown_path
-from jaxink.files.staging import Stage, alone_in, staged_in, synced
-
-_PAGE_BYTES = 4096
+from jaxink.files.staging import staged_in, synced
 
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Where to write a file; it takes the place of `path` once it is complete.
+    """Path of a temporary file that replaces the file at `path` once it is complete.
 
-    Parameters
-    ----------
-    path
-        The file; its folder exists.
-
-    Yields
-    ------
-    Path
-        In a hidden folder beside it, so that the last step is a rename within one file system.
+    It is in a hidden folder beside `path`, so that the last step is a rename within one file system.
 
     Raises
     ------
-    OSError
-        If it cannot be written; what was there before is then still there.
+    InputRefusedError
+        If the folder does not exist or the file cannot be written; an existing file is then unchanged.
     """
-    _require_name(path)
-    settle(path.parent)
-    with staged_in(path.parent) as stage:
-        part = stage.path / path.name
-        yield part
-        synced(part)
-        os.replace(part, path)
-        _remember(path.parent)
+    with _one_sentence(path):
+        folder = _folder_of(path)
+        settle(folder)
+        with staged_in(folder) as stage:
+            part = stage / path.name
+            yield part
+            synced(part)
+            os.replace(part, path)
+            _remember(folder)
 
 
 @contextmanager
 def whole_folder(out: str | Path, owned: Collection[str] = ()) -> Iterator[Path]:
-    """A hidden folder whose content takes the place of that of ``out`` once it is complete.
+    """Hidden folder to write to; its contents replace those of ``out`` once they are complete.
 
     Parameters
     ----------
     out
-        The folder, made if it does not exist; entries of the same names are replaced, all others stay.
+        The folder, created if it does not exist. Entries with the same names are replaced, all others remain.
     owned
-        Entries that are removed if they are not written anew: they would belong to an older result.
-
-    Yields
-    ------
-    Path
-        Where to write.
+        Entries that are removed unless they are written again, because they would belong to an older result.
 
     Raises
     ------
     InputRefusedError
         If writing fails; ``out`` is then as it was.
     """
-    try:
-        place = staging_place(out, owned)
-        real = Path(os.path.realpath(out))
+    with _one_sentence(out):
+        real, place = _places(Path(out), owned)
         for folder in {place, real}:
             settle(folder)
         with staged_in(place) as stage:
-            new = stage.path / NEW
+            new = stage / "new"
             new.mkdir()
             yield new
-            for folder, _, files in os.walk(new):
-                for path in (*(Path(folder, name) for name in files), Path(folder)):
+            for inner, _, files in os.walk(new):
+                for path in (*(Path(inner, name) for name in files), Path(inner)):
                     synced(path)
-            _take_place(stage, real, set(owned))
+            take_place(new, real, set(owned))
             _remember(real)
+
+
+def require_file(path: Path) -> None:
+    """Reject a file that `written_whole` could not write, before anything is computed for it."""
+    with _one_sentence(path), staged_in(_folder_of(path)):
+        pass
+
+
+def require_folder(out: Path, owned: Collection[str] = ()) -> None:
+    """Reject a folder that `whole_folder` could not write, before anything is computed for it."""
+    with _one_sentence(out), staged_in(_places(out, owned)[1]):
+        pass
+
+
+@contextmanager
+def _one_sentence(wanted: str | Path) -> Iterator[None]:
+    name = shown_path(wanted)
+    try:
+        if "\0" in str(wanted):
+            raise OSError(errno.EINVAL, "a name cannot contain a zero byte")
+        yield
     except OSError as problem:
         raise InputRefusedError(
-            f"{shown_path(out)}: the result cannot be written there ({problem.strerror or problem}); choose "
-            "another folder."
+            f"{name}: cannot be written there ({problem.strerror or problem}); choose another folder."
         ) from None
 
 
-def staging_place(out: str | Path, owned: Collection[str] = ()) -> Path:
-    """Folder in which the content of another is staged: one of the same file system, that exists.
-
-    Parameters
-    ----------
-    out, owned
-        As of `whole_folder`.
-
-    Returns
-    -------
-    Path
-        Beside it, or in it where it has to remain the folder that it is.
-
-    Raises
-    ------
-    OSError
-        If it cannot be a folder.
-    """
-    _require_name(out)
-    real = Path(os.path.realpath(out))
-    if os.path.islink(out) and not real.exists():
-        raise FileNotFoundError(errno.ENOENT, "it is a symbolic link to what does not exist")
-    if real.is_dir():
-        return real if must_stay(real, set(owned)) else real.parent
-    while not real.is_dir():
-        if os.path.lexists(real):
-            raise NotADirectoryError(errno.ENOTDIR, f"{real} is a file")
-        real = real.parent
-    return real
+def _folder_of(path: Path) -> Path:
+    """Folder of a file that can be written."""
+    folder = path.absolute().parent
+    if path.is_dir():
+        raise InputRefusedError(f"{path}: is a folder; give the name of a file, for example inside it.")
+    if path.exists() and not path.is_file():
+        raise InputRefusedError(f"{path}: is a pipe or a device; give the name of a regular file.")
+    if not folder.is_dir():
+        raise InputRefusedError(f"{path}: the folder does not exist; create it first.")
+    _is_there(path)
+    _require_writable(folder, path)
+    return folder
 
 
-def _require_name(path: str | Path) -> None:
-    if "\0" in str(path):
-        raise OSError(errno.EINVAL, "its name holds a zero byte, which no name can")
+def _places(out: Path, owned: Collection[str]) -> tuple[Path, Path]:
+    """The folder with symbolic links resolved, and an existing one in the same file system for staging."""
+    if out.is_symlink() and not out.exists():
+        raise InputRefusedError(
+            f"{out}: is a symbolic link to {out.readlink()}, which does not exist; create that folder, or "
+            "choose another one."
+        )
+    if out.exists() and not out.is_dir():
+        raise InputRefusedError(f"{out}: is a file; give the name of a folder.")
+    real = place = Path(os.path.realpath(out))
+    while not _is_there(place):
+        place = place.parent
+    if not place.is_dir():
+        raise InputRefusedError(f"{out}: {place} is a file, not a folder; choose another folder.")
+    _require_writable(place, out)
+    is_beside = place == real and not must_stay(real, set(owned))
+    return real, real.parent if is_beside else place
 
 
-def require_room(folder: Path) -> None:
-    """Write a little into an existing folder, and remove it again.
-
-    Parameters
-    ----------
-    folder
-        The folder.
-
-    Raises
-    ------
-    OSError
-        If that fails: then nothing else can be written there either.
-    """
-    with staged_in(folder) as stage:
-        (stage.path / "room").write_bytes(bytes(_PAGE_BYTES))
-        synced(stage.path / "room")
+def _is_there(path: Path) -> bool:
+    """Whether the path exists; a name that is too long is an error."""
+    with suppress(FileNotFoundError, NotADirectoryError):
+        path.lstat()
+        return True
+    return False
 
 
-def _take_place(stage: Stage, out: Path, owned: set[str]) -> None:
-    new = stage.path / NEW
-    if not out.exists() and _is_taken(new, out):
-        return
-    written = set(os.listdir(new))
-    with alone_in(out):
-        if stage.path.parent != out:
-            if take_turns(new, out, written | owned):
-                return
-            stage.move_into(out)
-        move_in(stage, out, owned - written)
-
-
-def _is_taken(new: Path, out: Path) -> bool:
-    """Put a new folder where none is; False if another run was faster."""
-    made = [folder for folder in reversed(out.parents) if not folder.exists()]
-    try:
-        for folder in made:
-            folder.mkdir(exist_ok=True)
-        os.rename(new, out)
-    except OSError as problem:
-        if problem.errno in (errno.ENOTEMPTY, errno.EEXIST):
-            return False
-        for folder in reversed(made):
-            with suppress(OSError):
-                folder.rmdir()
-        raise
-    return True
+def _require_writable(folder: Path, wanted: Path) -> None:
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputRefusedError(f"{wanted}: {folder} is not writable; choose another folder.")
 
 
 def _remember(folder: Path) -> None:
-    """The renames are done: what the disk says to them changes nothing any more."""
+    """Flush the renames; they are done, so errors of the disk no longer matter."""
     with suppress(OSError):
         synced(folder)
         synced(folder.parent)

@@ -10,7 +10,6 @@ from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.result import FitResult
 from jaxink.numerics.precision import computing
-from jaxink.solver.config import SolverConfig
 
 # Over the sigma of a point that is left out: neither the point nor the scan's common factor hears of it.
 _UNHEARD = 1e12
@@ -51,7 +50,7 @@ def predict_left_out(
 def objective_of(result: FitResult) -> Objective:
     """What a fit minimised, with the sizes that it ended with."""
     with computing():
-        return make_objective(result.data, result.sample, result.objective, SolverConfig(**result.solver))
+        return make_objective(result.data, result.sample, result.objective, result.config)
 
 
 def solution_of(objective: Objective, result: FitResult) -> Float[np.ndarray, " parameters"]:

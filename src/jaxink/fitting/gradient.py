@@ -11,10 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.bounded import BoundedLevenbergMarquardt
-from jaxink.fitting.objective import Objective, arrays_of, program_of
+from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search
+from jaxink.fitting.programs import arrays_of, program_of
 from jaxink.numerics.compiling import Tiered, hastily
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 
 # Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
 _MOST_REFUSALS = 12
@@ -78,7 +79,7 @@ class _Programs:
         self.predicted = hastily(predicted)
 
 
-_programs = Kept(_Programs)
+_programs = WeakCache(_Programs)
 
 
 class GradientSearch:
@@ -128,10 +129,10 @@ class GradientSearch:
 
     def _first_step(self, unit: np.ndarray):
         """State of a search after its first step, which computes all there is at the start."""
-        unit, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
-        state = self._compiled.initial(self._arrays, unit, *box)
+        start, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
+        state = self._compiled.initial(self._arrays, start, *box)
         advance = self._compiled.advance.now(1)
-        _, state, _, _ = advance(self._arrays, unit, *box, state)
+        _, state, _, _ = advance(self._arrays, start, *box, state)
         self._compiled.ready.add(advance)
         return state
 
@@ -160,34 +161,12 @@ class GradientSearch:
         for position, value in (held or {}).items():
             lower[position] = upper[position] = unit[position] = value
         unit, box = jnp.asarray(unit), (jnp.asarray(lower), jnp.asarray(upper))
-        compiled, arrays = self._compiled, self._arrays
-        advance = compiled.advance.now()
-        compile_seconds = 0.0
-        if advance not in compiled.ready:
-            began = time.perf_counter()
-            state = compiled.initial(arrays, unit, *box)
-            jax.block_until_ready(advance(arrays, unit, *box, state))
-            compile_seconds = time.perf_counter() - began
-            compiled.ready.add(advance)
+        advance = self._compiled.advance.now()
+        compile_seconds = self._make_ready(advance, unit, box)
         began = time.perf_counter()
-        state = compiled.initial(arrays, unit, *box)
-        path: list[float] = []
-        outcome = Outcome.MAX_STEPS
-        for step in range(1, (max_jacobians or self.max_jacobians) + 1):
-            unit, state, done, loss = advance(arrays, unit, *box, state)
-            path.append(float(loss))
-            if progress is not None:
-                progress(step, path[-1])
-            if not np.isfinite(path[-1]):
-                outcome = Outcome.NOT_FINITE
-                break
-            if bool(done):
-                outcome = Outcome.CONVERGED
-                break
-            if int(state.num_steps_since_acceptance) >= _MOST_REFUSALS:
-                outcome = Outcome.STALLED
-                break
-        compiled.advance.now(len(path))
+        unit, state, path, outcome = self._descend(
+            advance, unit, box, progress, max_jacobians or self.max_jacobians
+        )
         descent = state.descent_state
         if outcome is not Outcome.NOT_FINITE and not np.all(np.isfinite(descent.triangle)):
             outcome = Outcome.NO_SLOPE
@@ -208,6 +187,46 @@ class GradientSearch:
             predicted=np.asarray(state.aux),
             path=tuple(path),
         )
+
+    def _make_ready(self, advance: Callable, unit, box) -> float:
+        """Compile what a search needs, unless it is there; seconds that it took."""
+        compiled, arrays = self._compiled, self._arrays
+        if advance in compiled.ready:
+            return 0.0
+        began = time.perf_counter()
+        state = compiled.initial(arrays, unit, *box)
+        jax.block_until_ready(advance(arrays, unit, *box, state))
+        compiled.ready.add(advance)
+        return time.perf_counter() - began
+
+    def _descend(
+        self,
+        advance: Callable,
+        unit,
+        box,
+        progress: Callable[[int, float], None] | None,
+        max_jacobians: int,
+    ):
+        """Step until a search ends: where, its last state, the loss after each step, and how it ended."""
+        compiled, arrays = self._compiled, self._arrays
+        path, outcome = [], Outcome.MAX_STEPS
+        state = compiled.initial(arrays, unit, *box)
+        for step in range(1, max_jacobians + 1):
+            unit, state, done, loss = advance(arrays, unit, *box, state)
+            path.append(float(loss))
+            if progress is not None:
+                progress(step, path[-1])
+            if not np.isfinite(path[-1]):
+                outcome = Outcome.NOT_FINITE
+                break
+            if bool(done):
+                outcome = Outcome.CONVERGED
+                break
+            if int(state.num_steps_since_acceptance) >= _MOST_REFUSALS:
+                outcome = Outcome.STALLED
+                break
+        compiled.advance.now(len(path))
+        return unit, state, path, outcome
 
 
 def scan(

@@ -1,9 +1,7 @@
-"""What a fit minimises: the residual vector of one measurement, and the figures of merit."""
+"""What a fit minimises: the residual vector of one measurement."""
 
-import dataclasses
-from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import equinox as eqx
 import jax
@@ -13,9 +11,8 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
-from jaxink.measurement import GonioData, NoiseEstimate, estimate_noise
+from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.model.forward import ForwardModel
-from jaxink.numerics.weak_cache import Kept
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -29,7 +26,7 @@ def whiten_scans(
     scan: Int[ArrayLike, " points"],
     n_scans: int,
 ) -> Float[Array, " points"]:
-    """Whiten residuals whose covariance is 1 + q q^T within each scan.
+    """Whiten residuals r of covariance 1 + q q^T within each scan: (1 + q q^T)^(-1/2) r.
 
     Parameters
     ----------
@@ -41,11 +38,6 @@ def whiten_scans(
         Number of the scan of each point.
     n_scans
         How many there are.
-
-    Returns
-    -------
-    Float[Array, " points"]
-        (1 + q q^T)^(-1/2) r, scan by scan; its sum of squares is r^T (1 + q q^T)^-1 r.
 
     References
     ----------
@@ -100,6 +92,19 @@ class Objective(eqx.Module):
         physical = self.scale.to_physical(unit)
         return {name: physical[i] for i, name in enumerate(self.free)}
 
+    def numbers(self, unit: Float[np.ndarray, " parameters"]) -> dict[str, float]:
+        """The same as plain numbers."""
+        return {name: float(value) for name, value in self.values(jnp.asarray(unit)).items()}
+
+    def in_noise(
+        self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]
+    ) -> Float[ArrayLike, " points"]:
+        """A change of the prediction in units of the noise, whatever its weight."""
+        scaled = change / self.sigma
+        if self.scan_relative == 0:
+            return scaled
+        return whiten_scans(scaled, self.scan_relative * predicted / self.sigma, self.scan, self.n_scans)
+
     def residual(
         self, unit: Float[Array, " parameters"]
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
@@ -131,133 +136,12 @@ class Objective(eqx.Module):
         if self.kind == "logarithmic":
             m, s = jnp.log(measured), jnp.log(jnp.maximum(predicted, 1e-300))
             return (m - s) / _away_from_zero(0.5 * (m + s)) * np.sqrt(1 / n)
-        residual = (measured - predicted) / self.sigma
-        if self.scan_relative == 0:
-            return residual
-        common = self.scan_relative * predicted / self.sigma
-        return whiten_scans(residual, common, self.scan, self.n_scans)
+        return self.in_noise(predicted, measured - predicted)
 
 
 def _away_from_zero(value):
     """The symmetric mean of logarithms passes zero at 1/sr: keep it from dividing by it."""
     return jnp.where(value >= 0, 1.0, -1.0) * jnp.maximum(jnp.abs(value), 1e-3)
-
-
-class Program(NamedTuple):
-    """A residual that is traced once for every program that calls it.
-
-    Parameters
-    ----------
-    residual
-        Function of (arrays, unit variables); see `Objective.residual`.
-    arrays
-        The objective's arrays.
-    """
-
-    residual: Callable
-    arrays: Objective
-
-
-@Kept
-def _residual_of_structure(treedef, leaves):
-    static = jax.tree.unflatten(treedef, leaves)
-    return jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))
-
-
-def program_of(objective: Objective) -> Program:
-    """Compiled residual of an objective, shared by all objectives of the same structure.
-
-    Plain `jax.jit` of the arrays alone: a call then costs microseconds, where hashing the description of
-    the sample at each call would cost milliseconds.
-
-    Parameters
-    ----------
-    objective
-        The objective.
-    """
-    arrays, static = _split(objective)
-    leaves, treedef = jax.tree.flatten(static)
-    return Program(_residual_of_structure(treedef, tuple(leaves)), arrays)
-
-
-def arrays_of(objective: Objective) -> Objective:
-    """What a program of its structure takes of an objective."""
-    return _split(objective)[0]
-
-
-def _split(objective: Objective):
-    return eqx.partition(
-        jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective),
-        eqx.is_array,
-    )
-
-
-@dataclasses.dataclass(frozen=True)
-class FitNoise:
-    """The noise a fit used, and where it came from.
-
-    Parameters
-    ----------
-    sigma_per_sr
-        Independent standard deviation of each used point.
-    scan_relative
-        Standard deviation of the common factor of each scan.
-    origin
-        Sentence for reports.
-    known
-        False where neither the file nor the sample nor the data's own pairs tell: chi-square and standard
-        errors then mean nothing and are not given.
-    """
-
-    sigma_per_sr: np.ndarray
-    scan_relative: float
-    origin: str
-    known: bool = True
-
-
-def noise_of(data: GonioData, sample: Sample) -> FitNoise:
-    """Noise of the used points: from the file, from the sample file, or estimated from the data's own pairs.
-
-    Parameters
-    ----------
-    data
-        The measurement; only used points count.
-    sample
-        Its declared noise.
-
-    Returns
-    -------
-    FitNoise
-        Never from the misfit of a model.
-    """
-    used = data.used
-    bsdf = data.bsdf_per_sr[used]
-    declared = sample.noise
-    if data.sigma_per_sr is not None and declared.use_file_sigma:
-        return FitNoise(data.sigma_per_sr[used], declared.scan_relative, "sigma_per_sr of the file")
-    if declared.relative is not None:
-        sigma = np.hypot(declared.relative * bsdf, declared.floor_per_sr)
-        if not np.all(sigma > 0):
-            raise InputRefusedError(
-                "noise.relative and noise.floor_per_sr give a sigma of 0 at some points; declare a floor."
-            )
-        return FitNoise(
-            sigma,
-            declared.scan_relative,
-            f"declared: {declared.relative:.3g} of the value, floor {declared.floor_per_sr:.3g} /sr",
-        )
-    estimate: NoiseEstimate = estimate_noise(data)
-    if estimate.adopted is None:
-        return FitNoise(
-            np.full(bsdf.shape, np.median(np.abs(bsdf))), 0.0, "unknown: " + estimate.sentence, False
-        )
-    model, relative = estimate.model, estimate.relative_of(data)[used]
-    origin = estimate.sentence
-    if np.ptp(relative) > 0:
-        span = f"{100 * relative.min():.2f} ... {100 * relative.max():.2f} %"
-        origin += f" Scans differ, {span}: each is taken by itself."
-    scan_relative = max(model.scan_relative, declared.scan_relative)
-    return FitNoise(relative * np.abs(bsdf), scan_relative, origin)
 
 
 def make_objective(
@@ -282,7 +166,7 @@ def make_objective(
     config
         Sizes of the discretisation, or None to choose them for the accuracy.
     noise
-        Noise, or None to take it from `noise_of`.
+        Noise, or None to take it from `jaxink.measurement.noise_of`.
     accuracy, layer_method
         As of `ForwardModel`.
 
@@ -302,15 +186,15 @@ def make_objective(
         raise InputRefusedError(
             "no parameter of the sample is free; write free = true for those to be found, or use predict."
         )
-    noise = noise_of(data, sample) if noise is None else noise
+    noise = noise_of(data, sample.noise) if noise is None else noise
     measured = data.bsdf_per_sr[used]
     if kind in ("relative", "logarithmic") and np.any(measured <= 0):
         raise InputRefusedError(
             f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
             "not: mask them, or choose chi_square."
         )
-    directions = (column[used] for column in data.directions)
-    model = ForwardModel(sample, *directions, config, accuracy, layer_method)
+    columns = data.used_directions
+    model = ForwardModel(sample, *columns, config=config, accuracy=accuracy, layer_method=layer_method)
     names = tuple(p.name for p in free)
     return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
 

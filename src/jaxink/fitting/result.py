@@ -4,27 +4,30 @@ import dataclasses
 import hashlib
 import json
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, ClassVar, TypedDict, cast
 
 import numpy as np
 
+from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
-from jaxink.files.reading import plain as as_plain
-from jaxink.files.writing import whole_folder
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
+from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
-
-if TYPE_CHECKING:
-    from jaxink.model.forward import ForwardModel
+from jaxink.solver.config import SolverConfig
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
-# Fields that result.json does not hold, or holds in another form.
-_ELSEWHERE = ("data", "predicted_per_sr", "sigma_per_sr", "whitened", "outcome")
+# Columns of result.nc, with a value for each used point: by field, their name there and what they are.
+COLUMNS = {
+    "predicted_per_sr": ("predicted_per_sr", "fitted BSDF, 1/sr"),
+    "sigma_per_sr": ("fit_sigma_per_sr", "independent standard deviation used by the fit, 1/sr"),
+    "whitened": ("residual_whitened", "residual whitened by the noise covariance"),
+}
+# Fields in result.nc, or at the head of result.json; every other one is written, and read, by its name.
+_ELSEWHERE = ("data", "outcome", *COLUMNS)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -126,8 +129,10 @@ class NoiseOrigin(TypedDict):
 
 
 @dataclasses.dataclass(frozen=True)
-class FitResult:
+class FitResult(SavedInFolder):
     """Result of a fit.
+
+    A field with a default may be absent from ``result.json``, as one is that an older jaxink did not know.
 
     Parameters
     ----------
@@ -163,6 +168,8 @@ class FitResult:
         Sentences for the reader.
     """
 
+    json_file: ClassVar[str] = RESULT_FILE
+
     sample: Sample
     data: GonioData
     predicted_per_sr: np.ndarray
@@ -183,7 +190,7 @@ class FitResult:
     solver: dict[str, int | str]
     versions: dict[str, str]
     seed: int
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
 
     @cached_property
     def result_id(self) -> str:
@@ -218,7 +225,12 @@ class FitResult:
                 return parameter
         raise KeyError(name)
 
-    def forward_model(self, data: GonioData | None = None) -> "ForwardModel":
+    @property
+    def config(self) -> SolverConfig:
+        """Sizes of the discretisation, as the fit ended with them."""
+        return SolverConfig(**cast("dict[str, Any]", self.solver))
+
+    def forward_model(self, data: GonioData | None = None) -> ForwardModel:
         """Forward model with the fitted values, at the points of this or of another measurement.
 
         Parameters
@@ -226,11 +238,8 @@ class FitResult:
         data
             Where to predict; None: the fitted measurement, masked points included.
         """
-        from jaxink.model.forward import ForwardModel
-        from jaxink.solver.config import SolverConfig
-
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, SolverConfig(**self.solver))
+        return ForwardModel(self.sample, *at.directions, config=self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values.
@@ -245,19 +254,13 @@ class FitResult:
         np.ndarray
             1/sr, shape ``(points,)``.
         """
-        from jaxink.model.forward import evaluate
-
         return evaluate(self.forward_model(data))
 
     def to_dataset(self):
         """The measurement as an xarray Dataset, with prediction, noise and residuals beside it."""
         dataset = self.data.to_dataset()
-        for name, values, what in (
-            ("predicted_per_sr", self.predicted_per_sr, "fitted BSDF, 1/sr"),
-            ("fit_sigma_per_sr", self.sigma_per_sr, "independent standard deviation used by the fit, 1/sr"),
-            ("residual_whitened", self.whitened, "residual whitened by the noise covariance"),
-        ):
-            column = np.full(len(self.data), np.nan)
+        for field, (name, what) in COLUMNS.items():
+            column, values = np.full(len(self.data), np.nan), getattr(self, field)
             if values is not None:
                 column[self.data.used] = values
             dataset[name] = ("point", column, {"long_name": what})
@@ -268,7 +271,7 @@ class FitResult:
         return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain()}
 
     def _plain(self) -> dict[str, Any]:
-        plain = {
+        head = {
             "outcome": {
                 "code": self.outcome.name.lower(),
                 "converged": self.converged,
@@ -277,48 +280,16 @@ class FitResult:
             "data_file": DATA_FILE,
             "source": self.data.source,
         }
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            if field.name in _ELSEWHERE:
-                continue
-            plain[field.name] = sample_to_dict(value) if field.name == "sample" else as_plain(value)
-        return plain
+        fields = {name: getattr(self, name) for name in json_fields()} | {
+            "sample": sample_to_dict(self.sample)
+        }
+        return head | plain(fields)
 
-    def save(self, directory: str | Path) -> Path:
-        """Write ``result.json`` and ``result.nc``, both or none.
+    def files_beside(self) -> dict[str, bytes | memoryview]:
+        """The measurement with its prediction, as netCDF."""
+        return {DATA_FILE: netcdf_bytes(self.to_dataset())}
 
-        Parameters
-        ----------
-        directory
-            Made if it does not exist.
 
-        Returns
-        -------
-        Path
-            Of ``result.json``.
-
-        Raises
-        ------
-        InputRefusedError
-            If the directory cannot be written.
-        """
-        with whole_folder(directory) as folder:
-            self.write_into(folder)
-        return Path(directory) / RESULT_FILE
-
-    def write_into(self, folder: Path) -> None:
-        """Write the same files into a folder that, with more in it, is about to take its place as a whole.
-
-        Parameters
-        ----------
-        folder
-            As `whole_folder` yields it.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written.
-        """
-        (folder / DATA_FILE).write_bytes(netcdf_bytes(self.to_dataset()))
-        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-        (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
+def json_fields() -> tuple[str, ...]:
+    """Fields of a result that ``result.json`` holds under their own names."""
+    return tuple(field.name for field in dataclasses.fields(FitResult) if field.name not in _ELSEWHERE)

@@ -9,12 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
-from jaxink.fitting.objective import Objective, program_of
+from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search
-from jaxink.numerics.weak_cache import Kept
+from jaxink.fitting.programs import program_of
+from jaxink.numerics.weak_cache import WeakCache
 
 
-@Kept
+@WeakCache
 def _loss_program(residual):
     def loss(arrays, unit):
         rows, predicted = residual(arrays, unit)
@@ -70,29 +71,13 @@ class SimplexSearch:
         loss_start = float(self._loss(jnp.asarray(start))[0])
         path: list[float] = []
 
-        def function(unit):
-            loss = float(self._loss(jnp.asarray(unit))[0])
-            return loss if np.isfinite(loss) else 1e300
-
         def iteration(intermediate_result):
             path.append(float(intermediate_result.fun))
             if progress is not None:
                 progress(len(path), path[-1])
 
         began = time.perf_counter()
-        found = minimize(
-            function,
-            start,
-            method="Nelder-Mead",
-            bounds=[(0.0, 1.0)] * len(start),
-            callback=iteration,
-            options={
-                "maxfev": self.max_evaluations,
-                "xatol": 1e-4,
-                "fatol": self.relative_tolerance * max(loss_start, 1e-300),
-                "adaptive": len(start) > 4,
-            },
-        )
+        found = self._minimised(start, loss_start, iteration)
         seconds = time.perf_counter() - began
         loss, predicted = self._loss(jnp.asarray(found.x))
         return Search(
@@ -111,4 +96,23 @@ class SimplexSearch:
             gradient=None,
             predicted=np.asarray(predicted),
             path=tuple(path),
+        )
+
+    def _minimised(self, start: np.ndarray, loss_start: float, iteration: Callable):
+        def function(unit):
+            loss = float(self._loss(jnp.asarray(unit))[0])
+            return loss if np.isfinite(loss) else 1e300
+
+        return minimize(
+            function,
+            start,
+            method="Nelder-Mead",
+            bounds=[(0.0, 1.0)] * len(start),
+            callback=iteration,
+            options={
+                "maxfev": self.max_evaluations,
+                "xatol": 1e-4,
+                "fatol": self.relative_tolerance * max(loss_start, 1e-300),
+                "adaptive": len(start) > 4,
+            },
         )

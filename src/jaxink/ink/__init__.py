@@ -1,7 +1,6 @@
-"""The ink alone, as light inside the plate meets it."""
+"""The BSDF of the ink alone, for light inside the plate."""
 
-from jaxink.ink.table import COMPONENTS, InkTable
-from jaxink.ink.table_file import read_ink_table
+from jaxink.ink.table import COMPONENTS, InkTable, read_ink_table
 from jaxink.ink.tabulate import TableOptions, ink_table
 from jaxink.ink.verification import SheetCheck, SheetVerification, verify_sheet
 

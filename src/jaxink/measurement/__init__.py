@@ -1,39 +1,29 @@
 """Goniometer measurements: reading, checking, masking and noise; numpy only."""
 
-from jaxink.measurement.dataset import GonioData, Scan
-from jaxink.measurement.masks import (
-    MASK_FLAGS,
-    MaskFlag,
-    MaskLimits,
-    apply_masks,
-    mask_counts,
-    mask_sentences,
-)
-from jaxink.measurement.netcdf import read_netcdf
-from jaxink.measurement.noise import (
-    NoiseEstimate,
-    NoiseModel,
-    NoiseSource,
-    ScanScatter,
-    estimate_noise,
-    symmetry_repeatability,
-)
-from jaxink.measurement.reader import read, read_csv
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.masks import MASK_FLAGS, MaskFlag, MaskLimits, mask_counts, mask_sentences
+from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
+from jaxink.measurement.noise_model import NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
+from jaxink.measurement.point_noise import FitNoise, Noise, noise_of
+from jaxink.measurement.reader import read, read_csv, read_netcdf
+from jaxink.measurement.scans import Scan
 
 __all__ = [
+    "FitNoise",
     "GonioData",
     "MASK_FLAGS",
     "MaskFlag",
     "MaskLimits",
+    "Noise",
     "NoiseEstimate",
     "NoiseModel",
     "NoiseSource",
     "Scan",
     "ScanScatter",
-    "apply_masks",
     "estimate_noise",
     "mask_counts",
     "mask_sentences",
+    "noise_of",
     "read",
     "read_csv",
     "read_netcdf",

@@ -1,14 +1,13 @@
-"""Points that shall not enter a fit, each with the reason."""
+"""Masks: points that are excluded from fits, and why."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt32
+from jaxtyping import Float, UInt32
 
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.dataset import GonioData
 
-# A point exactly at the limit stays, whatever the last digit of the trigonometry.
+# A point exactly at the limit is kept despite rounding.
 _ROUNDING_DEG = 1e-9
 
 
@@ -23,7 +22,7 @@ class MaskFlag:
     name
         Its name in counts and files.
     sentence
-        What it says of the point.
+        The reason in words.
     """
 
     bit: int
@@ -42,22 +41,22 @@ MASK_FLAGS = (NEGATIVE, SPECULAR, UNDEVIATED, RETRO, GRAZING, USER)
 
 @dataclass(frozen=True)
 class MaskLimits:
-    """Where the geometric masks begin; None switches one off.
+    """Limits of the geometric masks; None switches a mask off.
 
-    The defaults suit smooth faces, whose regular peaks are not part of a BSDF. Where a rough face is
-    to be fitted, its lobe is data: give None for the two peaks.
+    The defaults suit smooth faces, whose regular (specular or directly transmitted) peaks are not part of a
+    BSDF. To fit the lobe of a rough face, switch both peak masks off.
 
     Parameters
     ----------
     specular_half_angle_deg, undeviated_half_angle_deg, retro_half_angle_deg
-        Points nearer than this to the direction are masked, by the angle between the directions.
+        Points at a smaller angle to the direction are masked.
     grazing_theta_o_deg
         Points with a larger polar angle of view are masked.
 
     Raises
     ------
     InputRefusedError
-        A limit is outside 0 ... 90 degrees.
+        If a limit is not between 0 and 90 degrees.
     """
 
     specular_half_angle_deg: float | None = 2.5
@@ -68,7 +67,7 @@ class MaskLimits:
     def __post_init__(self):
         for name, value in vars(self).items():
             if value is not None and not 0 <= value <= 90:
-                raise InputRefusedError(f"{name} is {value}; it must lie in 0 ... 90 or be None.")
+                raise InputRefusedError(f"{name} is {value}; it must be between 0 and 90, or None.")
 
 
 def angular_distance_deg(
@@ -77,113 +76,51 @@ def angular_distance_deg(
     theta_b_deg: Float[np.ndarray, " points"],
     phi_b_deg: Float[np.ndarray, " points"] | float,
 ) -> Float[np.ndarray, " points"]:
-    """Angle between two directions of one hemisphere, in degrees.
-
-    Parameters
-    ----------
-    theta_a_deg, phi_a_deg, theta_b_deg, phi_b_deg
-        Polar angles and azimuths of the two, shape ``(points,)``.
-
-    Returns
-    -------
-    angle
-        In 0 ... 180; from the chord (haversine formula), hence exact also near 0.
-    """
+    """Angle between two directions a and b, 0 to 180 degrees, by the haversine formula, accurate near 0."""
     half_polar = np.sin(np.deg2rad(theta_a_deg - theta_b_deg) / 2) ** 2
     half_azimuth = np.sin(np.deg2rad(phi_a_deg - phi_b_deg) / 2) ** 2
     sines = np.sin(np.deg2rad(theta_a_deg)) * np.sin(np.deg2rad(theta_b_deg))
     return np.rad2deg(2 * np.arcsin(np.sqrt(np.minimum(half_polar + sines * half_azimuth, 1))))
 
 
-def apply_masks(
-    data: GonioData,
-    limits: MaskLimits = MaskLimits(),  # noqa: B008  (frozen)
-    user: Bool[np.ndarray, " points"] | None = None,
-) -> GonioData:
-    """Mask points by geometry, by sign and by the user's choice.
-
-    Geometric masks of an earlier call are replaced; the user's masks add up.
-
-    Parameters
-    ----------
-    data
-        The measurement.
-    limits
-        Where the geometric masks begin.
-    user
-        True where the user excludes the point, shape ``(points,)``.
-
-    Returns
-    -------
-    GonioData
-        With ``mask`` set.
-
-    Raises
-    ------
-    InputRefusedError
-        ``user`` has another shape, or no point is left.
-    """
-    masked = data.replace(mask=mask_bits(data, limits, user))
-    if not masked.used.any():
-        counts = ", ".join(f"{name} {count}" for name, count in mask_counts(masked).items() if count)
-        raise InputRefusedError(f"{data.source or 'GonioData'}: every point is masked ({counts}).")
-    return masked
-
-
 def mask_bits(
-    data: GonioData, limits: MaskLimits, user: Bool[np.ndarray, " points"] | None = None
+    directions: tuple[np.ndarray, ...], bsdf_per_sr: Float[np.ndarray, " points"], limits: MaskLimits
 ) -> UInt32[np.ndarray, " points"]:
-    """Why each point is masked, as of `apply_masks`, where none need be left.
-
-    Parameters
-    ----------
-    data, limits, user
-        As of `apply_masks`.
-
-    Returns
-    -------
-    UInt32[np.ndarray, " points"]
-        Bits of `MASK_FLAGS`.
-    """
-    user = np.zeros(len(data), bool) if user is None else np.asarray(user)
-    if user.shape != (len(data),) or user.dtype != bool:
-        text = f"user has shape {user.shape} and type {user.dtype}; it must be ({len(data)},) bool"
-        raise InputRefusedError(f"{text}.")
-    reflected = ~data.is_transmission
-    forward = angular_distance_deg(data.theta_o_deg, data.phi_deg, data.theta_i_deg, 180.0)
-    backward = angular_distance_deg(data.theta_o_deg, data.phi_deg, data.theta_i_deg, 0.0)
+    """Bits of `MASK_FLAGS` by geometry and sign; ``directions`` as in `GonioData.directions`."""
+    theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
+    forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0)
+    backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0)
 
     def nearer(angle, limit):
         return angle < (limit or 0.0) - _ROUNDING_DEG
 
     grazing = 90.0 if limits.grazing_theta_o_deg is None else limits.grazing_theta_o_deg
     hits = {
-        NEGATIVE: data.bsdf_per_sr < 0,
-        SPECULAR: reflected & nearer(forward, limits.specular_half_angle_deg),
-        UNDEVIATED: ~reflected & nearer(forward, limits.undeviated_half_angle_deg),
-        RETRO: reflected & nearer(backward, limits.retro_half_angle_deg),
-        GRAZING: data.theta_o_deg > grazing + _ROUNDING_DEG,
-        USER: user | (data.mask & USER.bit > 0),
+        NEGATIVE: bsdf_per_sr < 0,
+        SPECULAR: ~is_transmission & nearer(forward, limits.specular_half_angle_deg),
+        UNDEVIATED: is_transmission & nearer(forward, limits.undeviated_half_angle_deg),
+        RETRO: ~is_transmission & nearer(backward, limits.retro_half_angle_deg),
+        GRAZING: theta_o_deg > grazing + _ROUNDING_DEG,
     }
-    return sum(flag.bit * where.astype(np.uint32) for flag, where in hits.items())
+    return sum(flag.bit * hit.astype(np.uint32) for flag, hit in hits.items())
 
 
-def mask_counts(data: GonioData) -> dict[str, int]:
-    """Number of points under each flag; a point may stand under several."""
-    return {flag.name: int((data.mask & flag.bit > 0).sum()) for flag in MASK_FLAGS}
+def mask_counts(mask: UInt32[np.ndarray, " points"]) -> dict[str, int]:
+    """Number of points with each flag; a point may have several."""
+    return {flag.name: int((mask & flag.bit > 0).sum()) for flag in MASK_FLAGS}
 
 
-def mask_names(data: GonioData) -> list[str]:
-    """Names of the flags of each point, separated by blanks; empty where it is used."""
-    return [" ".join(flag.name for flag in MASK_FLAGS if bits & flag.bit) for bits in data.mask.tolist()]
+def mask_names(mask: UInt32[np.ndarray, " points"]) -> list[str]:
+    """Names of the flags of each point, separated by spaces; empty if it is used."""
+    return [" ".join(flag.name for flag in MASK_FLAGS if bits & flag.bit) for bits in mask.tolist()]
 
 
-def mask_sentences(data: GonioData) -> tuple[str, ...]:
+def mask_sentences(mask: UInt32[np.ndarray, " points"]) -> tuple[str, ...]:
     """One sentence for each reason that occurs, then how many points are used."""
-    counts = mask_counts(data)
+    counts = mask_counts(mask)
     sentences = [
-        f"{counts[flag.name]} of {len(data)} points are masked as {flag.name}: {flag.sentence}."
+        f"{counts[flag.name]} of {len(mask)} points are masked as {flag.name}: {flag.sentence}."
         for flag in MASK_FLAGS
         if counts[flag.name]
     ]
-    return (*sentences, f"{int(data.used.sum())} of {len(data)} points are used.")
+    return (*sentences, f"{int((mask == 0).sum())} of {len(mask)} points are used.")

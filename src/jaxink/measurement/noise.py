@@ -1,18 +1,15 @@
-"""Noise of a measurement from what must agree in it: repeats, mirror images, reciprocal pairs.
+"""Noise of a measurement, estimated from values that must agree: repeats, mirror images, reciprocal pairs.
 
-No model of the sample enters, so a misfit can never pass for noise. Every estimate is the root mean
-square of relative differences d = (a - b) / mean, scaled so that independent errors of relative standard
-deviation s give s. Differences beyond 5 robust standard deviations (1.4826 times the median of |d|) are
-left out and counted, where there are at least 20; that cuts 6e-7 of Gaussian errors.
+No model of the sample is used, so a misfit is never mistaken for noise. Every estimate is the root mean
+square of relative differences d = (a - b) / mean, scaled such that independent errors of relative standard
+deviation s give s. If there are at least 20 differences, those beyond 5 robust standard deviations (1.4826
+times the median of |d|) are excluded and counted; this removes 6e-7 of Gaussian errors.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Float
 
-from jaxink.errors import InputRefusedError
-from jaxink.measurement.dataset import GonioData, Scan
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.noise_model import ROBUST_FROM, NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.pairs import (
     Differences,
     mirror_differences,
@@ -20,175 +17,24 @@ from jaxink.measurement.pairs import (
     repeat_differences,
     without_copies,
 )
+from jaxink.measurement.scans import Scan
 
 MINIMUM_PAIRS = 10
 _OUTLIER = 5.0
-_ROBUST_FROM = 20
-_DIFFER = 1e-3
 _KINDS = {"repeats": "repeat", "mirror": "mirror", "reciprocal": "reciprocal"}
-
-
-@dataclass(frozen=True)
-class NoiseModel:
-    """Standard deviation of a value: a relative part and a floor, and a factor common to a scan.
-
-    Parameters
-    ----------
-    relative
-        Relative standard deviation, independent from point to point.
-    floor_per_sr
-        Standard deviation at zero signal in 1/sr.
-    scan_relative
-        Relative standard deviation of one unknown factor for each scan.
-
-    Raises
-    ------
-    InputRefusedError
-        One is negative or not finite, or relative part and floor are both zero.
-    """
-
-    relative: float
-    floor_per_sr: float = 0.0
-    scan_relative: float = 0.0
-
-    def __post_init__(self):
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0):
-                raise InputRefusedError(f"{name} is {value}; it must be finite and not negative.")
-        if self.relative == 0 and self.floor_per_sr == 0:
-            raise InputRefusedError("relative and floor_per_sr are both 0; one must be positive.")
-
-    def sigma(self, bsdf_per_sr: Float[np.ndarray, " points"]) -> Float[np.ndarray, " points"]:
-        """Independent standard deviation in 1/sr: sqrt((relative bsdf)^2 + floor^2)."""
-        return np.hypot(self.relative * np.asarray(bsdf_per_sr, float), self.floor_per_sr)
-
-
-@dataclass(frozen=True)
-class ScanScatter:
-    """What the pairs of one scan say.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-    pairs
-        Number of independent differences.
-    relative
-        Relative standard deviation of one value: rms of the differences / sqrt(2).
-    mean_difference
-        Mean relative difference, phi > 0 less phi < 0 for mirror pairs: a misalignment of the
-        azimuth shows here. It is part of ``relative``.
-    """
-
-    scan: Scan
-    pairs: int
-    relative: float
-    mean_difference: float
-
-
-@dataclass(frozen=True)
-class NoiseSource:
-    """One kind of pairs.
-
-    Parameters
-    ----------
-    name
-        ``"repeats"``, ``"mirror"`` or ``"reciprocal"``.
-    pairs
-        Number of independent differences; k repeats of a direction count k - 1.
-    relative
-        Relative standard deviation of one value, nan without pairs.
-    outliers
-        Differences left out.
-    scans
-        The same by scan; a reciprocal pair counts in both of its scans.
-    """
-
-    name: str
-    pairs: int
-    relative: float
-    outliers: int
-    scans: tuple[ScanScatter, ...]
-
-
-@dataclass(frozen=True)
-class NoiseEstimate:
-    """Noise that a measurement says of itself.
-
-    Parameters
-    ----------
-    sources
-        Repeats, mirror and reciprocal pairs, in the order of trust.
-    adopted
-        Name of the one that was taken, None if no pair was found.
-    model
-        The noise model, None if no pair was found.
-    sentence
-        What was taken, and why.
-    """
-
-    sources: tuple[NoiseSource, ...]
-    adopted: str | None
-    model: NoiseModel | None
-    sentence: str
-
-    def relative_of(self, data: GonioData) -> Float[np.ndarray, " points"]:
-        """Relative standard deviation of each point: of its own scan where that differs from the others.
-
-        Parameters
-        ----------
-        data
-            The measurement that was judged.
-
-        Returns
-        -------
-        Float[np.ndarray, " points"]
-            The model's, unless the adopted pairs lie within scans, every scan has 20 or more, and their
-            variances differ (Bartlett 1937, at 0.001); nan without a model.
-        """
-        model = np.full(len(data), np.nan if self.model is None else self.model.relative)
-        if self.adopted not in ("repeats", "mirror"):
-            return model
-        scans = self.source(self.adopted).scans
-        told = {scatter.scan.index for scatter in scans if scatter.pairs >= _ROBUST_FROM}
-        if len(told) < 2 or told != {scan.index for scan in data.scans if scan.used}:
-            return model
-        pairs = np.array([scatter.pairs for scatter in scans], float)
-        variance = np.array([scatter.relative**2 for scatter in scans])
-        if not _variances_differ(pairs, variance):
-            return model
-        by_scan = {scatter.scan.index: scatter.relative for scatter in scans}
-        return np.array([by_scan.get(index, np.nan) for index in data.scan_index.tolist()])
-
-    def source(self, name: str) -> NoiseSource:
-        """The kind of pairs of that name."""
-        return next(source for source in self.sources if source.name == name)
-
-
-def _variances_differ(pairs: np.ndarray, variance: np.ndarray) -> bool:
-    """Bartlett's test of equal variances, of differences whose mean is known to be 0."""
-    # Reading a file needs no scipy.
-    from scipy.special import chdtrc
-
-    if np.any(variance <= 0):
-        return False
-    pooled = np.sum(pairs * variance) / np.sum(pairs)
-    statistic = np.sum(pairs) * np.log(pooled) - np.sum(pairs * np.log(variance))
-    correction = 1 + (np.sum(1 / pairs) - 1 / np.sum(pairs)) / (3 * (pairs.size - 1))
-    return bool(chdtrc(pairs.size - 1, statistic / correction) < _DIFFER)
 
 
 def _inliers(differences: Differences) -> np.ndarray:
     size = np.abs(differences.relative)
-    if size.size < _ROBUST_FROM:
+    if size.size < ROBUST_FROM:
         return np.ones(size.size, bool)
     median = np.full(size.size, np.median(size))
     # A noisier scan is judged by its own scale, if it has enough pairs.
     for scan in np.unique(differences.scan_a):
         here = differences.scan_a == scan
-        if here.sum() >= _ROBUST_FROM:
+        if here.sum() >= ROBUST_FROM:
             median[here] = np.median(size[here])
-    # Where more than half of the rounded readings agree exactly there is no scale to judge by.
+    # If more than half of the rounded readings agree exactly, there is no scale to judge by.
     return (size <= _OUTLIER * 1.4826 * median) | (median == 0)
 
 
@@ -213,29 +59,21 @@ def _source(name: str, differences: Differences, scans: tuple[Scan, ...]) -> Noi
 
 
 def _scan_relative(reciprocal: Differences, within: NoiseSource) -> float:
-    """Factor of a scan, from the variance between scans beyond that within, 0 below 2 standard errors."""
+    """Standard deviation of scan factors, from excess variance between scans; 0 below 2 standard errors."""
     kept = reciprocal.only(_inliers(reciprocal))
     if kept.weight.size < MINIMUM_PAIRS:
         return 0.0
     expected = within.relative**2 * kept.spread
     excess = float(np.mean(kept.relative**2 * kept.spread - expected))
     error = np.sqrt(2 * np.sum(expected**2) / kept.weight.size**2 + 2 * np.mean(expected) ** 2 / within.pairs)
-    # Each of the two scans brings its own factor, hence the half.
+    # Half, because each of the two scans has its own factor.
     return float(np.sqrt(excess / 2)) if excess > 2 * error else 0.0
 
 
 def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
-    """Agreement of phi with -phi in each scan.
+    """Agreement of phi with -phi in each scan that has mirror pairs, without masked points.
 
-    Parameters
-    ----------
-    data
-        The measurement; masked points do not enter.
-
-    Returns
-    -------
-    scatter
-        One for each scan that has mirror pairs; empty for in-plane data.
+    The result is empty for in-plane data.
     """
     used = without_copies(data)
     _, means = repeat_differences(used)
@@ -243,25 +81,24 @@ def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
 
 
 def estimate_noise(data: GonioData) -> NoiseEstimate:
-    """Relative noise of a measurement from what must agree in it.
+    """Relative noise of a measurement, estimated from values that must agree.
 
     Parameters
     ----------
     data
-        The measurement; masked points and exact copies of rows do not enter.
+        The measurement; masked points and exact copies of rows are not used.
 
     Returns
     -------
     NoiseEstimate
-        Taken from the first of repeats, mirror pairs and reciprocal pairs that has
-        ``MINIMUM_PAIRS``, else from the one with most pairs. ``floor_per_sr`` is 0: pairs do not
-        part it from the relative noise.
+        From the first of repeats, mirror pairs and reciprocal pairs that has ``MINIMUM_PAIRS``, otherwise
+        from the one with most pairs. ``floor_per_sr`` is 0, as pairs cannot separate it from relative noise.
 
     Notes
     -----
-    Mirror pairs assume a sample without a direction of its own, reciprocal pairs f(i, o) = f(o, i) in
-    reflection. What breaks them, such as a tilted sample, is contained in the estimate. Readings
-    that agree exactly in all pairs are copies made by the instrument's program and are passed over.
+    Mirror pairs assume an azimuthally isotropic sample, reciprocal pairs f(i, o) = f(o, i) in reflection.
+    Violations, such as by a tilted sample, are included in the estimate. Readings that agree exactly in all
+    pairs are copies made by the instrument's software and are ignored.
     """
     used = without_copies(data)
     repeats, means = repeat_differences(used)
@@ -274,8 +111,8 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
     telling = [source for source in sources if source.pairs and source.relative > 0]
     if not telling:
         text = (
-            "No repeat, mirror or reciprocal pair tells of the noise; give column sigma_per_sr or a "
-            "noise model."
+            "There are no repeat, mirror or reciprocal pairs to estimate the noise from; give column "
+            "sigma_per_sr or a noise model."
         )
         return NoiseEstimate(sources, None, None, text)
     enough = [source for source in telling if source.pairs >= MINIMUM_PAIRS]
@@ -290,7 +127,7 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
 def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
     parts = [f"Relative noise {model.relative:.2%} from {_pairs(adopted)}"]
     if adopted.pairs < MINIMUM_PAIRS:
-        parts[0] += f", which are fewer than {MINIMUM_PAIRS}, so it is uncertain"
+        parts[0] += f", uncertain because they are fewer than {MINIMUM_PAIRS}"
     for source in sources:
         if source is adopted:
             continue
@@ -303,17 +140,17 @@ def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
             verb = "gives" if source.pairs == 1 else "give"
             parts.append(f"{_pairs(source)} {verb} {source.relative:.2%}{few}")
     if adopted.name == "reciprocal":
-        parts.append("a factor of each scan is contained in it")
+        parts.append("this includes a factor of each scan")
     elif model.scan_relative > 0:
-        parts.append(f"the scatter between scans adds a factor of {model.scan_relative:.2%} to each")
+        parts.append(f"in addition, scans differ by a common factor with {model.scan_relative:.2%}")
     elif sources[-1].pairs >= MINIMUM_PAIRS:
-        parts.append("no scatter between scans beyond it was found")
+        parts.append("scans do not scatter beyond it")
     else:
-        parts.append("whether a factor varies from scan to scan, they cannot tell")
+        parts.append("a factor that varies from scan to scan cannot be estimated")
     if data.sigma_per_sr is not None:
         positive = data.used & (data.bsdf_per_sr > 0)
         stated = np.median(data.sigma_per_sr[positive] / data.bsdf_per_sr[positive])
-        parts.append(f"the file itself states {stated:.2%} in the median")
+        parts.append(f"the file states {stated:.2%} (median)")
     return "; ".join(parts) + "."
 
 

@@ -17,7 +17,8 @@ from jaxink.solver.lateral import LateralField
 from jaxink.solver.stack import Stack
 from jaxink.surfaces.height_map import TabulatedSlopes
 from jaxink.surfaces.slopes import SlopeDensity, SlopeMixture, slope_density
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
+from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum
 from jaxink.surfaces.wave_face import WaveFace
 
 

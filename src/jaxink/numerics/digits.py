@@ -49,8 +49,28 @@ def plain(value: float) -> str:
     return f"{value:.6g}"
 
 
-def share(value: float, error: float | None) -> str:
+def rounded(value: float | None, digits: int = 3, missing: str = "") -> str:
+    """So many significant digits, or what stands for no number."""
+    return missing if value is None or math.isnan(value) else f"{value:.{digits}g}"
+
+
+def percent(share: float | None, form: str = ".3g", missing: str = "") -> str:
+    """A share in per cent, or what stands for none.
+
+    Parameters
+    ----------
+    share
+        Such as 0.012; None or NaN where there is none.
+    form
+        Format of the number, as Python writes it.
+    missing
+        Stands for none.
+    """
+    return missing if share is None or math.isnan(share) else f"{100 * share:{form}} %"
+
+
+def relative_error(value: float, error: float | None) -> str:
     """An error relative to its value in per cent, empty where there is none."""
     if error is None or value == 0 or not math.isfinite(error):
         return ""
-    return f"{100 * abs(error / value):.2g} %"
+    return percent(abs(error / value), ".2g")

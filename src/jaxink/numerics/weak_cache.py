@@ -14,7 +14,7 @@ _RECENT = 24
 Made = TypeVar("Made")
 
 
-class Kept(Generic[Made]):
+class WeakCache(Generic[Made]):
     """Makes one thing for each key; forgets those that nobody holds, but for the last few.
 
     Parameters

@@ -5,12 +5,9 @@ that of the medium, n + ik; psi_n, chi_n = Riccati-Bessel functions with psi_n -
 D_n(z) = psi_n'(z) / psi_n(z). Equation numbers: Bohren, Huffman 1983 ("BH").
 """
 
-from functools import lru_cache, partial
-from math import ceil
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.typing import ArrayLike
@@ -19,33 +16,11 @@ from jaxtyping import Array, Complex, Float
 from jaxink.numerics.legendre import moments_of_function
 from jaxink.numerics.validity import require
 from jaxink.optics.phase_function import PhaseFunction
+from jaxink.particles.mie_series import angular_functions, angular_quadrature, mie_orders, mie_series
 
 DEFAULT_MAX_SIZE_PARAMETER = 40.0
 # The recurrence inside the sphere is started for Re(m) x up to this times the largest size parameter.
 MAX_RELATIVE_INDEX = 3.0
-# Orders with chi_n beyond this contribute less than its square's inverse; chi_n is not carried further.
-_LARGEST_CHI = 1e15
-
-
-def mie_orders(max_size_parameter: float) -> int:
-    """Number of orders of the Mie series that a sphere needs.
-
-    Parameters
-    ----------
-    max_size_parameter
-        Largest size parameter that will be asked for.
-
-    Returns
-    -------
-    int
-        Orders 1 ... this are summed.
-
-    References
-    ----------
-    Wiscombe 1980 Appl. Opt. 19, 1505, eq. 12 (range 8 ... 4200, which serves below 8 too), and 2 more.
-    """
-    x = max_size_parameter
-    return ceil(x + 4.05 * x ** (1 / 3) + 4)
 
 
 class MieSphere(PhaseFunction):
@@ -96,7 +71,7 @@ class MieSphere(PhaseFunction):
     @eqx.filter_jit
     def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """Phase function at the cosines, 1 where nothing is scattered; see `PhaseFunction.value`."""
-        functions = _angular_functions(self.electric_coefficients.shape[0], jnp.asarray(scattering_cosine))
+        functions = angular_functions(self.electric_coefficients.shape[0], jnp.asarray(scattering_cosine))
         return self._from_angular_functions(*functions)
 
     @eqx.filter_jit
@@ -200,7 +175,7 @@ def mie_sphere(
     )
     # A number outside the range served would be wrong without a sign of it.
     x = jnp.where((x > 0) & (x <= max_size_parameter) & (n * x <= largest_inner), x, jnp.nan)
-    return _mie_series(x, n, k, mie_orders(max_size_parameter), largest_inner)
+    return MieSphere(x, *mie_series(x, n, k, mie_orders(max_size_parameter), largest_inner))
 
 
 def mie_coefficients(
@@ -255,106 +230,6 @@ def mie_coefficients(
 
 def _at_most(limit: float) -> str:
     return f"be at most {limit:g}: ask for a larger max_size_parameter"
-
-
-@partial(jax.jit, static_argnums=(3, 4))
-def _mie_series(x, n, k, n_orders: int, largest_inner: float) -> MieSphere:
-    inner_re, inner_im, outer = _logarithmic_derivatives(x, n, k, n_orders, largest_inner)
-    chi_before, chi, vanishes = _riccati_bessel_chi(x, n_orders)
-    order = np.arange(1, n_orders + 1)
-    chi_slope = chi_before - order * chi / x
-    # 1/psi_n from the Wronskian psi chi' - psi' chi = -1.
-    inverse_psi = outer * chi - chi_slope
-    # Electric: D(mx) / m; magnetic: m D(mx). Real and imaginary part by hand: quicker than complex numbers.
-    size = n**2 + k**2
-    interior_re = jnp.stack([(inner_re * n + inner_im * k) / size, inner_re * n - inner_im * k])
-    interior_im = jnp.stack([(inner_im * n - inner_re * k) / size, inner_im * n + inner_re * k])
-    # a = N / (N - iM), BH eq. 4.88, with N = interior - D(x) and M = (interior chi - chi') / psi.
-    number_re, number_im = interior_re - outer, interior_im
-    other_re = (interior_re * chi - chi_slope) * inverse_psi
-    other_im = interior_im * chi * inverse_psi
-    divisor_re, divisor_im = number_re + other_im, number_im - other_re
-    squared = divisor_re**2 + divisor_im**2
-    coefficient = jax.lax.complex(
-        (number_re * divisor_re + number_im * divisor_im) / squared,
-        (number_im * divisor_re - number_re * divisor_im) / squared,
-    )
-    absorbed = jnp.where(vanishes, 0.0, -interior_im * inverse_psi**2 / squared)
-    electric, magnetic = jnp.where(vanishes, 0.0, coefficient)
-    absorption = 2 / x**2 * jnp.sum((2 * order + 1) * absorbed)
-    return MieSphere(x, electric, magnetic, absorption)
-
-
-def _logarithmic_derivatives(x, n, k, n_orders: int, largest_inner: float):
-    """Real and imaginary part of D_n(mx), and D_n(x), by downward recurrence, BH eq. 4.89."""
-    start = max(n_orders, ceil(largest_inner + 8 * largest_inner ** (1 / 3))) + 15
-    squared = (n**2 + k**2) * x
-    inverse_re, inverse_im = n / squared, -k / squared
-
-    def one_order_down(carry, order):
-        re, im, outer = carry
-        term_re, term_im = order * inverse_re, order * inverse_im
-        sum_re, sum_im = re + term_re, im + term_im
-        modulus = sum_re**2 + sum_im**2
-        below = (term_re - sum_re / modulus, term_im + sum_im / modulus, order / x - 1 / (outer + order / x))
-        return below, carry
-
-    zero = jnp.zeros_like(x)
-    _, values = jax.lax.scan(one_order_down, (zero, zero, zero), np.arange(start, 0.0, -1.0))
-    return tuple(v[::-1][:n_orders] for v in values)
-
-
-def _riccati_bessel_chi(x, n_orders: int):
-    """chi_{n-1}, chi_n, and whether the order vanishes, for orders 1 ... n_orders, by upward recurrence."""
-
-    def one_order_up(carry, order):
-        before, here = carry
-        vanishes = jnp.abs(here) >= _LARGEST_CHI
-        after = jnp.where(vanishes, here, (2 * order - 1) / x * here - before)
-        before = jnp.where(vanishes, before, here)
-        return (before, after), (before, after, vanishes)
-
-    start = (-jnp.sin(x), jnp.cos(x))
-    return jax.lax.scan(one_order_up, start, np.arange(1.0, n_orders + 1))[1]
-
-
-def _angular_functions(n_orders: int, cosine):
-    """pi_n + tau_n and pi_n - tau_n, BH eq. 4.47, shape ``(orders, *points)``."""
-
-    def next_order(carry, order):
-        two_before, before = carry
-        here = jnp.where(order > 1, (2 * order - 1) * cosine * before - order * two_before, order)
-        here = here / jnp.maximum(order - 1, 1.0)
-        tau = order * cosine * here - (order + 1) * before
-        return (before, here), (here + tau, here - tau)
-
-    zero = jnp.zeros_like(cosine, float)
-    return jax.lax.scan(next_order, (zero, zero), np.arange(1.0, n_orders + 1))[1]
-
-
-@lru_cache(maxsize=16)
-def angular_quadrature(n_orders: int, n_nodes: int) -> tuple[np.ndarray, ...]:
-    """Gauss-Legendre quadrature over the cosine with the angular functions of the Mie series there.
-
-    Parameters
-    ----------
-    n_orders, n_nodes
-        Orders of the series and nodes.
-
-    Returns
-    -------
-    tuple[np.ndarray, ...]
-        Nodes and weights, shape ``(nodes,)``, pi_n + tau_n and pi_n - tau_n, shape ``(orders, nodes)``:
-        constants of a compiled program.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
-    order = np.arange(1, n_orders + 1)[:, None]
-    # pi_n = P_n', tau_n = cos pi_n - sin^2 pi_n' = n cos pi_n - (n + 1) pi_{n-1}.
-    polynomials = np.polynomial.legendre.legvander(nodes, n_orders).T
-    slope = order * (polynomials[:-1] - nodes * polynomials[1:]) / (1 - nodes**2)
-    before = np.concatenate([np.zeros((1, n_nodes)), slope[:-1]])
-    tau = order * nodes * slope - (order + 1) * before
-    return nodes, weights, slope + tau, slope - tau
 
 
 def _squared(z):

@@ -13,13 +13,8 @@ from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series
 from jaxink.numerics.validity import is_known, require
 from jaxink.optics.phase_function import PhaseFunction
-from jaxink.particles.mie import (
-    DEFAULT_MAX_SIZE_PARAMETER,
-    MAX_RELATIVE_INDEX,
-    angular_quadrature,
-    mie_orders,
-    mie_sphere,
-)
+from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MAX_RELATIVE_INDEX, mie_sphere
+from jaxink.particles.mie_series import angular_quadrature, mie_orders
 from jaxink.particles.size_distribution import SizeDistribution
 from jaxink.particles.structure_factor import InterferingPhaseFunction, interfering, nodes_needed
 
@@ -134,12 +129,8 @@ def mixture_coefficients(
         require("a volume_fraction", jnp.stack(fractions), lambda v: v >= 0, "be 0 or more")
         require("the volume fraction of all particles", sum(fractions), lambda v: v < 1, "be below 1")
     if structure_factor_weight is not None:
-        require(
-            "structure_factor_weight",
-            structure_factor_weight,
-            lambda v: (v >= 0) & (v <= 1),
-            "lie in 0 ... 1",
-        )
+        weight = structure_factor_weight
+        require("structure_factor_weight", weight, lambda v: (v >= 0) & (v <= 1), "lie in 0 ... 1")
     return _mixture(populations, binder_index, wavelength_nm, structure_factor_weight, max_size_parameter)
 
 

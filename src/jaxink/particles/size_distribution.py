@@ -51,11 +51,6 @@ class SizeDistribution(eqx.Module):
 def monodisperse(radius_nm: Float[ArrayLike, ""]) -> SizeDistribution:
     """Spheres of one radius.
 
-    Parameters
-    ----------
-    radius_nm
-        The radius.
-
     Raises
     ------
     InputRefusedError

@@ -1,17 +1,18 @@
-"""Measured and fitted BSDF in the plane of incidence, with the residuals below."""
+"""In-plane scans of the measured and fitted BSDF, with the residuals below."""
 
 import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from jaxink.plots.scans import FEWEST_IN_PLANE, ScanView
+from jaxink.plots.figure import PageFigure, Style, set_angle_axis
+from jaxink.plots.scan_views import FEWEST_IN_PLANE, ScanView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-MEASURED = {
+MEASURED: Style = {
     "color": "black",
     "marker": "o",
     "markersize": 2.6,
@@ -19,25 +20,20 @@ MEASURED = {
     "linestyle": "none",
     "markerfacecolor": "none",
 }
-MASKED = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
-FITTED = {"color": "#c22f2f", "linewidth": 1.3}
-BEFORE = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
-PEAK = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
-# A gap this many times wider than the usual step is not bridged by the line.
+MASKED: Style = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle": "none"}
+FITTED: Style = {"color": "#c22f2f", "linewidth": 1.3}
+BEFORE: Style = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
+PEAK: Style = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
+# The line is broken at gaps this many times wider than the usual step.
 _GAP = 2.5
 _MOST_COLUMNS = 5
 
 
 @dataclasses.dataclass(frozen=True)
 class CutLayout:
-    """Places of the panels, in inches; fixed, because a layout engine takes longer than the drawing.
+    """Positions of the panels in inches; fixed, because a layout engine takes longer than the drawing.
 
-    Parameters
-    ----------
-    scans
-        Number of incidences.
-    states
-        Number of predictions, each with residuals of its own.
+    ``states`` is the number of predictions, each with its own residuals.
     """
 
     scans: int
@@ -54,12 +50,12 @@ class CutLayout:
 
     @property
     def bands(self) -> int:
-        """Rows of incidences."""
+        """Number of rows of incidences."""
         return -(-self.scans // _MOST_COLUMNS)
 
     @property
     def columns(self) -> int:
-        """Incidences beside each other: bands are equally long."""
+        """Number of incidences in a row; all rows are equally long."""
         return -(-self.scans // self.bands)
 
     @property
@@ -72,53 +68,37 @@ class CutLayout:
         width = self._left + self.columns * self._panel + (self.columns - 1) * self._beside + self._right
         return width, self._top + self.bands * self._band_height + self._bottom
 
-    def axes(self, figure: "Figure", scan: int, title: str) -> "tuple[Axes, ...]":
-        """Panels of one incidence: logarithmic, linear, residual of each state."""
-        width, height = self.size
+    def axes(self, figure: PageFigure, scan: int, title: str) -> "tuple[Axes, ...]":
+        """Panels of one incidence: logarithmic, linear, and the residual of each state."""
         band, column = divmod(scan, self.columns)
         x = self._left + column * (self._panel + self._beside)
-        y = height - self._top - band * self._band_height - self._above
-        # Not as title of the axes: its place would be sought anew at each drawing.
-        figure.text((x + self._panel / 2) / width, (y + 0.06) / height, title, ha="center", fontsize=10)
+        y = self.size[1] - self._top - band * self._band_height - self._above
+        figure.write_panel_title(title, x + self._panel / 2, y)
         made = []
         for panel in self._heights:
             y -= panel
-            made.append(figure.add_axes((x / width, y / height, self._panel / width, panel / height)))
+            made.append(figure.panel(x, y, self._panel, panel))
             y -= self._between
         return tuple(made)
 
-    def write_labels(self, figure: "Figure", title: str) -> None:
-        """Title above and the common axis label below."""
-        _, height = self.size
-        figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
-        text = "polar angle of view [°], negative on the source's side"
-        figure.text(0.5, (self._bottom - 0.02) / height, text, ha="center", va="top", fontsize=9)
+    def write_labels(self, figure: PageFigure, title: str) -> None:
+        """Title at the top and the common axis label at the bottom."""
+        figure.write_title(title)
+        figure.write_below("viewing angle [°], negative towards the source", self._bottom - 0.02)
 
 
 def draw_cuts(
-    figure: "Figure",
+    figure: PageFigure,
     views: list[ScanView],
     title: str,
     limit: float,
     labels: tuple[str, ...],
     later: list[ScanView] | None = None,
 ) -> None:
-    """Draw one column for each incidence: logarithmic, linear, residual.
+    """Draw one column for each scan of one side and wavelength: logarithmic, linear, residual.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `CutLayout` gives for the scans.
-    views
-        Scans, of one side and wavelength.
-    title
-        Of the page.
-    limit
-        Half-width of the residual axis.
-    labels
-        Its label, for each prediction.
-    later
-        The same scans under a second prediction: its curve beside the first, its residuals below.
+    The figure must have the size given by `CutLayout`. ``limit`` is the half-width of the residual axes,
+    ``labels`` their labels; ``later`` are the same scans with a second prediction, drawn with its residuals.
     """
     states = [views] if later is None else [views, later]
     layout = CutLayout(len(views), len(states))
@@ -157,8 +137,8 @@ def _draw_values(axes: "Axes", states: tuple[ScanView, ...]) -> None:
     axes.plot(view.signed_deg[shown], view.measured[shown], **MEASURED, zorder=3)
 
 
-def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: dict) -> None:
-    """Residuals; a triangle at the edge stands for one beyond it."""
+def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: Style) -> None:
+    """Residuals; a triangle at the edge marks a residual beyond it."""
     shown = view.in_plane & view.used
     x, y = view.signed_deg[shown], view.residual[shown]
     axes.axhline(0, color=style["color"], linewidth=1.0, zorder=2)
@@ -173,9 +153,8 @@ def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: dict) -> N
 
 
 def _with_gaps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line that is broken where points are missing, at the peaks for instance."""
+    """The line with breaks where points are missing, for example at the peaks."""
     step = np.diff(x)
-    # Repeats of a direction are no step.
     usual = np.median(step[step > 0]) if (step > 0).any() else np.inf
     after = np.flatnonzero(step > _GAP * usual) + 1
     return np.insert(x, after, np.nan), np.insert(y, after, np.nan)
@@ -189,20 +168,13 @@ def _log_ends(views: list[ScanView]) -> tuple[float, float]:
     return (float(values.min()) / 1.25, float(values.max()) * 1.25) if values.size else (0.1, 1.0)
 
 
-def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-
+def _set_axes(axes: "tuple[Axes, ...]", log_ends: tuple[float, float], largest: float) -> None:
     log, linear, *_, lowest = axes
     for axis in axes:
-        axis.set_xlim(-90, 90)
-        axis.set_xticks([-60, -30, 0, 30, 60])
-        axis.set_axisbelow(True)
-        axis.grid(True, color="0.9", linewidth=0.6)
-        axis.tick_params(labelsize=8, labelbottom=axis is lowest)
-        axis.spines[["top", "right"]].set_visible(False)
+        set_angle_axis(axis, axis is lowest)
     log.set_yscale("log")
     log.set_ylim(*log_ends)
-    # Plain decimals: three or four labels, whatever the span.
+    # Three or four labels in plain decimals, for any span.
     span = log_ends[1] / log_ends[0]
     subs = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if span < 8 else (1.0, 2.0, 5.0) if span < 300 else (1.0,)
     log.yaxis.set_major_locator(LogLocator(subs=subs))
@@ -211,21 +183,18 @@ def _set_axes(axes, log_ends: tuple[float, float], largest: float) -> None:
     linear.set_ylim(0, 1.08 * largest)
 
 
-def _say_absent(axes, view: ScanView) -> None:
+def _say_absent(axes: "tuple[Axes, ...]", view: ScanView) -> None:
     for axis in axes:
         axis.set_axis_off()
     count, points = int((view.in_plane & view.used).sum()), int(view.used.sum())
-    text = f"{count} of {points} points lie in the plane:\nno cut with fewer than {FEWEST_IN_PLANE}"
+    text = f"{count} of {points} points are in the plane;\nan in-plane scan needs {FEWEST_IN_PLANE}"
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 
-def _draw_legend(figure: "Figure", views: list[ScanView], compares: bool) -> None:
-    from matplotlib.lines import Line2D
-
+def _draw_legend(figure: PageFigure, views: list[ScanView], compares: bool) -> None:
     peak = "specular direction" if views[0].side == "R" else "undeviated beam"
     fits = [("before", BEFORE), ("after", FITTED)] if compares else [("fitted", FITTED)]
     entries = [("measured", MEASURED), *fits, (peak, PEAK)]
     if any((view.in_plane & ~view.used).any() for view in views):
         entries.append(("masked, not fitted", MASKED))
-    handles = [Line2D([], [], **style, label=text) for text, style in entries]
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False, fontsize=9)
+    figure.draw_line_legend(entries)

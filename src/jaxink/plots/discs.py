@@ -1,14 +1,16 @@
-"""Residuals over all directions of view, one disc for each incidence."""
+"""Residuals over all viewing directions, one disc for each incidence."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from jaxink.plots.scans import ScanView
+from jaxink.plots.figure import PageFigure
+from jaxink.plots.scan_views import ScanView
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.projections.polar import PolarAxes
 
 COLOURS = "RdBu_r"
 _MOST_COLUMNS = 3
@@ -17,15 +19,7 @@ _NARROWEST = 7.6
 
 @dataclasses.dataclass(frozen=True)
 class DiscLayout:
-    """Places of the discs, in inches.
-
-    Parameters
-    ----------
-    scans
-        Number of discs.
-    states
-        How many of them belong to one scan, beside each other.
-    """
+    """Positions of the discs in inches; ``states`` of the ``scans`` discs belong to one scan."""
 
     scans: int
     states: int = 1
@@ -35,7 +29,7 @@ class DiscLayout:
 
     @property
     def columns(self) -> int:
-        """Discs beside each other."""
+        """Number of discs in a row."""
         return min(self.scans, -(-_MOST_COLUMNS // self.states) * self.states)
 
     @property
@@ -45,67 +39,48 @@ class DiscLayout:
         width = self._left + self.columns * self._disc + (self.columns - 1) * self._beside + self._right
         return max(width, _NARROWEST), self._top + rows * (self._above + self._disc) + self._bottom
 
-    def axes(self, figure: "Figure", scan: int):
+    def axes(self, figure: PageFigure, scan: int) -> "PolarAxes":
         """Disc of one incidence."""
-        width, height = self.size
         row, column = divmod(scan, self.columns)
         x = self._left + column * (self._disc + self._beside)
-        y = height - self._top - (row + 1) * (self._above + self._disc)
-        place = (x / width, y / height, self._disc / width, self._disc / height)
-        return figure.add_axes(place, projection="polar")
+        y = self.size[1] - self._top - (row + 1) * (self._above + self._disc)
+        return cast("PolarAxes", figure.panel(x, y, self._disc, self._disc, projection="polar"))
 
-    def bar_axes(self, figure: "Figure"):
+    def bar_axes(self, figure: PageFigure) -> "Axes":
         """Colour bar on the right."""
         width, height = self.size
         tall = min(3.2, 0.6 * height)
-        return figure.add_axes((1 - 0.85 / width, 0.5 - tall / 2 / height, 0.15 / width, tall / height))
+        return figure.panel(width - 0.85, (height - tall) / 2, 0.15, tall)
 
 
 def draw_discs(
-    figure: "Figure",
+    figure: PageFigure,
     views: list[ScanView],
     title: str,
     limit: float,
     label: str,
     states: tuple[str, ...] = ("",),
 ) -> None:
-    """Draw polar discs on one colour scale; triangles point up where measured exceeds fitted.
+    """Draw polar discs on one colour scale; triangles point up if measured exceeds fitted.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `DiscLayout` gives for the scans.
-    views
-        Scans, of one side and wavelength; where there are several states, each scan once for each of them.
-    title
-        Of the page.
-    limit
-        Half-width of the colour scale.
-    label
-        Its label.
-    states
-        Words for the states, in the order of the scans.
+    The figure must have the size given by `DiscLayout`. ``views`` are scans of one side and wavelength, each
+    once for each of the ``states``; ``limit`` is the half-width of the colour scale, ``label`` its label.
     """
     layout = DiscLayout(len(views), len(states))
-    _, height = layout.size
-    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+    figure.write_title(title)
     for i, view in enumerate(views):
         drawn = _draw_disc(layout.axes(figure, i), view, limit, states[i % len(states)])
-    bar = figure.colorbar(drawn, cax=layout.bar_axes(figure), extend="both")
-    bar.set_label(label, fontsize=9)
-    bar.ax.tick_params(labelsize=8)
+    figure.draw_colour_bar(drawn, layout.bar_axes(figure), label)
     peak = "○ specular direction, ☆ source" if views[0].side == "R" else "○ undeviated beam"
-    text = (
-        f"▲ measured above, ▼ below the fit;  {peak};  rings: polar angle of view 30°, 60°, 90°;  around: phi"
-    )
-    figure.text(0.5, 0.15 / height, text, ha="center", va="bottom", fontsize=8.5)
+    text = f"▲ measured above, ▼ below the fit;  {peak};  rings: viewing angle 30°, 60°, 90°;  azimuth: phi"
+    figure.write_below(text, 0.15, "bottom", 8.5)
 
 
-def _draw_disc(axes, view: ScanView, limit: float, state: str):
-    # As in the cuts: the source's half-plane (phi 0) to the left, the peak (phi 180) to the right.
+def _draw_disc(axes: "PolarAxes", view: ScanView, limit: float, state: str):
+    # As in the scans: the source's half-plane (phi 0) on the left, the peak (phi 180) on the right.
     axes.set_theta_zero_location("W")
     axes.set_theta_direction(-1)
-    # Size and colour both grow with the residual: the pattern also shows in black and white.
+    # Size and colour both grow with the residual, so that the pattern is also visible in greyscale.
     share = np.minimum(np.abs(view.residual) / limit, 1.0)
     size = np.clip(9000 / max(int(view.used.sum()), 1), 12, 60) * (0.1 + 0.9 * share)
     for sign, marker in ((1, "^"), (-1, "v")):
@@ -123,7 +98,7 @@ def _draw_disc(axes, view: ScanView, limit: float, state: str):
             linewidths=0.3,
             zorder=3,
         )
-    ring = {
+    ring: dict[str, Any] = {
         "markersize": 9,
         "markerfacecolor": "none",
         "markeredgecolor": "black",

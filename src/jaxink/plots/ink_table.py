@@ -1,4 +1,4 @@
-"""The BSDF of an ink for light from inside its plate, by two descriptions of the sample."""
+"""The BSDF of an ink for light from inside its plate, by two models."""
 
 import dataclasses
 from typing import TYPE_CHECKING
@@ -6,23 +6,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jaxink.plots.cuts import BEFORE, FITTED
+from jaxink.plots.figure import PageFigure, set_angle_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-    from jaxink.ink.comparison import TableChange
+    from jaxink.ink.comparison import TableComparison
 
-# Light from inside: what comes back into the plate, and what leaves on the other side.
-FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "out of the other side"}
-# Within the plate; beyond the critical angle light is guided.
+FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "to the other side"}
+# In the plate; beyond the critical angle light is guided.
 INCIDENCES_DEG = (0.0, 30.0, 50.0, 70.0)
 _VIEW_DEG = np.linspace(-85.0, 85.0, 171)
 
 
 @dataclasses.dataclass(frozen=True)
 class InsideLayout:
-    """Places of the panels, in inches: two rows for each component, curves above their change."""
+    """Positions of the panels in inches: for each component a row of curves and a row of changes."""
 
     _left, _right, _top, _bottom = 0.8, 0.2, 0.5, 0.6
     _panel, _beside, _above, _between, _below = 2.3, 0.55, 0.3, 0.13, 0.3
@@ -39,43 +38,27 @@ class InsideLayout:
         width = self._left + n * self._panel + (n - 1) * self._beside + self._right
         return width, self._top + len(FROM_INSIDE) * self._block + self._bottom
 
-    def axes(self, figure: "Figure", row: int, column: int, title: str) -> "tuple[Axes, Axes]":
+    def axes(self, figure: PageFigure, row: int, column: int, title: str) -> "tuple[Axes, Axes]":
         """Curves and change of one component at one incidence."""
-        width, height = self.size
         x = self._left + column * (self._panel + self._beside)
-        y = height - self._top - row * self._block - self._above
-        figure.text((x + self._panel / 2) / width, (y + 0.06) / height, title, ha="center", fontsize=9.5)
-        made = []
-        for panel in (self._curve, self._change):
-            y -= panel
-            made.append(figure.add_axes((x / width, y / height, self._panel / width, panel / height)))
-            y -= self._between
-        return tuple(made)
+        y = self.size[1] - self._top - row * self._block - self._above
+        figure.write_panel_title(title, x + self._panel / 2, y, 9.5)
+        below = y - self._curve - self._between - self._change
+        above = figure.panel(x, y - self._curve, self._panel, self._curve)
+        return above, figure.panel(x, below, self._panel, self._change)
 
 
-def draw_inside(figure: "Figure", change: "TableChange", wavelength: int, title: str) -> None:
-    """Draw cuts in the plane of incidence by both tables, and the relative change below.
+def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, title: str) -> None:
+    """Draw the in-plane BSDF of both tables at a wavelength, given by its index, and the change below.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `InsideLayout` gives.
-    change
-        The tables.
-    wavelength
-        Position of the wavelength.
-    title
-        Of the page.
+    The figure must have the size given by `InsideLayout`.
     """
-    from matplotlib.lines import Line2D
-
     layout = InsideLayout()
-    _, height = layout.size
-    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+    figure.write_title(title)
     view, phi = np.abs(_VIEW_DEG), np.where(_VIEW_DEG < 0, 0.0, 180.0)
     for row, (component, where) in enumerate(FROM_INSIDE.items()):
         curves = [change.at(component, theta, view, phi, wavelength) for theta in INCIDENCES_DEG]
-        relative = [_percent(before, after) for before, after in curves]
+        relative = [_change_percent(before, after) for before, after in curves]
         limit = _limit(relative)
         for column, theta in enumerate(INCIDENCES_DEG):
             above, below = layout.axes(figure, row, column, f"{theta:g}° inside, {where}")
@@ -85,35 +68,22 @@ def draw_inside(figure: "Figure", change: "TableChange", wavelength: int, title:
             below.axhline(0, color=BEFORE["color"], linewidth=1.0)
             below.plot(_VIEW_DEG, relative[column], **FITTED)
             below.set_ylim(-limit, limit)
-            _set_axes(above, below)
+            set_angle_axis(above, False)
+            set_angle_axis(below, True)
             if column == 0:
                 above.set_ylabel(f"{component} [1/sr]", fontsize=9)
                 below.set_ylabel("change [%]", fontsize=9)
-    text = (
-        "polar angle of the outgoing light in its own medium [°], negative towards where the light comes from"
-    )
-    figure.text(0.5, 0.54 / height, text, ha="center", va="top", fontsize=9)
-    handles = [Line2D([], [], **BEFORE, label="before"), Line2D([], [], **FITTED, label="after")]
-    figure.legend(handles=handles, loc="lower center", ncols=2, frameon=False, fontsize=9)
+    figure.write_below("exit angle in the medium of the exit side [°], negative towards the source", 0.54)
+    figure.draw_line_legend([("before", BEFORE), ("after", FITTED)])
 
 
-def _percent(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+def _change_percent(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         return 100 * np.where(before > 0, after / before - 1, np.nan)
 
 
 def _limit(relative: list[np.ndarray]) -> float:
-    """Half-width of one axis for all incidences, wide enough for all of them."""
+    """Half-width of the common axis of all incidences."""
     sizes = np.abs(np.concatenate(relative))
     sizes = sizes[np.isfinite(sizes)]
     return 1.1 * max(float(sizes.max()), 1e-3) if sizes.size else 1.0
-
-
-def _set_axes(above: "Axes", below: "Axes") -> None:
-    for axes in (above, below):
-        axes.set_xlim(-90, 90)
-        axes.set_xticks([-60, -30, 0, 30, 60])
-        axes.set_axisbelow(True)
-        axes.grid(True, color="0.9", linewidth=0.6)
-        axes.tick_params(labelsize=8, labelbottom=axes is below)
-        axes.spines[["top", "right"]].set_visible(False)

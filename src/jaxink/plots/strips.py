@@ -1,35 +1,28 @@
-"""Residuals in the plane of incidence as strips: angle of view across, incidences below each other."""
+"""In-plane residuals as strips: viewing angle horizontally, one strip for each incidence."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.collections import PolyCollection
 
 from jaxink.plots.discs import COLOURS
-from jaxink.plots.scans import ScanView
+from jaxink.plots.figure import PageFigure, set_angle_ticks
+from jaxink.plots.scan_views import ScanView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-# Share of the distance of two incidences that a strip fills.
+# Height of a strip over the distance of two strips.
 _FILLED = 0.86
-# A cell is at most this many times as wide as the usual step: what was not measured stays empty.
+# Largest width of a cell over the usual step, so that gaps in the data stay empty.
 _WIDEST = 1.5
 _EMPTY = "0.93"
 
 
 @dataclasses.dataclass(frozen=True)
 class StripLayout:
-    """Places of the panels, in inches.
-
-    Parameters
-    ----------
-    incidences
-        Number of incidences in each row of panels.
-    columns
-        Panels beside each other.
-    """
+    """Positions of the panels in inches, for the numbers of incidences in each row of panels."""
 
     incidences: tuple[int, ...]
     columns: int
@@ -47,44 +40,30 @@ class StripLayout:
         rows = sum(self._above + self._height(row) for row in range(len(self.incidences)))
         return width, self._top + rows + self._bottom
 
-    def axes(self, figure: "Figure", row: int, column: int) -> "Axes":
+    def axes(self, figure: PageFigure, row: int, column: int) -> "Axes":
         """Panel of one side and state."""
-        width, height = self.size
         x = self._left + column * (self._panel + self._beside)
         above = sum(self._above + self._height(r) for r in range(row + 1))
-        y = height - self._top - above
-        place = (x / width, y / height, self._panel / width, self._height(row) / height)
-        return figure.add_axes(place)
+        return figure.panel(x, self.size[1] - self._top - above, self._panel, self._height(row))
 
-    def bar_axes(self, figure: "Figure"):
+    def bar_axes(self, figure: PageFigure) -> "Axes":
         """Colour bar on the right."""
         width, height = self.size
         tall = min(3.2, height - self._top - self._bottom)
         middle = (height - self._top + self._bottom) / 2
-        return figure.add_axes((1 - 0.9 / width, (middle - tall / 2) / height, 0.15 / width, tall / height))
+        return figure.panel(width - 0.9, middle - tall / 2, 0.15, tall)
 
 
 def draw_strips(
-    figure: "Figure", rows: list[list[tuple[str, list[ScanView]]]], title: str, limit: float, label: str
+    figure: PageFigure, rows: list[list[tuple[str, list[ScanView]]]], title: str, limit: float, label: str
 ) -> None:
-    """Draw panels of strips on one colour scale.
+    """Draw panels of strips on one colour scale, whose half-width is ``limit``.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `StripLayout` gives for the scans.
-    rows
-        Panels of each row: words above, and the scans of one side and wavelength, by incidence.
-    title
-        Of the page.
-    limit
-        Half-width of the colour scale.
-    label
-        Its label.
+    The figure must have the size given by `StripLayout`. Each panel of ``rows`` has a title and the scans of
+    one side and wavelength, in the order of incidence.
     """
     layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(rows[0]))
-    _, height = layout.size
-    figure.text(0.5, 1 - 0.08 / height, title, ha="center", va="top", fontsize=11, linespacing=1.35)
+    figure.write_title(title)
     for i, row in enumerate(rows):
         for j, (words, views) in enumerate(row):
             axes = layout.axes(figure, i, j)
@@ -93,18 +72,13 @@ def draw_strips(
             axes.tick_params(labelsize=8, labelleft=j == 0, labelbottom=i == len(rows) - 1)
             if j == 0:
                 axes.set_ylabel("incidence", fontsize=9)
-    bar = figure.colorbar(drawn, cax=layout.bar_axes(figure), extend="both")
-    bar.set_label(label, fontsize=9)
-    bar.ax.tick_params(labelsize=8)
-    text = "polar angle of view [°], negative on the source's side"
-    figure.text(0.5, 0.52 / height, text, ha="center", va="top", fontsize=9)
-    text = "○ specular direction or undeviated beam;  ☆ source;  red: measured above, blue: below the model"
-    figure.text(0.5, 0.1 / height, text, ha="center", va="bottom", fontsize=8.5)
+    figure.draw_colour_bar(drawn, layout.bar_axes(figure), label)
+    figure.write_below("viewing angle [°], negative towards the source", 0.52)
+    text = "○ specular direction or undeviated beam;  ☆ source;  red: measured above the model, blue: below"
+    figure.write_below(text, 0.1, "bottom", 8.5)
 
 
 def _draw_strips(axes: "Axes", views: list[ScanView], limit: float):
-    from matplotlib.collections import PolyCollection
-
     cells, colours = [], []
     for row, view in enumerate(views):
         shown = view.in_plane & view.used
@@ -113,13 +87,17 @@ def _draw_strips(axes: "Axes", views: list[ScanView], limit: float):
     drawn = PolyCollection(cells, array=np.concatenate(colours), cmap=COLOURS, linewidths=0, zorder=2)
     drawn.set_clim(-limit, limit)
     axes.add_collection(drawn)
-    mark = {"markerfacecolor": "none", "markeredgecolor": "black", "linestyle": "none", "zorder": 4}
+    mark: dict[str, Any] = {
+        "markerfacecolor": "none",
+        "markeredgecolor": "black",
+        "linestyle": "none",
+        "zorder": 4,
+    }
     for row, view in enumerate(views):
         axes.plot([view.theta_i_deg], [row], marker="o", markersize=5, **mark)
         if view.side == "R":
             axes.plot([-view.theta_i_deg], [row], marker="*", markersize=6, **mark)
-    axes.set_xlim(-90, 90)
-    axes.set_xticks([-60, -30, 0, 30, 60])
+    set_angle_ticks(axes)
     axes.set_ylim(len(views) - 0.5, -0.5)
     axes.set_yticks(range(len(views)), [f"{view.theta_i_deg:g}°" for view in views])
     axes.set_facecolor(_EMPTY)
@@ -127,7 +105,7 @@ def _draw_strips(axes: "Axes", views: list[ScanView], limit: float):
 
 
 def _cells(angle_deg: np.ndarray, row: int) -> list[np.ndarray]:
-    """Corners of a cell for each point; repeats of a direction share its height."""
+    """Corners of a cell for each point; repeated readings of a direction share its height."""
     distinct, of_point = np.unique(np.round(angle_deg, 6), return_inverse=True)
     step = np.diff(distinct)
     half = _WIDEST * np.median(step) / 2 if step.size else 2.0

@@ -1,27 +1,25 @@
-"""The sections of the report, each from the fields of a diagnosis."""
+"""Sections of the report."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from jaxink.ink.comparison import LARGEST_THETA_DEG, TableChange
+from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.plots.scans import measurement_name
+from jaxink.plots.scan_views import measurement_name
+from jaxink.report.html import NONE, bullets, chance, number, paragraph, section, share, table, verdict
 from jaxink.report.ink_table import inside_sentences
-from jaxink.report.page import bullets, chance, number, paragraph, section, table, verdict
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
 
-# Verdicts that leave nothing to look for.
-GOOD = ("no_misfit", "explained", "explained_by_one_of", "instrument")
-
+T = TypeVar("T")
 _SETTINGS = {
-    "max_effects": "most effects",
-    "max_parameters": "most free parameters",
-    "level": "level",
+    "max_effects": "maximum number of effects",
+    "max_parameters": "maximum number of free parameters",
+    "level": "significance level",
     "n_bootstrap": "null data sets",
     "seed": "seed",
 }
@@ -29,19 +27,18 @@ _SETTINGS = {
 
 def report_title(diagnosis: "Diagnosis") -> str:
     """Title of the page."""
-    name = measurement_name(diagnosis.result)
-    return f"Diagnosis of the {name[0].lower() + name[1:] if name.startswith('M') else name}"
+    return f"Diagnosis: {measurement_name(diagnosis.result)}"
 
 
 def top(diagnosis: "Diagnosis") -> str:
-    """The verdict, what was measured, and whether the fit ended well."""
+    """The verdict, the measurement, and whether the fit converged."""
     result, found = diagnosis.result, diagnosis.verdict
     data = result.data
     wavelengths = np.unique(data.wavelength_nm[data.used])
     spectrum = f"{wavelengths[0]:g} nm"
     if wavelengths.size > 1:
         spectrum = f"{wavelengths.size} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
-    parts = [verdict(found.sentence, found.code, found.code in GOOD)]
+    parts = [verdict(found.sentence, found.code, found.code.is_met)]
     if not result.converged:
         parts.append(paragraph(f"The fit of the declared model {result.outcome.value}.", "verdict"))
     what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
@@ -51,12 +48,9 @@ def top(diagnosis: "Diagnosis") -> str:
 
 
 def merit(diagnosis: "Diagnosis") -> str:
-    """Errors before and after, of the fit and of points that it did not see."""
-    states = {"as declared": diagnosis.before}
-    if diagnosis.steps:
-        states["with what was added"] = diagnosis.after
+    """Errors before and after, for fitted and held-out points."""
     rows = []
-    for name, summary in states.items():
+    for name, summary in _states(diagnosis, diagnosis.before, diagnosis.after):
         rows.append([name, "fitted", *_merit_cells(summary.fitted)])
         rows.append([name, "held out", *_merit_cells(summary.held_out)])
     heads = [
@@ -65,25 +59,28 @@ def merit(diagnosis: "Diagnosis") -> str:
         "absolute RMSD of \N{GREEK SMALL LETTER PI} f",
         "relative RMSD",
         "rms of model / measured - 1",
-        "chi-square",
+        "χ²",
         "degrees of freedom",
-        "reduced",
-        "probability",
+        "reduced χ²",
+        "p",
     ]
     parts = [table(heads, rows, (0, 1))]
     if not diagnosis.steps:
-        parts.append(paragraph("No effect was added: the model after is the model before."))
-    parts.append(
-        paragraph("Held out: each point by a fit that did not see its scan, or its part of the scan.")
-    )
-    return section("Error before and after", *parts)
+        parts.append(paragraph("No effect was added."))
+    text = "Held out: each point is predicted by a fit without its scan, or without its part of the scan."
+    return section("Error before and after", *parts, paragraph(text))
+
+
+def _states(diagnosis: "Diagnosis", before: T, after: T) -> list[tuple[str, T]]:
+    """Values of the declared and, if effects were added, of the extended model, with their names."""
+    return [("declared", before), ("extended", after)][: 2 if diagnosis.steps else 1]
 
 
 def _merit_cells(figures: "Figures") -> list[str]:
     return [
         number(figures.rmsd_absolute),
-        _percent(figures.rmsd_relative),
-        _percent(figures.relative_rms),
+        share(figures.rmsd_relative),
+        share(figures.relative_rms),
         number(figures.chi_square, 6),
         str(figures.degrees_of_freedom),
         number(figures.reduced_chi_square),
@@ -91,18 +88,14 @@ def _merit_cells(figures: "Figures") -> list[str]:
     ]
 
 
-def _percent(share: float | None) -> str:
-    return number(None) if share is None else f"{number(100 * share, 3)} %"
-
-
 def steps(diagnosis: "Diagnosis") -> str:
-    """The effects that were added, one after the other."""
+    """The effects that were added, in this order."""
     if not diagnosis.steps:
         return ""
     rows = []
     for i, s in enumerate(diagnosis.steps):
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
-        others = ", ".join(s.members[1:]) or number(None)
+        others = ", ".join(s.members[1:]) or NONE
         terms = ", ".join(f"{name} = {plain(value)}" for name, value in s.terms.items())
         strength = _with_unit(with_uncertainty(s.strength, s.standard_error), s.unit)
         rows.append(
@@ -112,56 +105,46 @@ def steps(diagnosis: "Diagnosis") -> str:
     heads = [
         "step",
         "effect",
-        "what it says",
+        "meaning",
         "strength",
-        "all its terms",
-        "not told apart from",
-        "chi-square falls, predicted",
-        "by the refit",
-        "gain of held-out log density",
+        "all parameters",
+        "indistinguishable from",
+        "Δχ² predicted",
+        "Δχ² by refit",
+        "gain in held-out log density",
     ]
-    return section(
-        "What was added",
-        table(heads, rows, (1, 2, 4, 5)),
-        paragraph(
-            "Strength: distance from the declared model, with its standard error in the last digits; none "
-            "where the end of a range holds it. The gain is the mean over the fits "
-            "that left a part out, with its standard error."
-        ),
+    text = (
+        "Strength: distance from the declared model, with its standard error in units of the last digits "
+        "(none at the end of a range). Gain: mean over the fits with parts held out, with its standard error."
     )
+    return section("Effects added", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
 
 
 def parameters(diagnosis: "Diagnosis") -> str:
     """Free parameters before and after."""
     before, after = diagnosis.parameters_before, diagnosis.parameters_after
-    misfit_heads = ["misfit may shift by", "determined"] if diagnosis.structure_remains else []
+    misfit_heads = ["possible shift by misfit", "determined"] if diagnosis.structure_remains else []
     if not diagnosis.steps:
-        rows = [
-            [
-                name,
-                _with_unit(with_uncertainty(*pair), _unit(diagnosis, name)),
-                *_by_misfit(diagnosis, name),
-            ]
-            for name, pair in before.items()
-        ]
+        values = {n: _with_unit(with_uncertainty(*e), _unit(diagnosis, n)) for n, e in before.items()}
+        rows = [[name, value, *_by_misfit(diagnosis, name)] for name, value in values.items()]
         return section("Parameters", table(["parameter", "value(s.e.)", *misfit_heads], rows))
     rows = []
     for name, (value, error) in after.items():
         unit = _unit(diagnosis, name)
-        cells = [number(None), with_uncertainty(value, error), number(None), number(None)]
+        cells = [NONE, with_uncertainty(value, error), NONE, NONE]
         if name in before:
-            first = before[name][0]
+            first = before[name].value
             cells[0] = with_uncertainty(*before[name])
-            cells[2] = f"{number(100 * (first / value - 1), 3)} %" if value else number(None)
-            cells[3] = number((first - value) / error, 3) if error else number(None)
+            cells[2] = share(first / value - 1) if value else NONE
+            cells[3] = number((first - value) / error, 3) if error else NONE
         rows.append([name, unit, *cells, *_by_misfit(diagnosis, name)])
-    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias of before", "in standard errors"]
-    heads += misfit_heads
-    text = "The bias is before minus after, relative to the value after, and in standard errors of it."
+    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias before", "bias / s.e.", *misfit_heads]
+    text = "Bias: before minus after, relative to the value after and in units of its standard error (s.e.)."
     if misfit_heads:
         text += (
-            " What remains of the misfit may have shifted the value after by the last but one column (a "
-            "standard deviation); a value that it may have shifted to the end of its range is not determined."
+            " The remaining misfit may have shifted the value after by the amount in the last but one column "
+            "(one standard deviation). A value that may have been shifted to the end of its range is not "
+            "determined."
         )
     return section("Parameters before and after", table(heads, rows, (0, 1)), paragraph(text))
 
@@ -182,36 +165,35 @@ def _with_unit(text: str, unit: str) -> str:
 
 
 def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
-    """All effects that were looked for, and those that cannot be."""
+    """All effects that were tested, and those that cannot be."""
     heads = [
         "effect",
         "z",
         "p",
-        "p of all together",
-        "absorbed by parameters",
+        "family-wise adjusted p",
+        "degenerate with parameters",
         "detection limit",
         "unit of the limit",
         "strength",
         "unit",
         "class",
-        "chi-square falls, predicted",
-        "by a refit",
+        "Δχ² predicted",
+        "Δχ² by refit",
         "status",
         "reason",
     ]
     rows = [_candidate_cells(row) for row in diagnosis.candidates]
-    parts = [table(heads, rows, (0, 6, 8, 9, 12, 13))]
-    parts.append(
-        paragraph(
-            "p of all together: chance that any effect stands out as much where there is noise alone. "
-            "Absorbed: share of the effect that the free parameters imitate. Strength: by the refit where "
-            "there was one, else by the screen. A share: of the area, like a typical case of the effect."
-        )
+    text = (
+        "Family-wise adjusted p: probability that noise alone makes any effect this significant. Degenerate "
+        "with parameters: fraction of the effect that the free parameters reproduce. Strength: from the "
+        "refit if there was one, otherwise from the screen. Unit share: part of the area that is like a "
+        "typical case of the effect."
     )
+    parts = [table(heads, rows, (0, 6, 8, 9, 12, 13)), paragraph(text)]
     if diagnosis.not_testable:
         lines = (f"{name}: {reason}" for name, reason in diagnosis.not_testable.items())
-        parts += [paragraph("These data say nothing about:"), bullets(lines)]
-    return section("Effects that were looked for", *parts, *figures)
+        parts += [paragraph("The data do not constrain these effects:"), bullets(lines)]
+    return section("Effects tested", *parts, *figures)
 
 
 def _candidate_cells(row: "CandidateRow") -> list[str]:
@@ -220,7 +202,7 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
         number(row.z, 3),
         chance(row.p_raw),
         chance(row.p_adjusted),
-        _percent(row.absorbed_fraction),
+        share(row.absorbed_fraction),
         number(row.detection_limit, 3),
         row.detection_limit_unit,
         number(row.strength),
@@ -234,43 +216,40 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
 
 
 def remains(diagnosis: "Diagnosis") -> str:
-    """What stands in the residual after the last step."""
+    """Structure in the residual after the last step."""
     location = diagnosis.location
     sentence = location.sentence[0].upper() + location.sentence[1:]
-    share = f"{100 * location.smooth.share:.3g} % of its mean square is smooth"
-    parts = [paragraph(f"{sentence}. {share} (p = {chance(location.smooth.p_value)}).")]
-    states = {"as declared": diagnosis.structure_before}
-    if diagnosis.steps:
-        states["with what was added"] = diagnosis.structure_after
-    heads, rows = ["test of order"], {}
-    for name, structure in states.items():
-        heads += [f"value {name}", "p", "p of the worst scan"]
+    smooth = f"{share(location.smooth.share)} of its mean square varies smoothly with direction"
+    parts = [paragraph(f"{sentence}. {smooth} (p = {chance(location.smooth.p_value)}).")]
+    states = _states(diagnosis, diagnosis.structure_before, diagnosis.structure_after)
+    heads, rows = ["test for structure"], dict[str, list[str]]()
+    for name, structure in states:
+        heads += [f"value, {name} model", "p", "p of the worst scan"]
         for s in structure.statistics:
             cells = [number(s.value), chance(s.p_value), chance(s.worst_p_value)]
             rows.setdefault(s.name, [s.name.replace("_", " ")]).extend(cells)
     parts.append(table(heads, rows.values()))
     lines = []
-    for name, structure in states.items():
-        led = f", led by {structure.leading.replace('_', ' ')}" if structure.leading else ""
-        lines.append(f"All tests together, {name}: p = {chance(structure.p_value)}{led}.")
+    for name, structure in states:
+        led = f"; most significant: {structure.leading.replace('_', ' ')}" if structure.leading else ""
+        lines.append(f"All tests combined, {name} model: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
     if diagnosis.consistency:
-        parts.append(paragraph("Readings that must be equal, under the noise in use:"))
-        heads = ["readings", "pairs", "deviation of one reading", "noise of one reading", "p"]
-        rows = [
-            [c.kind, str(c.pairs), _percent(c.relative), _percent(c.stated), chance(c.p_value)]
+        parts.append(paragraph("Readings that must agree within the stated noise:"))
+        heads = ["readings", "pairs", "scatter of a reading", "noise of a reading", "p"]
+        pairs = (
+            [c.kind, str(c.pairs), share(c.relative), share(c.stated), chance(c.p_value)]
             for c in diagnosis.consistency
-        ]
-        parts.append(table(heads, rows))
+        )
+        parts.append(table(heads, pairs))
     if location.factors:
-        parts.append(paragraph("Where it stands, in standard deviations of the noise:"))
-        rows = [
-            [f.name, _percent(f.share), chance(f.p_value), _levels(f.levels, f.means)]
-            for f in location.factors
-        ]
-        heads = ["divided by", "share of the smooth part", "p", "mean residuals"]
-        parts.append(table(heads, rows, (0, 3)))
-    return section("What remains", *parts)
+        parts.append(paragraph("Mean residuals by group, in standard deviations of the noise:"))
+        heads = ["grouped by", "share of the smooth part", "p", "mean residuals"]
+        factors = (
+            [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
+        )
+        parts.append(table(heads, factors, (0, 3)))
+    return section("Remaining residual", *parts)
 
 
 def _levels(levels: Sequence[str], means: np.ndarray) -> str:
@@ -278,9 +257,9 @@ def _levels(levels: Sequence[str], means: np.ndarray) -> str:
     return "; ".join(f"{level} {mean:+.2f}" for level, mean in known)
 
 
-def inside(diagnosis: "Diagnosis", change: TableChange | str, *figures: str) -> str:
-    """What was found changes in the BSDF that is exported."""
-    title = "The ink for light inside the plate"
+def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> str:
+    """Change of the exported BSDF."""
+    title = "BSDF of the ink inside the plate"
     if isinstance(change, str):
         return section(title, paragraph(change))
     rows = []
@@ -292,23 +271,23 @@ def inside(diagnosis: "Diagnosis", change: TableChange | str, *figures: str) -> 
                 [f"{component}, {words}", f"{c.wavelength_nm:g} nm", f"{number(c.rms_percent, 3)} %"]
                 + [f"{c.largest_percent:+.3g} %", where]
             )
-    heads = ["component", "wavelength", "rms change", "largest", "there"]
+    heads = ["component", "wavelength", "rms change", "largest change", "at"]
     text = (
-        "Change of the BSDF from the fit of the declared model to that with what was added, over all "
-        f"directions to {LARGEST_THETA_DEG:g}° from the normal on either side."
+        "Change of the BSDF from the declared to the extended model, over all directions up to "
+        f"{LARGEST_THETA_DEG:g}° from the normal on either side."
     )
-    lines = inside_sentences(diagnosis)
-    return section(title, paragraph(text), table(heads, rows, (0, 4)), bullets(lines), *figures)
+    parts = paragraph(text), table(heads, rows, (0, 4)), bullets(inside_sentences(diagnosis))
+    return section(title, *parts, *figures)
 
 
 def origin(diagnosis: "Diagnosis") -> str:
-    """What is needed to repeat it."""
+    """Settings and versions, for a repetition."""
     result = diagnosis.result
     lines = [f"Catalogue of effects: version {diagnosis.to_dict()['catalogue_version']}."]
     chosen = {name: diagnosis.settings[key] for key, name in _SETTINGS.items()}
     said = ", ".join(f"{name} {value:g}" for name, value in chosen.items() if value is not None)
     lines.append(f"Diagnosis: {said}.")
     lines.append(f"Fit of the declared model: {result.method}, {result.outcome.value}; seed {result.seed}.")
-    lines.append(f"Discretisation: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.")
+    lines.append(f"Resolution: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.")
     lines.append(f"Versions: {', '.join(f'{k} {v}' for k, v in result.versions.items())}.")
-    return section("How it was computed", bullets(lines))
+    return section("Settings and versions", bullets(lines))

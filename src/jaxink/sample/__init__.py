@@ -1,7 +1,8 @@
 """What the experimenter knows of a sample; no JAX is needed to read it."""
 
+from jaxink.measurement import Noise
 from jaxink.sample.archive import sample_from_dict, sample_to_dict
-from jaxink.sample.description import Backing, Layer, Noise, Sample
+from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 from jaxink.sample.populations import Population

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from jaxink.measurement import Noise
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import Population
@@ -69,26 +70,6 @@ class Backing:
 
     side: str
     contact: bool
-
-
-@dataclasses.dataclass(frozen=True)
-class Noise:
-    """Declared noise of the measurement; None where nothing is declared.
-
-    Parameters
-    ----------
-    relative, floor_per_sr
-        Independent for each point: sigma^2 = (relative f)^2 + floor^2.
-    scan_relative
-        Standard deviation of the unknown common factor of each scan.
-    use_file_sigma
-        Whether the sigma column of a file, where it has one, goes before ``relative`` and ``floor``.
-    """
-
-    relative: float | None = None
-    floor_per_sr: float = 0.0
-    scan_relative: float = 0.0
-    use_file_sigma: bool = True
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,8 +8,17 @@ from typing import Any
 from jaxink.errors import InputRefusedError
 from jaxink.optics.refractive_index import cauchy_index, sellmeier_index, tabulated_index
 from jaxink.sample import schema
-from jaxink.sample.entries import choice, is_number, missing, only, parameter_entry, parameter_of
+from jaxink.sample.entries import (
+    choice,
+    is_list_of_numbers,
+    missing,
+    only,
+    parameter_entry,
+    parameter_of,
+    require_equally_many,
+)
 from jaxink.sample.parameters import Parameter, ParameterTable
+from jaxink.sample.quantity import Quantity
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,7 +125,7 @@ class Dispersion:
 
 
 def read_dispersion(
-    name: str, given: dict[str, Any], quantity: schema.Quantity
+    name: str, given: dict[str, Any], quantity: Quantity
 ) -> tuple[Dispersion, list[Parameter]]:
     """Read an index that is given as a dispersion.
 
@@ -141,7 +150,7 @@ def read_dispersion(
         )
     formula = choice(given, "dispersion", tuple(schema.DISPERSIONS), name)
     coefficients = schema.DISPERSIONS[formula]
-    columns = ("wavelength_nm", "value") if formula == "table" else ()
+    columns = schema.DISPERSION_TABLE if formula == "table" else {}
     only(given, ("dispersion", *columns, *coefficients), name)
     parameters = []
     for key, coefficient in coefficients.items():
@@ -161,15 +170,11 @@ def read_dispersion(
 
 def _columns(name: str, given: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Wavelengths and indices of a table."""
-    wavelengths, values = given.get("wavelength_nm"), given.get("value")
-    for key, column in (("wavelength_nm", wavelengths), ("value", values)):
-        if not isinstance(column, list) or len(column) < 2 or not all(is_number(v) for v in column):
+    wavelengths, values = (given.get(key, []) for key in schema.DISPERSION_TABLE)
+    for key, column in zip(schema.DISPERSION_TABLE, (wavelengths, values), strict=True):
+        if not is_list_of_numbers(column, 2):
             raise InputRefusedError(f"{name}: {key} must be a list of two numbers or more.")
-    if len(wavelengths) != len(values):
-        raise InputRefusedError(
-            f"{name}: wavelength_nm has {len(wavelengths)} entries and value {len(values)}; they must be "
-            "equally many."
-        )
+    require_equally_many(name, wavelength_nm=wavelengths, value=values)
     if wavelengths[0] <= 0 or any(b <= a for a, b in itertools.pairwise(wavelengths)):
         raise InputRefusedError(f"{name}: wavelength_nm must ascend, from a number above 0.")
     return tuple(map(float, wavelengths)), tuple(map(float, values))

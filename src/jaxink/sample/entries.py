@@ -5,13 +5,12 @@ from collections.abc import Collection
 from typing import Any
 
 from jaxink.errors import InputRefusedError, unknown_name
-from jaxink.sample import schema
+from jaxink.sample.measurement_schema import NUMBER, PRIOR
 from jaxink.sample.parameters import Parameter, Prior
+from jaxink.sample.quantity import Quantity
 
-PARAMETER_KEYS = ("value", "free", "min", "max", "unit", "tie", "prior", "per_wavelength")
 
-
-def parameter_entry(given: Any, name: str, quantity: schema.Quantity) -> dict[str, Any]:
+def parameter_entry(given: Any, name: str, quantity: Quantity) -> dict[str, Any]:
     """What a file says of a number, as a table with known keys and the right unit.
 
     Parameters
@@ -24,7 +23,7 @@ def parameter_entry(given: Any, name: str, quantity: schema.Quantity) -> dict[st
         What it may be.
     """
     entry = given if isinstance(given, dict) else {"value": given}
-    only(entry, PARAMETER_KEYS, name)
+    only(entry, NUMBER, name)
     if entry.get("unit", quantity.unit) != quantity.unit:
         raise InputRefusedError(
             f"{name} has unit = {entry['unit']!r}; it is always in "
@@ -33,14 +32,14 @@ def parameter_entry(given: Any, name: str, quantity: schema.Quantity) -> dict[st
     return entry
 
 
-def missing(name: str, key: str, quantity: schema.Quantity) -> InputRefusedError:
+def missing(name: str, key: str, quantity: Quantity) -> InputRefusedError:
     """The refusal of a file that lacks a number."""
     return InputRefusedError(
         f"{name} is missing; write {key} = <number{' in ' + quantity.unit if quantity.unit else ''}>."
     )
 
 
-def parameter_of(name: str, entry: dict[str, Any], quantity: schema.Quantity) -> Parameter:
+def parameter_of(name: str, entry: dict[str, Any], quantity: Quantity) -> Parameter:
     """One checked parameter.
 
     Parameters
@@ -48,14 +47,12 @@ def parameter_of(name: str, entry: dict[str, Any], quantity: schema.Quantity) ->
     name
         Its dotted name.
     entry
-        What the file says of it, keys of `PARAMETER_KEYS`.
+        What the file says of it, keys of `NUMBER`.
     quantity
         What it may be.
     """
     unit = quantity.unit
-    tie, free = entry.get("tie"), entry.get("free", False)
-    if not isinstance(free, bool):
-        raise InputRefusedError(f"{name}: free is {free!r}; it must be true or false.")
+    tie, free = entry.get("tie"), true_or_false(entry, "free", False, f"{name}: free")
     if tie is not None:
         if free or "value" in entry or not isinstance(tie, str):
             raise InputRefusedError(
@@ -74,13 +71,13 @@ def parameter_of(name: str, entry: dict[str, Any], quantity: schema.Quantity) ->
     lowest = quantity.lowest if lowest is None else lowest
     highest = quantity.highest if highest is None else highest
     for key, value in (("min", lowest), ("max", highest)):
-        bounded(value, quantity.lowest, quantity.highest, f"{name}: {key}", unit)
+        bounded(value, quantity, f"{name}: {key}")
     if not lowest < highest:
         raise InputRefusedError(f"{name}: min = {lowest:g} is not below max = {highest:g}.")
     value = entry.get("value", (lowest + highest) / 2 if free else None)
     if value is None:
         raise InputRefusedError(f"{name} is fixed and has no value.")
-    value = bounded(value, quantity.lowest, quantity.highest, name, unit)
+    value = bounded(value, quantity, name)
     if free and not lowest <= value <= highest:
         raise InputRefusedError(
             f"{name}: the start value {value:g} lies outside its range {lowest:g} ... {highest:g}."
@@ -104,13 +101,12 @@ def _prior(name: str, entry: dict[str, Any]) -> Prior | None:
     prior = entry.get("prior")
     if prior is None:
         return None
-    if not isinstance(prior, dict) or set(prior) != {"mean", "standard_deviation"}:
+    if not isinstance(prior, dict) or set(prior) != set(PRIOR):
         raise InputRefusedError(f"{name}: prior must be {{ mean = ..., standard_deviation = ... }}.")
-    mean = bounded(prior["mean"], -math.inf, math.inf, f"{name}: prior.mean", "")
-    deviation = bounded(prior["standard_deviation"], 0, math.inf, f"{name}: prior.standard_deviation", "")
-    if deviation == 0:
+    given = {key: bounded(prior[key], quantity, f"{name}: prior.{key}") for key, quantity in PRIOR.items()}
+    if given["standard_deviation"] == 0:
         raise InputRefusedError(f"{name}: prior.standard_deviation is 0; fix the parameter instead.")
-    return Prior(mean, deviation)
+    return Prior(**given)
 
 
 def is_number(value: Any) -> bool:
@@ -118,9 +114,9 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def bounded(value: Any, lowest: float, highest: float, name: str, unit: str) -> float:
+def bounded(value: Any, quantity: Quantity, name: str) -> float:
     """A finite number within limits, or a sentence."""
-    unit = f" {unit}" if unit else ""
+    unit, lowest, highest = f" {quantity.unit}" if quantity.unit else "", quantity.lowest, quantity.highest
     if not is_number(value):
         raise InputRefusedError(f"{name} is {value!r}; it must be a finite number{unit and ' in' + unit}.")
     if not lowest <= value <= highest:
@@ -128,6 +124,28 @@ def bounded(value: Any, lowest: float, highest: float, name: str, unit: str) -> 
             f"{name} is {value:g}{unit}; it must lie between {lowest:g} and {highest:g}{unit}."
         )
     return float(value)
+
+
+def true_or_false(table: dict[str, Any], key: str, default: bool, name: str) -> bool:
+    """A switch, or a sentence."""
+    value = table.get(key, default)
+    if not isinstance(value, bool):
+        raise InputRefusedError(f"{name} is {value!r}; it must be true or false.")
+    return value
+
+
+def is_list_of_numbers(value: Any, least: int = 1) -> bool:
+    """Whether a value of a file is a list of finite numbers, and of how many at least."""
+    return isinstance(value, list) and len(value) >= least and all(is_number(v) for v in value)
+
+
+def require_equally_many(where: str, **columns: list[float]) -> None:
+    """Refuse two columns, given by their keys, that do not belong together."""
+    (first, one), (second, other) = columns.items()
+    if len(one) != len(other):
+        raise InputRefusedError(
+            f"{where}: {first} has {len(one)} entries and {second} {len(other)}; they must be equally many."
+        )
 
 
 def only(table: dict[str, Any], known, where: str) -> None:

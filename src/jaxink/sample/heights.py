@@ -13,6 +13,7 @@ from jaxtyping import Float, Real
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import read_bounded, utf8_text
 from jaxink.sample.entries import bounded
+from jaxink.sample.schema import PITCH_UM
 
 # A map of some 11 000 heights squared.
 _MOST_BYTES = 1_000_000_000
@@ -50,7 +51,7 @@ def read_heights(given: Any, where: str, folder: Path) -> Real[np.ndarray, "..."
     return values.ravel() if values.ndim == 2 and 1 in values.shape else values
 
 
-def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, ...]:
+def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, float]:
     """Distance of neighbouring heights in um: one, or one along y and one along x.
 
     Parameters
@@ -61,18 +62,14 @@ def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, ...]
         Key, for messages.
     n_axes
         Of the heights.
-
-    Returns
-    -------
-    float or tuple[float, ...]
     """
     each = pitch if isinstance(pitch, list) else [pitch]
     if len(each) not in (1, n_axes):
         raise InputRefusedError(
             f"{where} is {pitch}; give one number, or one along y and one along x for a map."
         )
-    each = [bounded(p, 1e-6, 1e6, where, "um") for p in each]
-    return each[0] if len(each) == 1 else tuple(each)
+    first, *second = (bounded(p, PITCH_UM, where) for p in each)
+    return (first, second[0]) if second else first
 
 
 def _either() -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
-from jaxink.sample.entries import is_number
+from jaxink.sample.entries import is_number, require_equally_many
 from jaxink.sample.parameters import ParameterTable
 
 RadiusTable = tuple[tuple[float, ...], tuple[float, ...]]
@@ -97,11 +97,7 @@ def radius_table(table: dict[str, Any], where: str) -> RadiusTable | None:
             raise InputRefusedError(
                 f"{where}: {key} must be a list of numbers within {least:g} ... {most:g}."
             )
-    if len(radii) != len(weights):
-        raise InputRefusedError(
-            f"{where}: radii_nm has {len(radii)} entries and number_weights {len(weights)}; they must be "
-            "equally many."
-        )
+    require_equally_many(where, radii_nm=radii, number_weights=weights)
     if not 1 <= len(radii) <= schema.MOST_TABULATED_RADII or not any(weights):
         raise InputRefusedError(
             f"{where}: radii_nm needs 1 ... {schema.MOST_TABULATED_RADII} radii, at least one with a "

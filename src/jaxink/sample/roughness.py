@@ -1,18 +1,27 @@
 """How a sample file describes a rough face: by facet slopes, by a spectrum of heights, or by a map."""
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jaxink.errors import InputRefusedError
-from jaxink.sample import schema
 from jaxink.sample.entries import choice, only
 from jaxink.sample.heights import read_heights, read_pitch
-
-HEIGHT_MAP = "height_map"
+from jaxink.sample.parameter_reading import ParameterReader
+from jaxink.sample.schema import (
+    AMPLITUDES,
+    FACETS_ENTRIES,
+    HEIGHT_MAP,
+    HEIGHT_MAP_ENTRIES,
+    HEIGHT_MAP_WORD,
+    ROUGHNESS,
+    ROUGHNESS_DENSITIES,
+    SECOND_ROUGHNESS,
+    SPECTRA,
+    WAVES_ENTRIES,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,14 +55,12 @@ class Roughness:
     @property
     def strength(self) -> str:
         """Name of the parameter without which the face is smooth."""
-        if HEIGHT_MAP in (self.density, self.spectrum):
+        if HEIGHT_MAP_WORD in (self.density, self.spectrum):
             return f"{self.name}.height_scale"
         return f"{self.name}.{'height_rms_um' if self.spectrum else 'sigma_deg'}"
 
 
-def read_roughness(
-    layer: str, face: str, given: Any, folder: Path, quantity: Callable[..., None]
-) -> Roughness:
+def read_roughness(layer: str, face: str, given: Any, folder: Path, numbers: ParameterReader) -> Roughness:
     """A face that is declared rough; its numbers become parameters.
 
     Parameters
@@ -64,8 +71,8 @@ def read_roughness(
         What the file says.
     folder
         Where files that it names are looked for.
-    quantity
-        Called with (first part of the name, key, `schema.Quantity`, table) for each number.
+    numbers
+        Takes its numbers.
     """
     where = f"{layer}.{face}"
     if not isinstance(given, dict):
@@ -74,32 +81,33 @@ def read_roughness(
         raise InputRefusedError(
             f"{where} has both a density (facets) and a spectrum (waves); a face is one or the other."
         )
-    second, amplitude, nodes = given.get("second_density"), None, None
-    kind = "spectrum" if "spectrum" in given else "density"
-    if kind == "spectrum":
-        word = choice(given, kind, (*schema.SPECTRA, HEIGHT_MAP), where)
-        keys: tuple[str, ...] = ("spectrum", "amplitude")
-        amplitude = choice({"amplitude": schema.AMPLITUDES[0]} | given, "amplitude", schema.AMPLITUDES, where)
-        quantities = schema.SPECTRA.get(word, schema.HEIGHT_MAP)
-    else:
-        keys = ("density", "second_density")
-        known = (
-            schema.ROUGHNESS_DENSITIES if second is not None else (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP)
-        )
-        word = choice(given, kind, known, where)
-        quantities = schema.HEIGHT_MAP if word == HEIGHT_MAP else schema.ROUGHNESS
-        if second is not None:
-            choice(given, "second_density", schema.ROUGHNESS_DENSITIES, where)
-            quantities = quantities | schema.SECOND_ROUGHNESS
-    if word == HEIGHT_MAP:
-        keys = (*keys, "heights_um", "pitch_um")
-    only(given, (*keys, *quantities), where)
-    if word == HEIGHT_MAP:
-        nodes = _nodes(given, where, folder, by_waves=kind == "spectrum")
-    for key, one in quantities.items():
-        quantity(where, key, one, given)
-    density, spectrum = (None, word) if kind == "spectrum" else (word, None)
-    return Roughness(face, density, second, where, spectrum, amplitude, nodes)
+    by_waves = "spectrum" in given
+    fields, keys, quantities = (_by_waves if by_waves else _by_facets)(given, where)
+    is_map = HEIGHT_MAP_WORD in fields.values()
+    only(given, keys | (HEIGHT_MAP_ENTRIES if is_map else {}) | quantities, where)
+    nodes = _nodes(given, where, folder, by_waves) if is_map else None
+    numbers.read(where, quantities, given)
+    return Roughness(face, name=where, nodes=nodes, **fields)
+
+
+def _by_waves(given: dict[str, Any], where: str):
+    """Fields of `Roughness`, keys that go with them, and numbers."""
+    spectrum = choice(given, "spectrum", (*SPECTRA, HEIGHT_MAP_WORD), where)
+    amplitude = choice({"amplitude": AMPLITUDES[0]} | given, "amplitude", AMPLITUDES, where)
+    fields = {"density": None, "second_density": None, "spectrum": spectrum, "amplitude": amplitude}
+    return fields, WAVES_ENTRIES, SPECTRA.get(spectrum, HEIGHT_MAP)
+
+
+def _by_facets(given: dict[str, Any], where: str):
+    """As `_by_waves`."""
+    second = given.get("second_density")
+    known = ROUGHNESS_DENSITIES if second is not None else (*ROUGHNESS_DENSITIES, HEIGHT_MAP_WORD)
+    density = choice(given, "density", known, where)
+    quantities = HEIGHT_MAP if density == HEIGHT_MAP_WORD else ROUGHNESS
+    if second is not None:
+        choice(given, "second_density", ROUGHNESS_DENSITIES, where)
+        quantities = quantities | SECOND_ROUGHNESS
+    return {"density": density, "second_density": second}, FACETS_ENTRIES, quantities
 
 
 def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):

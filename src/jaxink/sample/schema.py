@@ -1,154 +1,213 @@
-"""What a sample file may say: every table, key, unit and range in one place."""
+"""What a sample file may say of the sample: every table, key, unit, range and meaning in one place.
+
+`docs/tables.py` writes the tables of docs/sample-file.md from here.
+"""
 
 import dataclasses
-import math
 
-SCHEMA_VERSION = 1
+from jaxink.sample.quantity import Entry, Quantity, quoted
 
-
-@dataclasses.dataclass(frozen=True)
-class Quantity:
-    """One number that a layer, or the surroundings, may have.
-
-    Parameters
-    ----------
-    unit
-        Unit, empty for a pure number.
-    lowest, highest
-        What physics allows, inclusive.
-    default
-        Value if the file is silent; None: the file must say it.
-    scale, multimodal
-        For fits, see `Parameter`.
-    dispersive
-        Whether it may be given as a dispersion, see `DISPERSIONS`.
-    """
-
-    unit: str
-    lowest: float
-    highest: float
-    default: float | None = None
-    scale: str = "linear"
-    multimodal: bool = False
-    dispersive: bool = False
-
-
-_INDEX = Quantity("", 1.0, 4.0, dispersive=True)
-_LARGEST_ASYMMETRY = 0.9999
-
+FACES = ("front_roughness", "back_roughness")
+OPAQUE = "opaque"
+HEIGHT_MAP_WORD = "height_map"
 SURROUNDINGS = {
-    "index_front": dataclasses.replace(_INDEX, default=1.0),
-    "index_back": dataclasses.replace(_INDEX, default=1.0),
+    "index_front": Quantity("", 1.0, 4.0, 1.0, dispersive=True, meaning="refractive index on the lit side"),
+    "index_back": Quantity("", 1.0, 4.0, 1.0, dispersive=True, meaning="refractive index on the far side"),
 }
 # Of an ideally diffuse reflector behind the sample.
-BACKING = {"reflectance": Quantity("", 0.0, 1.0)}
+BACKING = {
+    "reflectance": Quantity(
+        "", 0.0, 1.0, meaning="share of the light that it sends back; the parameter `backing.reflectance`"
+    )
+}
 # Which scans see it: those of reflection alone, from the others it was taken away; or it stays.
 BACKING_SIDES = ("R", "both")
+BACKING_ENTRIES = {
+    "side": Entry(
+        quoted(BACKING_SIDES),
+        f'`"{BACKING_SIDES[0]}"`',
+        '`"R"`: it stands there during the scans in reflection only; `"both"`: it is never taken away, and '
+        "rows of side T are refused",
+    ),
+    "contact": Entry(
+        "`true` or `false`",
+        "`false`",
+        "`true`: it touches the last layer without an air gap, the last face reflects nothing and "
+        '`index_back` does not matter; goes with `side = "both"`',
+    ),
+}
+LAYER_ENTRIES = {
+    "name": Entry("letters, digits, underscores", "required", "first part of the names of its parameters"),
+    "kind": Entry("`clear` or `scattering`", "required", "a plate or coat, or an ink"),
+    "phase_function": Entry("see below", "required", "scattering layers only"),
+    **{
+        face: Entry('a table, see "Rough faces"', "smooth", f"roughness of the face {where} the light")
+        for face, where in zip(FACES, ("towards", "away from"), strict=True)
+    },
+}
 CLEAR_LAYER = {
-    "refractive_index": _INDEX,
-    "thickness_mm": Quantity("mm", 0.0, 1e4),
-    "absorption_per_mm": Quantity("1/mm", 0.0, 1e4, 0.0, "log"),
+    "refractive_index": Quantity("", 1.0, 4.0, dispersive=True, meaning="of the plate or coat"),
+    "thickness_mm": Quantity("mm", 0.0, 1e4, meaning="thickness"),
+    "absorption_per_mm": Quantity("1/mm", 0.0, 1e4, 0.0, "log", meaning="absorption coefficient"),
 }
 SCATTERING_LAYER = {
-    "refractive_index": _INDEX,
-    "thickness_um": Quantity("um", 0.0, 1e7, scale="log"),
+    "refractive_index": Quantity("", 1.0, 4.0, dispersive=True, meaning="of the binder"),
+    "thickness_um": Quantity(
+        "um", 0.0, 1e7, scale="log", meaning=f'or `"{OPAQUE}"`: nothing comes out behind; the last layer only'
+    ),
 }
 # How much a layer scatters: by coefficients, or, where only their ratio matters, by the albedo.
 COEFFICIENTS = {
-    "scattering_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log"),
-    "absorption_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log"),
+    "scattering_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log", meaning="scattering coefficient mu_s"),
+    "absorption_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log", meaning="absorption coefficient mu_a"),
 }
-ALBEDO = {"single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus")}
+ALBEDO = {
+    "single_scattering_albedo": Quantity("", 0.0, 1.0, scale="one_minus", meaning="mu_s / (mu_s + mu_a)")
+}
 MIE = {
-    "radius_nm": Quantity("nm", 1.0, 1e5, scale="log", multimodal=True),
-    "volume_fraction": Quantity("", 0.0, 0.74, scale="log"),
-    "particle_index": Quantity("", 0.5, 5.0, dispersive=True),
-    "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log"),
+    "radius_nm": Quantity(
+        "nm",
+        1.0,
+        1e5,
+        scale="log",
+        multimodal=True,
+        meaning="radius; a gradient fit that frees it scans its range first, where the misfit may have many "
+        "minima",
+    ),
+    "volume_fraction": Quantity("", 0.0, 0.74, scale="log", meaning="volume of spheres over volume of ink"),
+    "particle_index": Quantity("", 0.5, 5.0, dispersive=True, meaning="real part of the refractive index"),
+    "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log", meaning="imaginary part k >= 0"),
 }
 # Keys that bring a parameter only where a file has them: without them the model is the smaller, quicker one.
 # The first go with every population of a Mie layer, the second with the layer.
-# Scattering first grows and then falls with the variance: more than one value may fit.
-SIZE_DISTRIBUTION = {"radius_variance_ln": Quantity("", 0.0, 0.5, 0.0, multimodal=True)}
+SIZE_DISTRIBUTION = {
+    "radius_variance_ln": Quantity(
+        "",
+        0.0,
+        0.5,
+        0.0,
+        # Scattering first grows and then falls with the variance: more than one value may fit.
+        multimodal=True,
+        meaning="variance of ln(radius), the squared logarithm of the geometric standard deviation: 0.0091 "
+        "for 1.1, 0.033 for 1.2, 0.069 for 1.3, 0.164 for 1.5; a gradient fit that frees it scans its range "
+        "first",
+    )
+}
 MIE_LAYER = {
-    "structure_factor_weight": Quantity("", 0.0, 1.0, 0.0),
-    "binder_absorption_per_mm": Quantity("1/mm", 0.0, 1e6, 0.0, "log"),
+    "structure_factor_weight": Quantity(
+        "",
+        0.0,
+        1.0,
+        0.0,
+        meaning="0: particles scatter independently; 1: with the structure factor of hard spheres",
+    ),
+    "binder_absorption_per_mm": Quantity(
+        "1/mm",
+        0.0,
+        1e6,
+        0.0,
+        "log",
+        meaning="absorption coefficient of the binder, which fills what the particles leave",
+    ),
 }
 # A table of sizes, in place of radius_nm.
-RADIUS_TABLE = ("radii_nm", "number_weights")
 MOST_TABULATED_RADII = 400
-_STRENGTH, _RESONANCE = Quantity("", -10.0, 100.0), Quantity("um^2", 0.0, 1e4)
+RADIUS_TABLE = {
+    "radii_nm": Entry(
+        f"list of 1 ... {MOST_TABULATED_RADII} numbers", "none", "radii, each in the range of `radius_nm`"
+    ),
+    "number_weights": Entry("list of as many", "none", "relative number of spheres of each radius"),
+}
+POPULATIONS = {"populations": Entry("tables", "none", "further kinds of particles")}
+_STRENGTH = Quantity("", -10.0, 100.0, meaning="strength of the first resonance")
+_RESONANCE = Quantity("um^2", 0.0, 1e4, meaning="square of its wavelength")
+
+
+def _further(quantity: Quantity, which: str) -> Quantity:
+    meaning = quantity.meaning.replace("first", which)
+    return dataclasses.replace(quantity, default=0.0, meaning=meaning)
+
+
 # Formulas of the index against the wavelength, each with its coefficients.
 DISPERSIONS: dict[str, dict[str, Quantity]] = {
     "cauchy": {
-        "a": Quantity("", 0.5, 5.0),
-        "b_um2": Quantity("um^2", -1.0, 1.0, 0.0),
-        "c_um4": Quantity("um^4", -1.0, 1.0, 0.0),
+        "a": Quantity("", 0.5, 5.0, meaning="index at long wavelengths"),
+        "b_um2": Quantity("um^2", -1.0, 1.0, 0.0, meaning="coefficient of 1 / wavelength^2"),
+        "c_um4": Quantity("um^4", -1.0, 1.0, 0.0, meaning="coefficient of 1 / wavelength^4"),
     },
     "sellmeier": {
         "b1": _STRENGTH,
         "c1_um2": _RESONANCE,
-        "b2": dataclasses.replace(_STRENGTH, default=0.0),
-        "c2_um2": dataclasses.replace(_RESONANCE, default=0.0),
-        "b3": dataclasses.replace(_STRENGTH, default=0.0),
-        "c3_um2": dataclasses.replace(_RESONANCE, default=0.0),
+        "b2": _further(_STRENGTH, "second"),
+        "c2_um2": _further(_RESONANCE, "second"),
+        "b3": _further(_STRENGTH, "third"),
+        "c3_um2": _further(_RESONANCE, "third"),
     },
-    "table": {"offset": Quantity("", -1.0, 1.0, 0.0)},
+    "table": {"offset": Quantity("", -1.0, 1.0, 0.0, meaning="added to the whole table")},
 }
-_ASYMMETRY = Quantity("", -_LARGEST_ASYMMETRY, _LARGEST_ASYMMETRY, scale="one_minus")
+DISPERSION_TABLE = {
+    "wavelength_nm": Entry("list of two numbers or more, ascending", "required", "wavelengths, nm"),
+    "value": Entry("list of as many", "required", "refractive index at each"),
+}
+_LARGEST_ASYMMETRY = 0.9999
+_ASYMMETRY = Quantity("", -_LARGEST_ASYMMETRY, _LARGEST_ASYMMETRY, scale="one_minus", meaning="mean cosine g")
 PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
     "henyey_greenstein": {"asymmetry_parameter": _ASYMMETRY},
     "two_term_henyey_greenstein": {
-        "asymmetry_parameter": _ASYMMETRY,
-        "second_asymmetry_parameter": _ASYMMETRY,
-        "second_weight": Quantity("", 0.0, 1.0),
+        "asymmetry_parameter": dataclasses.replace(_ASYMMETRY, meaning="g of the first lobe"),
+        "second_asymmetry_parameter": dataclasses.replace(_ASYMMETRY, meaning="g2 of the second"),
+        "second_weight": Quantity("", 0.0, 1.0, meaning="w, share of the second"),
     },
     "rayleigh": {},
     "tabulated": {},
     "mie": MIE,
 }
-OPAQUE = "opaque"
+PHASE_TABLE = {
+    "moments": Entry("list from 1 on", "none", "Legendre moments without the factor 2l + 1"),
+    "angle_deg": Entry("list of four or more, from 0 to 180", "none", "scattering angles, deg"),
+    "phase_value": Entry(
+        "list of as many, 0 or more",
+        "none",
+        "values there; mean over the sphere 1 within 0.01",
+    ),
+}
 # Facet slope densities that a face may declare.
 ROUGHNESS_DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
-_SIGMA = Quantity("deg", 0.0, 45.0, scale="log")
+AMPLITUDES = ("perturbation", "fresnel")
+FACETS_ENTRIES = {
+    "density": Entry(f"see above, or `{HEIGHT_MAP_WORD}`", "required", "density of slopes"),
+    "second_density": Entry("see above", "none", "density of the other slopes"),
+}
+_SIGMA = Quantity("deg", 0.0, 45.0, scale="log", meaning="angle of the density; 0 is a smooth face")
 ROUGHNESS = {"sigma_deg": _SIGMA}
 # Of a second density that a face may have, with its share.
-SECOND_ROUGHNESS = {"second_sigma_deg": _SIGMA, "second_weight": Quantity("", 0.0, 1.0)}
+SECOND_ROUGHNESS = {
+    "second_sigma_deg": dataclasses.replace(_SIGMA, meaning="its angle"),
+    "second_weight": Quantity("", 0.0, 1.0, meaning="its share"),
+}
 # Rough faces by wave optics: power spectra of their heights, with their numbers.
-_HEIGHT = Quantity("um", 0.0, 1e4, scale="log")
-_LENGTH = Quantity("um", 1e-3, 1e6, scale="log")
+_HEIGHT = Quantity("um", 0.0, 1e4, scale="log", meaning="root of the height variance")
+_LENGTH = Quantity("um", 1e-3, 1e6, scale="log", meaning="B: the spectrum bends at the frequency 1/B")
 SPECTRA = {
     "k_correlation": {
         "height_rms_um": _HEIGHT,
         "length_b_um": _LENGTH,
         # The height variance is infinite at 2.
-        "exponent": Quantity("", 2.05, 200.0),
+        "exponent": Quantity("", 2.05, 200.0, meaning="C"),
     },
-    "gaussian": {"height_rms_um": _HEIGHT, "correlation_length_um": _LENGTH},
+    "gaussian": {
+        "height_rms_um": _HEIGHT,
+        "correlation_length_um": dataclasses.replace(_LENGTH, meaning="L of exp(-(r/L)^2)"),
+    },
 }
-AMPLITUDES = ("perturbation", "fresnel")
+WAVES_ENTRIES = {
+    "spectrum": Entry(f"one of these, or `{HEIGHT_MAP_WORD}`", "required", "power spectrum of the heights"),
+    "amplitude": Entry(quoted(AMPLITUDES), f'`"{AMPLITUDES[0]}"`', "theory of scattering"),
+}
 # Of a measured map: the factor of its heights.
-HEIGHT_MAP = {"height_scale": Quantity("", 0.0, 100.0, 1.0)}
-FACES = ("front_roughness", "back_roughness")
-
-# Plain settings: key -> (lowest, highest, default, unit).
-INSTRUMENT = {
-    "source_half_angle_deg": (0.0, 30.0, 0.0, "deg"),
-    "detector_half_angle_deg": (0.0, 30.0, 0.0, "deg"),
-    "beam_diameter_mm": (1e-3, 1e4, None, "mm"),
-    "detector_diameter_mm": (1e-3, 1e4, None, "mm"),
+HEIGHT_MAP = {"height_scale": Quantity("", 0.0, 100.0, 1.0, meaning="factor of the map's heights")}
+HEIGHT_MAP_ENTRIES = {
+    "heights_um": Entry("`.csv` or `.npy` file", "required", "heights, um"),
+    "pitch_um": Entry("number, or a list of two", "required", "distance of neighbours, um"),
 }
-# What the detector sees of light that the sample sends back at another wavelength.
-DETECTOR_MODES = ("spectrometer", "broadband")
-ILLUMINATION = ("wavelength_nm", "power")
-NOISE = {
-    "relative": (0.0, 1.0, None, ""),
-    "floor_per_sr": (0.0, math.inf, 0.0, "1/sr"),
-    "scan_relative": (0.0, 1.0, 0.0, ""),
-}
-# 0 (90 for the grazing limit) switches a mask off.
-MASKS = {
-    "specular_half_angle_deg": (0.0, 90.0, 2.5, "deg"),
-    "undeviated_half_angle_deg": (0.0, 90.0, 2.5, "deg"),
-    "retro_half_angle_deg": (0.0, 90.0, 2.5, "deg"),
-    "grazing_theta_o_deg": (0.0, 90.0, 90.0, "deg"),
-}
+PITCH_UM = Quantity("um", 1e-6, 1e6, meaning="distance of neighbouring heights")

@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.sample import schema
 from jaxink.sample.description import Layer, Sample
-from jaxink.sample.roughness import HEIGHT_MAP, Roughness
+from jaxink.sample.measurement_schema import DETECTOR_MODES, MASKS, SIDES
+from jaxink.sample.quantity import Quantity
+from jaxink.sample.roughness import Roughness
+from jaxink.sample.schema import HEIGHT_MAP_WORD
 
 
 def require_sound(sample: Sample) -> None:
@@ -40,15 +43,15 @@ def require_sound(sample: Sample) -> None:
     if sample.backing is not None:
         require_one_of("side of the backing", sample.backing.side, schema.BACKING_SIDES)
     if sample.detector_mode is not None:
-        require_one_of("detector_mode", sample.detector_mode, schema.DETECTOR_MODES)
+        require_one_of("detector_mode", sample.detector_mode, DETECTOR_MODES)
     if sample.illumination is not None:
         _require_columns("illumination", sample.illumination, 2)
         _require_ascending("illumination", sample.illumination[0])
-    if {key for key, _ in sample.masks} - set(schema.MASKS):
-        raise InputRefusedError(f"masks has keys that are not known; known are: {', '.join(schema.MASKS)}.")
+    if {key for key, _ in sample.masks} - set(MASKS):
+        raise InputRefusedError(f"masks has keys that are not known; known are: {', '.join(MASKS)}.")
     for _, side, _ in sample.weights:
         if side is not None:
-            require_one_of("side of weights", side, ("R", "T"))
+            require_one_of("side of weights", side, SIDES)
     _require_numbers(sample)
 
 
@@ -78,13 +81,15 @@ def _require_sound_face(face: Roughness, layer: str) -> None:
     if (face.density is None) == (face.spectrum is None):
         raise InputRefusedError(f"{face.name} must have a density or a spectrum, and not both.")
     if face.density is not None:
-        require_one_of(f"density of {face.name}", face.density, (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP))
+        require_one_of(
+            f"density of {face.name}", face.density, (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP_WORD)
+        )
     else:
-        require_one_of(f"spectrum of {face.name}", face.spectrum, (*schema.SPECTRA, HEIGHT_MAP))
+        require_one_of(f"spectrum of {face.name}", face.spectrum, (*schema.SPECTRA, HEIGHT_MAP_WORD))
         require_one_of(f"amplitude of {face.name}", face.amplitude, schema.AMPLITUDES)
     if face.second_density is not None:
         require_one_of(f"second_density of {face.name}", face.second_density, schema.ROUGHNESS_DENSITIES)
-    if (face.nodes is not None) != (HEIGHT_MAP in (face.density, face.spectrum)):
+    if (face.nodes is not None) != (HEIGHT_MAP_WORD in (face.density, face.spectrum)):
         raise InputRefusedError(f"{face.name}: nodes go with a height map, and with it alone.")
     if face.nodes is not None:
         _require_columns(f"nodes of {face.name}", face.nodes[:2], 2)
@@ -115,7 +120,7 @@ def _require_numbers(sample: Sample) -> None:
 
 
 def _asked(sample: Sample) -> Iterator[str]:
-    tables: list[tuple[str, dict[str, schema.Quantity]]] = [("surroundings", schema.SURROUNDINGS)]
+    tables: list[tuple[str, dict[str, Quantity]]] = [("surroundings", schema.SURROUNDINGS)]
     if sample.backing is not None:
         tables.append(("backing", schema.BACKING))
     tables += [(d.name, schema.DISPERSIONS[d.formula]) for d in sample.dispersions]
@@ -126,7 +131,7 @@ def _asked(sample: Sample) -> Iterator[str]:
     yield from (f"{where}.{key}" for where, table in tables for key in table)
 
 
-def _tables_of(layer: Layer) -> Iterator[dict[str, schema.Quantity]]:
+def _tables_of(layer: Layer) -> Iterator[dict[str, Quantity]]:
     if not layer.scatters:
         yield schema.CLEAR_LAYER
         return
@@ -135,14 +140,15 @@ def _tables_of(layer: Layer) -> Iterator[dict[str, schema.Quantity]]:
         yield _particles(layer.radius_table)
         return
     yield schema.ALBEDO if layer.opaque else schema.COEFFICIENTS
-    yield schema.PHASE_FUNCTIONS[layer.phase_function]
+    if layer.phase_function is not None:
+        yield schema.PHASE_FUNCTIONS[layer.phase_function]
 
 
-def _particles(radius_table) -> dict[str, schema.Quantity]:
+def _particles(radius_table) -> dict[str, Quantity]:
     return {k: q for k, q in schema.MIE.items() if k != "radius_nm" or radius_table is None}
 
 
-def _tables_of_face(face: Roughness) -> Iterator[dict[str, schema.Quantity]]:
+def _tables_of_face(face: Roughness) -> Iterator[dict[str, Quantity]]:
     if face.nodes is not None:
         yield schema.HEIGHT_MAP
     else:

@@ -17,9 +17,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import inverse
-from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import propagating_cosine
+from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity
 
@@ -132,72 +132,10 @@ class RoughSizes(eqx.Module):
     coarse_orders: int = eqx.field(static=True, default=4)
 
 
-def _chebyshev(x, n_terms):
-    """T_0 ... T_(n-1) along a new leading axis."""
-
-    def following(carry, _):
-        before, here = carry
-        return (here, 2 * x * here - before), here
-
-    _, rows = jax.lax.scan(following, (x, jnp.ones_like(x)), None, length=n_terms)
-    return rows
-
-
-def _at_samples(grid: ChannelGrid, kappa):
-    """For each block: Chebyshev polynomials at samples inside it, 0 outside, and coefficients by nodes."""
-    reference, end, start = grid.block_cosines
-    below = jnp.concatenate([jnp.full(1, -1.0), grid.block_index[:-1]])
-    for block, n_nodes in enumerate(grid.nodes_per_block):
-        inside = (kappa <= grid.block_index[block]) & (kappa > below[block])
-        width = start[block] - end[block]
-        cosine = propagating_cosine(1 - (kappa / reference[block]) ** 2)
-        x = 2 * (cosine - end[block]) / jnp.where(width > 0, width, 1.0) - 1
-        polynomials = jnp.where(inside, _chebyshev(jnp.where(inside, x, 0.0), n_nodes), 0.0)
-        yield polynomials, _coefficients(n_nodes)
-
-
-def _coefficients(n_nodes: int) -> np.ndarray:
-    """Chebyshev coefficients of the polynomial through values at the Gauss-Legendre nodes."""
-    nodes = 2 * gauss_legendre_unit(n_nodes)[0] - 1
-    return np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, n_nodes - 1))
-
-
 def _collect(grid: ChannelGrid, source, index, weights, n_orders):
     """`rows_of_samples` of light that comes from vectors ``source``, against its direction of travel."""
     sine = jnp.sqrt(jnp.maximum(source[0] ** 2 + source[1] ** 2, 1e-30))
     return rows_of_samples(grid, index * sine, -source[0] / sine, weights, n_orders)
-
-
-def rows_of_samples(
-    grid: ChannelGrid,
-    kappa: Float[Array, "receivers samples"],
-    cos_azimuth: Float[Array, "receivers samples"],
-    weights: list[Float[Array, "receivers samples"]],
-    n_orders: int,
-) -> Float[Array, "weights orders receivers channels"]:
-    """Rows that give weighted sums of a field at samples from its values at the channels, for each weight.
-
-    Parameters
-    ----------
-    grid
-        The channels.
-    kappa
-        Optical sines of the samples.
-    cos_azimuth
-        Cosines of the azimuths between the directions of travel of sample and receiver.
-    weights
-        Of the samples.
-    n_orders
-        Azimuthal orders.
-    """
-    series = _chebyshev(cos_azimuth, n_orders)
-    # Odd orders vanish towards the normal as the sine: interpolated without it.
-    series = series * jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], kappa, 1.0)
-    series = jnp.concatenate([series * weight for weight in weights])
-    samples = list(_at_samples(grid, kappa))
-    rows = [jnp.einsum("mrq,krq->mrk", series, polynomials) @ c for polynomials, c in samples]
-    rows = jnp.concatenate(rows, axis=-1).reshape(len(weights), n_orders, kappa.shape[0], -1)
-    return rows / jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], grid.kappa, 1.0)
 
 
 def _receivers(cosine):

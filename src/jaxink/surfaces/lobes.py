@@ -63,16 +63,7 @@ def transmitted_lobe(
 ) -> Float[Array, " points"]:
     """BTDF of one facet event over the squared index behind, times both projected areas.
 
-    Parameters
-    ----------
-    index
-        Refractive index of the medium that the light comes from, and of the one that it goes to.
-    cosine_out, cosine_in
-        With the normal, each in its own medium, above 0.
-    azimuth_rad
-        Azimuth between the directions of propagation.
-    density
-        Of the facets' slopes.
+    Parameters: as of `reflected_lobe`; the light goes to the other medium, and each cosine is of its own.
 
     Returns
     -------

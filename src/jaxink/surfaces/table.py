@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.compiling import hastily
-from jaxink.numerics.weak_cache import Kept
+from jaxink.numerics.weak_cache import WeakCache
 from jaxink.optics.channels import ChannelGrid
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
@@ -108,4 +108,4 @@ def _at_angles(density: str, n_orders: int, sizes: RoughSizes):
     return hastily(at_angles, level=1)
 
 
-_programs = Kept(_at_angles)
+_programs = WeakCache(_at_angles)

@@ -10,28 +10,18 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.numerics.hankel import N_NODES, STEP, cubic_weights, log_nodes
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
-from jaxink.surfaces.interface import RoughInterface, RoughResponse, rows_of_samples
+from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
+from jaxink.surfaces.channel_rows import rows_of_samples
+from jaxink.surfaces.interface import RoughInterface, RoughResponse
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_optics import (
-    WaveSurface,
-    amplitude_factor,
-    broadened,
-    phase_per_height,
-    spatial_frequency,
-)
+from jaxink.surfaces.wave_optics import amplitude_factor
 from jaxink.surfaces.wave_power import disc
+from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
 
-# Phases at which transforms are made, between the largest and this share of it; light whose phase hardly
-# depends on the height is scattered hardly.
-_N_PHASES, _LEAST_PHASE = 64, 0.005
-# Below, relative to the largest value of a transform, there is rounding only.
-_FLOOR = 1e-10
 # Nodes over the distance from the regular direction, and about it.
 _N_RADIAL, _N_AROUND = 32, 24
 # Steps of the scaling, and power below which it has nothing to do.
@@ -58,72 +48,6 @@ class WaveFace(eqx.Module):
     def between(self, index_here: Float[Array, ""], index_there: Float[Array, ""]) -> WaveSurface:
         """The interface as light in the medium ``index_here`` meets it."""
         return WaveSurface(self.spectrum, index_here, index_there, self.wavelength_nm, self.amplitude)
-
-
-class BroadenedSpectrum(eqx.Module):
-    """Spectra of exp(i A z) over A^2, tabulated over phases A per height and frequencies.
-
-    Parameters
-    ----------
-    log_phase
-        First node, and step, of the logarithm of A.
-    log_length
-        Logarithm of 2 pi times the length of the spectrum.
-    log_density
-        Logarithm of the density, shape ``(phases, frequencies)``.
-    """
-
-    log_phase: tuple[Float[Array, ""], Float[Array, ""]]
-    log_length: Float[Array, ""]
-    log_density: Float[Array, "phases frequencies"]
-
-    @classmethod
-    def of(cls, spectrum: PowerSpectrum, largest_phase_per_um: Float[ArrayLike, ""]) -> "BroadenedSpectrum":
-        """Table of a spectrum up to a phase per height."""
-        last = jnp.log(largest_phase_per_um)
-        step = -np.log(_LEAST_PHASE) / (_N_PHASES - 1)
-        first = last - step * (_N_PHASES - 1)
-        phase = jnp.exp(first + step * np.arange(_N_PHASES))
-        positions = jnp.broadcast_to(log_nodes(), (_N_PHASES, N_NODES))
-        density = broadened(spectrum, phase**2 * spectrum.height_variance_um2, positions)
-        # A largest value has no derivative where the compiler computes it twice, with other rounding.
-        floor = jax.lax.stop_gradient(_FLOOR * jnp.max(density, axis=1, keepdims=True) + 1e-300)
-        return cls(
-            (first, jnp.asarray(step)),
-            jnp.log(2 * jnp.pi * spectrum.length_um),
-            jnp.log(jnp.maximum(density, floor)),
-        )
-
-    def density_um4(
-        self, phase_per_um: Float[ArrayLike, "*#shape"], frequency_per_um: Float[ArrayLike, "*#shape"]
-    ) -> Float[Array, "*shape"]:
-        """Broadened PSD, cubic in the logarithms of both."""
-        first, step = self.log_phase
-        row = (jnp.log(jnp.maximum(phase_per_um, 1e-300)) - first) / step
-        column = (jnp.log(jnp.maximum(frequency_per_um, 1e-300)) + self.log_length) / STEP + N_NODES // 2
-        rows, row_weights = _cubic(row, _N_PHASES)
-        columns, column_weights = _cubic(column, N_NODES)
-        flat = self.log_density.ravel()
-        total = jnp.zeros(())
-        for j in range(4):
-            at = (rows + j) * N_NODES + columns
-            inner = sum(column_weights[k] * flat[at + k] for k in range(4))
-            total = total + row_weights[j] * inner
-        return jnp.exp(total)
-
-    def typical_frequency_per_um(self, phase_per_um, highest_per_um) -> Float[Array, ""]:
-        """Geometric mean, by power, of the frequencies up to a highest one."""
-        log_frequency = log_nodes() - self.log_length
-        density = self.density_um4(phase_per_um, jnp.exp(log_frequency))
-        weight = jnp.where(log_frequency < jnp.log(highest_per_um), density * jnp.exp(2 * log_frequency), 0.0)
-        return jnp.exp(weight @ log_frequency / (jnp.sum(weight) + 1e-300))
-
-
-def _cubic(position, n_nodes: int):
-    """First of four nodes about positions, and Lagrange weights."""
-    inside = jnp.clip(position, 0.0, n_nodes - 1.0)
-    first = jnp.clip(jnp.floor(inside).astype(int) - 1, 0, n_nodes - 4)
-    return first, cubic_weights(inside - first - 1)
 
 
 def kept_regular(face: WaveFace, indices: Sequence, cosines: Sequence) -> tuple:

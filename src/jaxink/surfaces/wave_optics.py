@@ -11,145 +11,13 @@ medium of leaving: reciprocity is exact. What is not exact is energy, see `jaxin
 """
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from jaxink.errors import require_one_of
-from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
 from jaxink.numerics.precision import require_float64
 from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
-from jaxink.surfaces.spectrum import PowerSpectrum
-
-# Pairs of polar angles whose transforms are made at once: bounds the memory.
-_BATCH = 512
-AMPLITUDES = ("perturbation", "fresnel")
-
-
-class WaveSurface(eqx.Module):
-    """A rough interface by wave optics.
-
-    Parameters
-    ----------
-    spectrum
-        Of the height.
-    index_front, index_back
-        Refractive indices of the medium that light comes from and of the other; real.
-    wavelength_nm
-        In vacuum.
-    amplitude
-        How strongly each unit of height scatters. ``perturbation``: by first-order vector perturbation
-        theory, unpolarised, exact for a slightly rough surface at all angles; evanescent light and total
-        reflection are in it. ``fresnel``: the scalar choice of generalised Harvey-Shack, A^2 times the
-        geometric mean of the Fresnel coefficients at both directions, for small angles.
-    several_orders
-        Whether scattering by more than the first order in A sigma is counted (generalised Harvey-Shack);
-        without, and with ``perturbation``, it is Rayleigh-Rice.
-    """
-
-    spectrum: PowerSpectrum
-    index_front: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    index_back: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    wavelength_nm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    amplitude: str = eqx.field(static=True, default="perturbation")
-    several_orders: bool = eqx.field(static=True, default=True)
-
-    def __check_init__(self):
-        require_one_of("amplitude", self.amplitude, AMPLITUDES)
-
-    @property
-    def reversed(self) -> "WaveSurface":
-        """The same interface, lit from its other side."""
-        return eqx.tree_at(lambda s: (s.index_front, s.index_back), self, (self.index_back, self.index_front))
-
-    def index_out(self, is_transmission: bool | Bool[Array, ""]) -> Float[Array, ""]:
-        """Refractive index of the medium that light leaves to."""
-        return jnp.where(is_transmission, self.index_back, self.index_front)
-
-    @property
-    def wavelength_um(self) -> Float[Array, ""]:
-        """In vacuum."""
-        return self.wavelength_nm / 1000
-
-
-def phase_per_height(
-    surface: WaveSurface,
-    cosine_out: Float[ArrayLike, "*#shape"],
-    cosine_in: Float[ArrayLike, "*#shape"],
-    is_transmission: bool | Bool[Array, ""],
-) -> Float[Array, "*shape"]:
-    """A, the phase by which light changes for each um of height.
-
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_out, cosine_in
-        With the normal, each in its own medium.
-    is_transmission
-        Whether light leaves on the other side.
-
-    Returns
-    -------
-    Float[Array, "*shape"]
-        rad/um.
-
-    References
-    ----------
-    Krywonos, Harvey, Choi 2011 JOSA A 28, 1121.
-    """
-    wavenumber, into = 2 * jnp.pi / surface.wavelength_um, surface.index_front * cosine_in
-    out = surface.index_out(is_transmission) * cosine_out
-    return wavenumber * jnp.where(is_transmission, jnp.abs(out - into), out + into)
-
-
-def spatial_frequency(
-    surface: WaveSurface,
-    kappa_out: Float[ArrayLike, "*#shape"],
-    kappa_in: Float[ArrayLike, "*#shape"],
-    azimuth_rad: Float[ArrayLike, "*#shape"],
-) -> Float[Array, "*shape"]:
-    """Frequency of the heights that scatter light from one direction into another.
-
-    Parameters
-    ----------
-    surface
-        The interface.
-    kappa_out, kappa_in
-        Optical sines n sin(theta) of both directions.
-    azimuth_rad
-        Between the directions of propagation.
-
-    Returns
-    -------
-    Float[Array, "*shape"]
-        1/um, above 0.
-    """
-    # Law of cosines without cancellation near the specular direction.
-    squared = (kappa_out - kappa_in) ** 2 + 4 * kappa_out * kappa_in * jnp.sin(azimuth_rad / 2) ** 2
-    return jnp.sqrt(jnp.maximum(squared, 1e-30)) / surface.wavelength_um
-
-
-def regular_power(
-    surface: WaveSurface, cosine_in: Float[Array, " angles"], is_transmission: bool
-) -> Float[Array, " angles"]:
-    """Share of the power that leaves in the specular or refracted direction: Fresnel exp(-A^2 sigma^2).
-
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_in
-        Of incidence.
-    is_transmission
-        Whether light leaves on the other side; 0 beyond the critical angle.
-    """
-    n_i, n_t = surface.index_front, surface.index_back
-    beyond = refracted_cosine(n_i, n_t, cosine_in)
-    reflected = fresnel_reflectance(n_i, n_t, cosine_in, beyond)
-    power, cosine_out = (1 - reflected, beyond) if is_transmission else (reflected, cosine_in)
-    phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
-    return power * jnp.exp(-(phase**2) * surface.spectrum.height_variance_um2)
+from jaxink.surfaces.broadened_spectrum import broadened
+from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
 
 
 def _complex_cosine(squared):
@@ -177,9 +45,9 @@ def perturbation_factor(
 ) -> Float[Array, "*points"]:
     """BSDF over the PSD to first order in the height, unpolarised: Rayleigh-Rice for both sides.
 
-    Heights act as a sheet of polarisation (n_i^2 - n_t^2) h, driven by the field at the smooth interface: its
-    tangential E and normal D, which are continuous there. What the sheet sends to a direction is, by
-    reciprocity, the field that light from that direction would have at the interface.
+    Heights act as a surface polarisation (n_i^2 - n_t^2) h, driven by the field at the smooth interface: its
+    tangential E and normal D, which are continuous there. What it sends to a direction is, by reciprocity,
+    the field that light from that direction would have at the interface.
 
     Parameters
     ----------
@@ -241,10 +109,7 @@ def amplitude_factor(
 ) -> Float[Array, "*#points"]:
     """BSDF over the broadened PSD, um^-4 / sr, as the surface's ``amplitude`` chooses it.
 
-    Parameters
-    ----------
-    surface, cosine_out, cosine_in, azimuth_rad, is_transmission
-        As of `perturbation_factor`.
+    Parameters: as of `perturbation_factor`.
 
     Returns
     -------
@@ -254,28 +119,6 @@ def amplitude_factor(
     if surface.amplitude == "perturbation":
         return perturbation_factor(surface, cosine_out, cosine_in, azimuth_rad, is_transmission)
     return _fresnel_factor(surface, cosine_out, cosine_in, is_transmission)
-
-
-def broadened(spectrum: PowerSpectrum, phase_variance, log_position):
-    """Transform of sigma^2 (exp(-g (1 - rho)) - exp(-g)) / g at phase variances g: the PSD at g = 0.
-
-    ``log_position`` has the frequencies of each phase variance along its last axis.
-    """
-    length = spectrum.length_um
-    rho = spectrum.correlation(jnp.exp(log_nodes()) * length)
-
-    def of(pair):
-        g, position = pair
-        x = g * rho
-        small = jnp.abs(x) < 1e-5
-        safe = jnp.where(small, 1.0, x)
-        # exp(g (rho - 1)) - exp(-g) without loss of digits for small g, and without overflow for large.
-        large = (jnp.exp(g * (rho - 1)) - jnp.exp(-g)) / safe
-        values = rho * jnp.where(x > 1, large, jnp.exp(-g) * jnp.where(small, 1 + x / 2, jnp.expm1(x) / safe))
-        return jnp.maximum(interpolate_log(radial_fourier(values), position), 0.0)
-
-    transform = jax.lax.map(of, (phase_variance, log_position), batch_size=_BATCH)
-    return spectrum.height_variance_um2 * length**2 * transform
 
 
 @eqx.filter_jit
@@ -308,16 +151,7 @@ def scattered_bsdf(
     A sigma << 1 it is `perturbation_factor` times the PSD; for A sigma >> 1 the lobe of facets with the
     spectrum's slope variance. Below about 1e-10 of a lobe's peak it is rounding.
 
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_out, cosine_in
-        With the normal, each in its own medium.
-    azimuth_rad
-        Between the directions of propagation; several for each pair of polar angles cost little.
-    is_transmission
-        Whether light leaves on the other side.
+    Parameters: as of `perturbation_factor`; several azimuths for each pair of polar angles cost little.
 
     Returns
     -------

@@ -8,12 +8,8 @@ from jaxtyping import Array, ArrayLike, Float
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.optics.fresnel import propagating_cosine, refracted_cosine
-from jaxink.surfaces.wave_optics import (
-    WaveSurface,
-    phase_per_height,
-    regular_power,
-    scattered_bsdf,
-)
+from jaxink.surfaces.wave_optics import scattered_bsdf
+from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_power
 
 # Nodes over the distance from the specular direction, in the plane of direction cosines, and about it.
 _RADIAL, _AROUND = 64, 40

@@ -1,0 +1,1 @@
+"""Time and memory: jaxink by itself, and beside its peers."""

@@ -1,0 +1,105 @@
+"""Time of the forward model with one rough face against the smooth one, interleaved, and write docs/rough.md.
+
+python -m benchmarks.speed.rough
+"""
+
+import re
+import time
+
+import equinox as eqx
+import jax
+import numpy as np
+
+import jaxink
+from benchmarks.pages import machine, table, write_page
+from benchmarks.simulated_data import data_file, declared_text
+from jaxink.numerics.precision import computing
+
+NAME, ROUNDS = "white_ink_rough", 60
+_SIGMA = "sigma_deg = { free = true, value = 5, min = 0.5, max = 25 }"
+
+
+def samples() -> dict[str, str]:
+    """Sample files: smooth, one rough face with its angle free, and two densities with all numbers free."""
+    text = declared_text(NAME)
+    two = (
+        f'density = "beckmann", {_SIGMA}, second_density = "ggx", '
+        "second_sigma_deg = { free = true, value = 15, min = 5, max = 40 }, "
+        "second_weight = { free = true, value = 0.5, min = 0, max = 1 }"
+    )
+    heights = (
+        'spectrum = "k_correlation", '
+        "height_rms_um = { free = true, value = 0.2, min = 0.05, max = 1 }, "
+        "length_b_um = { free = true, value = 8, min = 1, max = 50 }, "
+        "exponent = { free = true, value = 4, min = 2.1, max = 8 }"
+    )
+    return {
+        "smooth": re.sub(r"back_roughness = .*\n", "", text),
+        "one density, angle free (from a table)": re.sub(r"sigma_deg = [0-9.]+", _SIGMA, text),
+        "two densities (computed in every step)": re.sub(r"(back_roughness = \{).*\}", rf"\1 {two} }}", text),
+        "waves, K-correlation (computed in every step)": re.sub(
+            r"(back_roughness = \{).*\}", rf"\1 {heights} }}", text
+        ),
+    }
+
+
+def main() -> None:
+    """Write the page."""
+    data = jaxink.read(data_file(NAME))
+    runs, built = {}, {}
+    with computing():
+        for name, text in samples().items():
+            sample = jaxink.parse_sample(text)
+            start = time.perf_counter()
+            model = jaxink.ForwardModel(sample, *data.directions)
+            jax.block_until_ready(eqx.filter(model.rough_tables, eqx.is_array))
+            built[name] = time.perf_counter() - start
+            free = {p.name: float(p.value) for p in sample.parameters.values() if p.free}
+            value = eqx.filter_jit(lambda m, v: m.bsdf(v))
+            jacobian = eqx.filter_jit(lambda m, v: jax.jacfwd(m.bsdf)(v))
+            runs[name] = [(f, model, free) for f in (value, jacobian)]
+            for f, *arguments in runs[name]:
+                jax.block_until_ready(f(*arguments))
+        seconds = {name: ([], []) for name in runs}
+        for _ in range(ROUNDS):
+            for name, both in runs.items():
+                for k, (f, *arguments) in enumerate(both):
+                    start = time.perf_counter()
+                    jax.block_until_ready(f(*arguments))
+                    seconds[name][k].append(time.perf_counter() - start)
+    medians = {name: [np.median(s) for s in both] for name, both in seconds.items()}
+    rows = [
+        [
+            name,
+            f"{1e3 * value:.1f}",
+            f"{value / medians['smooth'][0]:.2f}",
+            f"{1e3 * jacobian:.1f}",
+            f"{jacobian / medians['smooth'][1]:.2f}",
+            f"{built[name]:.1f}",
+        ]
+        for name, (value, jacobian) in medians.items()
+    ]
+    header = [
+        "ink-air face",
+        "BSDF, ms",
+        "over smooth",
+        "Jacobian in all free parameters, ms",
+        "over smooth",
+        "building the model once, s",
+    ]
+    text = f"""# Time of a rough face
+
+The simulated plate `{NAME}`: {len(data)} directions, five incidences, Mie ink, sizes as they are
+chosen. Medians of {ROUNDS} rounds in which all take turns. Made by `python -m benchmarks.speed.rough`
+({machine()}).
+
+{table(header, rows)}
+
+A face with one density between fixed indices is computed beforehand over the range of its angle. Otherwise
+the facets, or the waves of a spectrum of heights, are summed anew in every step.
+"""
+    write_page("rough.md", text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""jaxink against measurements, simulations, other programs and itself: one script, one page of docs."""

@@ -1,0 +1,72 @@
+"""``jaxink fit``."""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.session import ExitCode
+from jaxink.files.encoding import json_text
+from jaxink.files.writing import require_folder, whole_folder
+from jaxink.plots import FIGURE_FOLDER, save_figures
+
+if TYPE_CHECKING:
+    from jaxink import FitResult
+
+SIMPLEX = "simplex"
+# Replaced as a whole: otherwise parts of an older result could remain.
+OWNED = (FIGURE_FOLDER, SIMPLEX)
+
+
+def run_fit(
+    data_file: Path,
+    sample_file: Path,
+    out: Path,
+    options: dict[str, Any],
+    columns: dict[str, Any],
+    formats: Sequence[str],
+    output: str,
+) -> ExitCode:
+    """Fit a measurement and write the result to the folder ``out``.
+
+    ``options`` are fields of `FitOptions`, ``columns`` keywords of `jaxink.read`, ``formats`` those of the
+    figures; ``output`` is ``tables``, ``json`` or ``quiet``.
+    """
+    require_folder(out, OWNED)
+    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    session.prepare_jax()
+    chosen = jaxink.FitOptions(**options)
+    with session.progress(quiet=output != "tables") as follow:
+        result = jaxink.fit(data, sample, chosen, follow)
+    files = write_result(result, out, formats)
+    if output == "json":
+        typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
+    elif output == "tables":
+        from jaxink.cli.fit_tables import console, show_result
+
+        show_result(console(), result, files)
+    return ExitCode.FITTED if result.converged else ExitCode.NOT_CONVERGED
+
+
+def write_result(
+    result: "FitResult",
+    out: Path,
+    formats: Sequence[str],
+    inputs: Sequence[Path] = (),
+    simplex: "FitResult | None" = None,
+) -> list[Path]:
+    """Write a result with its figures, and the inputs and the simplex fit if given; all files or none."""
+    with whole_folder(out, owned=OWNED) as folder:
+        result.write_into(folder)
+        if simplex is not None:
+            (folder / SIMPLEX).mkdir()
+            simplex.write_into(folder / SIMPLEX)
+        for file in inputs:
+            shutil.copyfile(file, folder / file.name)
+        if formats:
+            save_figures(result, folder / FIGURE_FOLDER, formats)
+        return [out / file.relative_to(folder) for file in sorted(folder.rglob("*")) if file.is_file()]

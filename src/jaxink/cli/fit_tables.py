@@ -1,0 +1,224 @@
+"""Tables of a fit result for the terminal."""
+
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from jaxink.numerics.digits import interval, percent, plain, relative_error, with_uncertainty
+
+if TYPE_CHECKING:
+    from jaxink.fitting import FitResult
+    from jaxink.fitting.result import FittedParameter
+
+# ASCII if the terminal cannot show more.
+DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
+# Larger correlations are listed.
+NAMED_CORRELATION = 0.9
+_WIDTH_WITHOUT_TERMINAL = 120
+_QUANTITIES = {
+    "scattering_per_mm": ("scattering mu_s", "1/mm"),
+    "absorption_per_mm": ("absorption mu_a", "1/mm"),
+    "asymmetry_parameter": ("asymmetry g", ""),
+    "reduced_scattering_per_mm": ("reduced scattering mu_s' = mu_s (1 - g)", "1/mm"),
+    "reduced_optical_thickness": ("reduced optical thickness mu_s (1 - g) d", ""),
+}
+
+
+def console() -> Console:
+    """Console for results; wide enough for the tables if the output is not a terminal."""
+    made = Console(markup=False, highlight=False, emoji=False)
+    if not made.is_terminal:
+        made.width = max(made.width, _WIDTH_WITHOUT_TERMINAL)
+    return made
+
+
+def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) -> None:
+    """Print a fit result and the files that were written."""
+    show_outcome(to, result)
+    to.print(parameter_table(result.parameters))
+    show_lines(to, "", parameter_notes(result))
+    if result.derived:
+        to.print(derived_table(result))
+    show_lines(to, "Figures of merit (m measured, s predicted)", merit_lines(result))
+    to.print(scan_table(result))
+    show_lines(to, "", _correlation_lines(result))
+    show_lines(to, "Noise", [result.noise_sentence])
+    show_lines(to, "Searches", search_lines(result))
+    show_lines(to, "Notes", result.notes)
+    show_files(to, files)
+
+
+def show_outcome(to: Console, result: "FitResult") -> None:
+    """Print what was fitted, and whether the fit converged."""
+    from jaxink.measurement import mask_sentences
+
+    data = result.data
+    wavelengths = sorted(set(data.wavelength_nm.tolist()))
+    spectrum = (
+        f"{wavelengths[0]:g} nm"
+        if len(wavelengths) == 1
+        else f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    )
+    scans = len(result.scans)
+    to.print(
+        f"{data.source or 'measurement'}: {int(data.used.sum())} of {len(data)} points used, {scans} "
+        f"scan{'s' * (scans != 1)}, {spectrum}"
+    )
+    objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
+    sentence = f"{result.method.capitalize()} fit of {objective} {result.outcome.value}."
+    to.print(sentence, style="bold" if result.converged else "bold red")
+    for sentence in mask_sentences(data.mask)[:-1]:
+        to.print(sentence, soft_wrap=True)
+
+
+def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:
+    """One row for each parameter."""
+    rows = [_parameter_row(p) for p in parameters]
+    heads = ["parameter", "value(s.e.)", "rel.", "start", "min", "max", "free", "tie", "flag"]
+    shown = [i for i in range(len(heads)) if i < 7 or any(row[i] for row in rows)]
+    table = plain_table("")
+    for i in shown:
+        table.add_column(heads[i], justify="left" if i in (0, 6, 7, 8) else "right", no_wrap=i < 7)
+    for parameter, row in zip(parameters, rows, strict=True):
+        table.add_row(*(row[i] for i in shown), style="" if parameter.free else "dim")
+    return table
+
+
+def _parameter_row(p: "FittedParameter") -> list[str]:
+    if not p.free:
+        return [p.name, plain(p.value), "", "", "", "", "no", p.tie or "", p.flag]
+    errors = [f(p.value, p.standard_error) for f in (with_uncertainty, relative_error)]
+    return [p.name, *errors, *(plain(v) for v in (p.start, p.minimum, p.maximum)), "yes", "", p.flag]
+
+
+def parameter_notes(result: "FitResult") -> list[str]:
+    """Sentences below the parameter table."""
+    lines = []
+    for p in result.parameters:
+        if p.interval is not None:
+            low, high = p.interval
+            open_end = {"open below": " (open below)", "open above": " (open above)"}.get(p.flag, "")
+            lines.append(
+                f"{p.name}: {interval(low, high)}{open_end} by profile likelihood "
+                f"({DELTA_CHI_SQUARE} < 1, all other parameters refitted)."
+            )
+    if any(p.flag == "not determined" for p in result.parameters):
+        lines.append("not determined: the data do not constrain the parameter within its range.")
+    if any(p.standard_error is not None for p in result.parameters):
+        lines.append("s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005.")
+    return lines
+
+
+def derived_table(result: "FitResult") -> Table:
+    """Scattering and absorption of each layer at each wavelength."""
+    table = plain_table("Derived optical properties")
+    for head in ("layer", "nm", "quantity"):
+        table.add_column(head, no_wrap=True)
+    table.add_column("value(s.e.)", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for d in result.derived:
+        text, unit = _QUANTITIES.get(d.quantity, (d.quantity, ""))
+        value = with_uncertainty(d.value, d.standard_error)
+        table.add_row(d.layer, f"{d.wavelength_nm:g}", text, value, unit)
+    return table
+
+
+def merit_lines(result: "FitResult") -> list[str]:
+    """Figures of merit, each with its reference; m measured, s predicted."""
+    m, lines = result.merit, []
+    if m.chi_square is not None:
+        line = f"chi-square {m.chi_square:.5g} for {m.degrees_of_freedom} degrees of freedom"
+        if m.reduced_chi_square is not None:
+            line += f": reduced {m.reduced_chi_square:.3f}, probability {m.probability:.3g}"
+        lines.append(line)
+    lines += [
+        f"absolute RMSD of pi f: {m.rmsd_absolute_pi:.4g} = {m.rmsd_absolute_pi_percent:.3g} % of the "
+        "largest measured pi f",
+        f"absolute RMSD of f cos(theta_o): {m.rmsd_absolute_intensity:.4g} /sr = "
+        f"{m.rmsd_absolute_intensity_percent:.3g} % of the largest measured f cos(theta_o)",
+    ]
+    if m.rmsd_relative is None or m.rmsd_logarithmic is None:
+        lines.append("relative and logarithmic RMSD: undefined, because some values are not positive")
+        return lines
+    return [
+        *lines,
+        f"relative RMSD: {percent(m.rmsd_relative)} of (m + s)/2 at each point",
+        f"logarithmic RMSD: {percent(m.rmsd_logarithmic)} of (ln m + ln s)/2 at each point",
+        f"rms of s/m - 1: {percent(m.relative_rms)} of the measured value at each point",
+    ]
+
+
+def scan_table(result: "FitResult") -> Table:
+    """Misfit by scan."""
+    known = result.merit.chi_square is not None
+    table = plain_table("Misfit by scan")
+    heads = ["side", "nm", "theta_i", "points"]
+    heads += ["chi-square", "per point"] if known else []
+    for head in (*heads, "rms s/m - 1", "mean s/m - 1"):
+        table.add_column(head, justify="left" if head == "side" else "right", no_wrap=True)
+    for s in result.scans:
+        row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
+        if s.chi_square is not None:
+            row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"]
+        table.add_row(*row, percent(s.relative_rms, ".2f"), percent(s.mean_relative, "+.2f"))
+    return table
+
+
+def _correlation_lines(result: "FitResult") -> list[str]:
+    names, matrix = result.correlation_names, result.correlations
+    strong = [
+        (float(matrix[i, j]), names[i], names[j])
+        for i in range(len(names))
+        for j in range(i)
+        if abs(matrix[i, j]) > NAMED_CORRELATION
+    ]
+    strong.sort(key=lambda entry: -abs(entry[0]))
+    if not names:
+        return []
+    if not strong:
+        return [f"No correlation exceeds {NAMED_CORRELATION:g}."]
+    listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong]
+    return [f"Correlations above {NAMED_CORRELATION:g}:", *listed]
+
+
+def search_lines(result: "FitResult") -> list[str]:
+    """Effort of each search."""
+    lines, several = [], sum(s.is_single for s in result.searches) > 1
+    for i, s in enumerate(result.searches):
+        start = f"start {i + 1}, " if several and s.is_single else ""
+        lines.append(
+            f"{start}{s.method}: {s.jacobians} Jacobians, {s.evaluations} evaluations, misfit "
+            f"{s.loss_start:.5g} -> {s.loss:.6g}; compilation {s.compile_seconds:.2f} s, "
+            f"run time {s.run_seconds:.2f} s"
+        )
+    return lines
+
+
+def show_files(to: Console, files: Iterable[Path]) -> None:
+    """Print the files that were written."""
+    show_lines(to, "Written", [str(file) for file in files])
+
+
+def show_lines(to: Console, title: str, lines: Iterable[str]) -> None:
+    """Print lines below a title; nothing without lines."""
+    lines = list(lines)
+    if not lines:
+        return
+    if title:
+        to.print(title, style="bold")
+    for line in lines:
+        to.print(f"  {line}" if title else line, soft_wrap=True)
+    to.print()
+
+
+def plain_table(title: str) -> Table:
+    """An empty table with a rule below its header."""
+    from rich.box import SIMPLE_HEAD
+
+    return Table(
+        title=title or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1)
+    )

@@ -1,0 +1,108 @@
+"""``jaxink predict``."""
+
+import csv
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.session import ExitCode, installed_version
+from jaxink.errors import InputRefusedError
+from jaxink.files.reading import shown_path
+from jaxink.files.spreadsheet import cell
+from jaxink.files.writing import require_file, written_whole
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+
+if TYPE_CHECKING:
+    from jaxink import GonioData, Sample
+
+
+def run_predict(
+    source: Path,
+    data_file: Path | None,
+    out: Path,
+    accuracy: float | None,
+    columns: dict[str, Any],
+    quiet: bool,
+) -> ExitCode:
+    """Predict every row of a measurement and write the prediction, with masked rows marked.
+
+    Without ``data_file`` the measurement of the result is predicted; without ``accuracy`` the resolution is
+    that of the result. ``columns`` are keywords of `jaxink.read`.
+    """
+    if out.suffix not in (".csv", ".nc"):
+        raise InputRefusedError(
+            f"{shown_path(out)}: the suffix '{out.suffix}' names no format; it must be .csv or .nc."
+        )
+    require_file(out)
+    is_sample = source.suffix == ".toml" and not os.path.isdir(source)
+    if is_sample and data_file is None:
+        raise InputRefusedError(
+            f"{source}: a sample file has no directions; give a measurement after it, whose rows are then "
+            "predicted."
+        )
+    sample = jaxink.load_sample(source) if is_sample else None
+    given = None if data_file is None else jaxink.read(data_file, **columns)
+    session.prepare_jax()
+    config = None
+    if sample is None:
+        result = jaxink.load_result(source)
+        sample, given = result.sample, result.data if given is None else given
+        config = result.config if accuracy is None else None
+    from jaxink.fitting import marked
+
+    assert given is not None, "a sample file without a measurement is rejected above"
+    data = marked(given, sample)
+    predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
+    _write_prediction(data, predicted, out)
+    if not quiet:
+        start = " with the start values of its free parameters" * (is_sample and bool(sample.parameters.free))
+        measured = data.source or "the measurement"
+        lines = [f"{len(data)} directions of {measured} predicted from {source}{start}."]
+        typer.echo("\n".join([*lines, *_remarks(data, sample), f"Written: {out}"]))
+    return ExitCode.FITTED
+
+
+def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
+    """Sentences on masked rows and on wavelengths that the sample file does not name."""
+    from jaxink.measurement.masks import mask_sentences
+
+    *masked, _ = mask_sentences(data.mask)
+    named = sample.wavelengths_nm
+    other = [w for w in sorted(set(data.wavelength_nm.tolist())) if all(abs(w - n) > 1e-6 for n in named)]
+    if not (named and other):
+        return masked
+    wavelengths = ", ".join(f"{w:g}" for w in other)
+    return [
+        *masked,
+        f"The sample file does not name {wavelengths} nm; the prediction there uses the same parameters.",
+    ]
+
+
+def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
+    """Write the measurement with predicted values; the measured ones and the masks are columns beside them.
+
+    netCDF files have a variable for the masks instead.
+    """
+    extra = {**data.extra, "measured_per_sr": data.bsdf_per_sr}
+    attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
+    prediction = data.replace(bsdf_per_sr=predicted, sigma_per_sr=None, extra=extra, attrs=attrs)
+    if out.suffix == ".nc":
+        prediction.to_netcdf(out)
+        return
+    import numpy as np
+
+    from jaxink.measurement.masks import mask_names
+
+    extra["masked"] = np.array(mask_names(data.mask))
+    names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
+    columns = [getattr(prediction, name).tolist() for name in names]
+    # Blank cells remain blank.
+    columns += [["" if v != v else cell(v) for v in values.tolist()] for values in extra.values()]
+    with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*names, *map(cell, extra)])
+        writer.writerows(zip(*columns, strict=True))

@@ -1,0 +1,1 @@
+"""Findings: the verdict on a search, and what it rests on."""

@@ -1,0 +1,82 @@
+"""The outcome of a search, judged and put together."""
+
+from jaxink.diagnosis.findings.candidates import candidate_rows
+from jaxink.diagnosis.findings.consistency import consistency_of
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.findings.further_measurements import Further, further_measurements
+from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
+from jaxink.diagnosis.findings.location import locate
+from jaxink.diagnosis.findings.parameters import (
+    estimates_of,
+    misfit_errors,
+    refined_sample,
+    undetermined_parameters,
+)
+from jaxink.diagnosis.findings.summary import summary_of
+from jaxink.diagnosis.search.loop import SearchResult
+from jaxink.numerics.progress import Progress
+
+_SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
+
+
+def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
+    """The verdict on a search, with all that it rests on."""
+    first, last, steps, policy = found.first, found.last, found.steps, found.options.policy
+    further = _further(found, follow)
+    before = summary_of(first, found.cross_validation)
+    after = summary_of(last, found.cross_validation) if steps else before
+    location = locate(
+        last.residual,
+        last.jacobian,
+        found.points,
+        at_bound=last.at_bound,
+        options=found.options.screen,
+        policy=policy,
+    )
+    shifts = misfit_errors(last, found.points, location.smooth)
+    remains = not is_met(after, found.structure_after, policy)
+    evidence = Evidence(
+        steps=steps,
+        before=before,
+        after=after,
+        structure=found.structure_after,
+        location=location,
+        candidates=candidate_rows(found.screenings[0], steps),
+        further=further,
+        consistency=consistency_of(found.setup.data, found.setup.noise, policy),
+        undetermined=undetermined_parameters(last, shifts) if remains else (),
+    )
+    return Diagnosis(
+        result=found.fit,
+        verdict=judge(evidence, policy),
+        steps=steps,
+        before=before,
+        after=after,
+        candidates=evidence.candidates,
+        not_testable=first.listed.not_testable,
+        structure_before=found.structure_before,
+        structure_after=found.structure_after,
+        location=location,
+        parameters_before=estimates_of(first),
+        parameters_after=estimates_of(last),
+        misfit_errors=shifts,
+        undetermined=evidence.undetermined,
+        refined=refined_sample(last),
+        effects=last.accepted,
+        settings={key: getattr(found.options, key) for key in _SETTINGS},
+        further=further,
+        consistency=evidence.consistency,
+        remaining=candidate_rows(found.screenings[-1], ()) if len(found.screenings) > 1 else (),
+    )
+
+
+def _further(found: SearchResult, follow: Progress) -> tuple[Further, ...]:
+    """Measurements that would tell the members of the class apart, where one effect was found."""
+    if len(found.steps) != 1 or len(found.steps[0].members) < 2:
+        return ()
+    screening = found.screenings[0]
+    first, second = (screening.refits.get(name) for name in found.steps[0].members[:2])
+    if first is None or second is None:
+        return ()
+    follow("further measurements", 1, first.solution.chi_square)
+    return further_measurements(found.setup, screening.stage.accepted, first, second)

@@ -1,0 +1,134 @@
+"""The outcome of a diagnosis, and its file."""
+
+import dataclasses
+from typing import Any, ClassVar
+
+from jaxink.diagnosis.findings.candidates import CandidateRow
+from jaxink.diagnosis.findings.consistency import Consistency
+from jaxink.diagnosis.findings.further_measurements import Further
+from jaxink.diagnosis.findings.location import Location
+from jaxink.diagnosis.findings.report_rows import (
+    candidate_row,
+    figures_row,
+    parameter_row,
+    scan_rows,
+    step_row,
+    structure_row,
+)
+from jaxink.diagnosis.findings.summary import Summary
+from jaxink.diagnosis.findings.verdict import Verdict
+from jaxink.diagnosis.search.refit import Estimate
+from jaxink.diagnosis.search.step import Step
+from jaxink.diagnosis.statistics.structure import StructureResult
+from jaxink.effects import CATALOGUE_VERSION, Effect
+from jaxink.files.encoding import SavedInFolder, plain
+from jaxink.fitting import FitResult
+from jaxink.sample import Sample
+
+REPORT_VERSION = 1
+REPORT_FILE = "report.json"
+
+
+@dataclasses.dataclass(frozen=True)
+class Diagnosis(SavedInFolder):
+    """The outcome of a diagnosis.
+
+    Parameters
+    ----------
+    result
+        Fit of the declared model.
+    verdict, steps, before, after, candidates
+        As in ``report.json``.
+    not_testable
+        Effects of the catalogue about which the case says nothing, with the reason.
+    structure_before, structure_after
+        Whether anything is left.
+    location
+        Where, after the last step.
+    parameters_before, parameters_after
+        Value and standard error of each free parameter.
+    misfit_errors
+        Standard deviation by which what remains of the misfit may have shifted each parameter; None where a
+        bound holds it.
+    undetermined
+        Parameters that what remains of the misfit may shift to a bound of their range.
+    refined
+        The sample with what was found of it.
+    effects
+        Those accepted.
+    remaining
+        Candidates of the last screen.
+    settings
+        Level, bootstrap and seed of the screen, and the most effects.
+    further
+        Measurements that would tell the first two members of an ambiguous class apart.
+    consistency
+        Whether the readings agree with each other where they must.
+    """
+
+    json_file: ClassVar[str] = REPORT_FILE
+
+    result: FitResult
+    verdict: Verdict
+    steps: tuple[Step, ...]
+    before: Summary
+    after: Summary
+    candidates: tuple[CandidateRow, ...]
+    not_testable: dict[str, str]
+    structure_before: StructureResult
+    structure_after: StructureResult
+    location: Location
+    parameters_before: dict[str, Estimate]
+    parameters_after: dict[str, Estimate]
+    misfit_errors: dict[str, float | None]
+    undetermined: tuple[str, ...]
+    refined: Sample
+    effects: tuple[Effect, ...]
+    remaining: tuple[CandidateRow, ...]
+    settings: dict[str, float | int]
+    further: tuple[Further, ...] = ()
+    consistency: tuple[Consistency, ...] = ()
+
+    @property
+    def structure_remains(self) -> bool:
+        """Whether the model that was ended with misses the data."""
+        return self.verdict.code.structure_remains
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as in ``report.json``; see docs/diagnosis.md."""
+        return plain(
+            {
+                "schema_version": REPORT_VERSION,
+                "catalogue_version": CATALOGUE_VERSION,
+                "source": self.result.data.source,
+                "noise": self.result.noise,
+                "settings": self.settings,
+                "verdict": self.verdict,
+                "steps": [step_row(step) for step in self.steps],
+                "before": figures_row(self.before),
+                "after": figures_row(self.after),
+                "parameters": [
+                    parameter_row(
+                        name,
+                        self.parameters_before[name],
+                        estimate,
+                        self.misfit_errors[name],
+                        is_determined=name not in self.undetermined,
+                    )
+                    for name, estimate in self.parameters_after.items()
+                    if name in self.parameters_before
+                ],
+                "scans": scan_rows(self.result.data, self.before, self.after),
+                "candidates": [candidate_row(row) for row in self.candidates],
+                "remaining_candidates": [candidate_row(row) for row in self.remaining],
+                "not_testable": self.not_testable,
+                "further_measurements": self.further,
+                "data_consistency": self.consistency,
+                "structure": {
+                    "before": structure_row(self.structure_before),
+                    "after": structure_row(self.structure_after),
+                },
+                "residual": self.location.to_dict(),
+                "versions": self.result.versions,
+            }
+        )

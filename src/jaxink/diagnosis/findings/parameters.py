@@ -1,0 +1,46 @@
+"""Parameters of a model: their estimates, and what its misfit leaves open of them."""
+
+import dataclasses
+
+import numpy as np
+
+from jaxink.diagnosis.search.refit import Estimate, estimates, finite
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.effects import extend
+from jaxink.sample import ParameterTable, Sample
+
+
+def estimates_of(stage: Stage) -> dict[str, Estimate]:
+    """Free parameters of a stage with their standard errors by noise."""
+    return estimates(stage.bench, stage.solution)
+
+
+def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
+    """How far the smooth part of the misfit, unless it is noise, may have shifted each parameter."""
+    if smooth.p_value > stage.setup.options.level:
+        return {name: 0.0 for name in stage.free}
+    shifts = misfit_deviation(smooth, stage.jacobian, points, at_bound=stage.at_bound)
+    return {name: finite(shift) for name, shift in zip(stage.free, shifts.tolist(), strict=True)}
+
+
+def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tuple[str, ...]:
+    """Parameters on a bound, or that the misfit may have shifted so far as to one."""
+    names, coverage = [], stage.setup.policy.coverage_errors
+    for name, (value, error) in estimates_of(stage).items():
+        term, misfit = stage.bench.terms[name], shifts[name]
+        room = min(value - term.minimum, term.maximum - value)
+        if misfit is None or error is None or coverage * np.hypot(misfit, error) >= room:
+            names.append(name)
+    return tuple(names)
+
+
+def refined_sample(stage: Stage) -> Sample:
+    """The declared sample with what was found of the sample itself; instrument effects stay out."""
+    sample = extend(stage.setup.sample, stage.accepted)
+    table = [
+        dataclasses.replace(p, value=stage.solution.values.get(p.name, p.value)) if p.tie is None else p
+        for p in sample.parameters.values()
+    ]
+    return dataclasses.replace(sample, parameters=ParameterTable(table))

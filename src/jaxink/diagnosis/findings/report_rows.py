@@ -1,0 +1,85 @@
+"""Entries of ``report.json``; see docs/diagnosis.md for their meaning."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from jaxink.diagnosis.findings.candidates import CandidateRow
+from jaxink.diagnosis.findings.summary import Summary
+from jaxink.diagnosis.search.refit import Estimate
+from jaxink.diagnosis.search.step import Step
+from jaxink.diagnosis.statistics.structure import StructureResult
+from jaxink.measurement import GonioData
+
+
+def step_row(step: Step) -> dict[str, Any]:
+    """An effect that was added."""
+    return {
+        "effect": step.effect,
+        "class": list(step.members),
+        "predicted_drop": step.predicted_drop,
+        "actual_drop": step.actual_drop,
+        "held_out_gain": step.held_out_gain.mean,
+        "held_out_gain_standard_error": step.held_out_gain.standard_error,
+        "strength": step.strength,
+        "standard_error": step.standard_error,
+        "unit": step.unit,
+        "terms": step.terms,
+        "term_standard_errors": step.term_errors,
+    }
+
+
+def parameter_row(
+    name: str, before: Estimate, after: Estimate, misfit_error: float | None, *, is_determined: bool
+) -> dict[str, Any]:
+    """A parameter before and after."""
+    error = after.standard_error
+    return {
+        "name": name,
+        "before": before.value,
+        "before_standard_error": before.standard_error,
+        "after": after.value,
+        "after_standard_error": error,
+        "bias_in_standard_errors": (before.value - after.value) / error if error else None,
+        "misfit_error": misfit_error,
+        "is_determined": is_determined,
+    }
+
+
+def scan_rows(data: GonioData, before: Summary, after: Summary) -> list[dict[str, Any]]:
+    """Misfit scan by scan."""
+    used = data.used
+    measured, index = data.bsdf_per_sr[used], data.scan_index[used]
+    rows = []
+    for scan in data.scans:
+        here = index == scan.index
+        if not here.any():
+            continue
+        row = {"theta_i_deg": scan.theta_i_deg, "wavelength_nm": scan.wavelength_nm, "side": scan.side}
+        for when, summary in (("before", before), ("after", after)):
+            for what, predicted in (("", summary.predicted_per_sr), ("held_out_", summary.held_out_per_sr)):
+                ratio = predicted[here] / measured[here] - 1
+                row[f"{what}relative_rms_{when}"] = float(np.sqrt(np.mean(ratio**2)))
+            row[f"chi_square_{when}"] = float(np.sum(summary.whitened[here] ** 2))
+        rows.append({**row, "points": int(here.sum())})
+    return rows
+
+
+def figures_row(summary: Summary) -> dict[str, Any]:
+    """Figures of merit, of held-out points as well."""
+    return dataclasses.asdict(summary.fitted) | {"held_out": dataclasses.asdict(summary.held_out)}
+
+
+def candidate_row(row: CandidateRow) -> dict[str, Any]:
+    """A candidate; its members are its class."""
+    return {"class" if key == "members" else key: value for key, value in dataclasses.asdict(row).items()}
+
+
+def structure_row(structure: StructureResult) -> dict[str, Any]:
+    """Tests of what is left."""
+    return {
+        "p_value": structure.p_value,
+        "leading": structure.leading,
+        "statistics": {s.name: {"value": s.value, "p_value": s.p_value} for s in structure.statistics},
+    }

@@ -1,0 +1,87 @@
+"""Figures of merit of a model, on the points of its fit and on points that it did not see."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.fitting.merit import merit
+from jaxink.measurement import GonioData
+
+
+@dataclasses.dataclass(frozen=True)
+class Figures:
+    """Figures of merit of one set of predictions.
+
+    Parameters
+    ----------
+    rmsd_absolute
+        Root mean square of pi (measured - predicted).
+    rmsd_relative
+        Root mean square of the difference over the mean of both; None where a value is not positive.
+    relative_rms
+        Root mean square of predicted / measured - 1.
+    chi_square, degrees_of_freedom, reduced_chi_square, probability
+        Under the stated noise, residuals weighted as in the fits; of points held out, the number of points
+        stands for the degrees of freedom.
+    """
+
+    rmsd_absolute: float
+    rmsd_relative: float | None
+    relative_rms: float | None
+    chi_square: float
+    degrees_of_freedom: int
+    reduced_chi_square: float | None
+    probability: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Summary:
+    """How well a model meets the measurement, and points that its fit did not see.
+
+    Parameters
+    ----------
+    fitted, held_out
+        Of the fit of all points, and of fits without each scan in turn.
+    predicted_per_sr, whitened
+        Of the fit of all points.
+    held_out_per_sr
+        Each point by the fit that did not see it.
+    """
+
+    fitted: Figures
+    held_out: Figures
+    predicted_per_sr: Float[np.ndarray, " points"]
+    whitened: Float[np.ndarray, " points"]
+    held_out_per_sr: Float[np.ndarray, " points"]
+
+
+def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
+    """Figures of merit of a stage, and of its predictions of held-out points."""
+    measured, folds = cross_validation.observations.measured_per_sr, cross_validation.folds
+    held_out, data, n = cross_validation.predictions(stage), stage.setup.data, len(measured)
+    predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]
+    unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
+    left = stage.bench.whiten(unseen, measured - unseen)[:n]
+    return Summary(
+        _figures(data, predicted, whitened, len(stage.free)),
+        _figures(data, unseen, left, 0),
+        predicted,
+        whitened,
+        unseen,
+    )
+
+
+def _figures(data: GonioData, predicted, whitened, n_parameters: int) -> Figures:
+    found = merit(data, predicted, whitened, n_parameters)
+    return Figures(
+        found.rmsd_absolute_pi,
+        found.rmsd_relative,
+        found.relative_rms,
+        found.chi_square,
+        found.degrees_of_freedom,
+        found.reduced_chi_square,
+        found.probability,
+    )

@@ -1,0 +1,79 @@
+"""A model that a diagnosis found, on another measurement: fitted anew, or as it stands."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.search.refit import estimates
+from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.effects import Scene
+from jaxink.fitting import prepare_data
+from jaxink.measurement import GonioData, noise_of
+from jaxink.numerics.precision import computing
+
+
+@dataclasses.dataclass(frozen=True)
+class Transfer:
+    """A model on a measurement that it was not found on.
+
+    Parameters
+    ----------
+    data
+        The measurement, points that are not used being masked.
+    values
+        Of all parameters.
+    standard_errors
+        Of those fitted anew; None where a bound holds one.
+    predicted_per_sr, whitened
+        At the used points; `whitened` in units of the noise, without the weights of the sample file.
+    """
+
+    data: GonioData
+    values: dict[str, float]
+    standard_errors: dict[str, float | None]
+    predicted_per_sr: Float[np.ndarray, " points"]
+    whitened: Float[np.ndarray, " points"]
+
+
+def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transfer:
+    """Predict a measurement by the model that a diagnosis ended with.
+
+    Parameters
+    ----------
+    diagnosis
+        Of another measurement of the same kind of sample.
+    data
+        At wavelengths of its own; the sample must not have parameters for single wavelengths.
+    is_refitted
+        Whether all free parameters are fitted anew, or stay as they were found.
+
+    Raises
+    ------
+    InputRefusedError
+        The sample cannot have the wavelengths of the data, or the noise is not known.
+    """
+    wavelengths = tuple(np.unique(data.wavelength_nm).tolist())
+    sample = dataclasses.replace(diagnosis.result.sample, wavelengths_nm=wavelengths)
+    data = prepare_data(data, sample)
+    used = data.used
+    terms = tuple(t.name for e in diagnosis.effects for t in e.terms)
+    found = diagnosis.parameters_after
+    with computing():
+        scene = Scene.of(*data.used_directions, time=data.row[used])
+        config = diagnosis.result.config
+        n_slots = max(len(found), 1)
+        bench = Workbench(
+            sample, diagnosis.effects, data, noise_of(data, sample.noise), config, scene, n_slots
+        )
+        values = bench.start | {name: value for name, (value, _) in found.items()}
+        errors: dict[str, float | None] = {}
+        if is_refitted:
+            solution = bench.fit(values, (*bench.base_free, *terms))
+            values, predicted = solution.values, solution.predicted_per_sr
+            errors = {name: found.standard_error for name, found in estimates(bench, solution).items()}
+        else:
+            predicted = bench.predict(values)
+        left = bench.in_noise(predicted, bench.measured - predicted)
+    return Transfer(data, values, errors, predicted, left)

@@ -1,0 +1,60 @@
+"""The whole diagnosis of a measurement: fit, search, judge."""
+
+from pathlib import Path
+
+import numpy as np
+
+from jaxink.diagnosis.findings.assembly import diagnosis_of
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.search.loop import search_effects
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.errors import require_kind
+from jaxink.fitting import fit
+from jaxink.fitting.inputs import read_inputs
+from jaxink.fitting.objective import weights_of
+from jaxink.measurement import GonioData
+from jaxink.measurement.masks import USER
+from jaxink.numerics.precision import computing
+from jaxink.numerics.progress import Progress, log_progress
+from jaxink.sample import Sample
+
+
+def diagnose(
+    data: GonioData | str | Path,
+    sample: Sample | str | Path,
+    options: DiagnosisOptions | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say whether a model lacks something, name it, add it, and report the error before and after.
+
+    Parameters
+    ----------
+    data
+        Measurement, or its file.
+    sample
+        Sample as declared, or its file.
+    options
+        Choices; None for the defaults.
+    progress
+        Called with what is done, the step and the misfit.
+
+    Raises
+    ------
+    InputRefusedError
+        Data or sample cannot be used, or the noise is not known.
+    """
+    options = DiagnosisOptions() if options is None else options
+    require_kind("options", options, DiagnosisOptions)
+    data, sample = read_inputs(data, sample)
+    data = _without_weightless(data, sample)
+    follow = progress or log_progress
+    result = fit(data, sample, options.fit, progress)
+    with computing():
+        return diagnosis_of(search_effects(result, sample, options, follow), follow)
+
+
+def _without_weightless(data: GonioData, sample: Sample) -> GonioData:
+    """Points of weight 0 masked: there is nothing to judge in a residual that does not count."""
+    weightless = np.zeros(len(data), bool)
+    weightless[data.used] = weights_of(data, sample) == 0
+    return data.replace(mask=data.mask | (USER.bit * weightless).astype(np.uint32))

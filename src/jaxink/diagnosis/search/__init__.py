@@ -1,0 +1,1 @@
+"""The search: stages of a model, screens of what it may lack, and refits."""

@@ -1,0 +1,96 @@
+"""Ways in which an effect may be present: the columns of a screen."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.effects import AreaWithOtherValues, Effect
+
+# Changes of all points together, in units of the noise, that rounding makes.
+_ROUNDING = 1e-6
+
+
+@dataclasses.dataclass(frozen=True)
+class Direction:
+    """One way in which an effect may be present: a column of the screen.
+
+    Parameters
+    ----------
+    effect
+        The form.
+    setting
+        Values of its parameters there.
+    column
+        Whitened change of the prediction by a strength of one.
+    largest
+        Largest strength in the unit of the column.
+    """
+
+    effect: Effect
+    setting: dict[str, float]
+    column: Float[np.ndarray, " rows"]
+    largest: float
+
+    @property
+    def column_strength(self) -> float:
+        """Strength that the column stands for, in `unit`; 1 for a share of the area."""
+        here = self.setting.get(self.effect.strength.name)
+        return abs(here - self.effect.neutral) if here is not None and self.effect.scales else 1.0
+
+    @property
+    def unit(self) -> str:
+        """What strengths of a screen are told in: the effect's own unit, or a share of the area."""
+        is_share = self.effect.strength.name in self.setting and not self.effect.scales
+        return "share" if is_share else self.effect.strength.unit
+
+    def without_rounding(self) -> "Direction":
+        """The direction, of no length where all that the effect can change is rounding."""
+        if np.linalg.norm(self.column) * self.largest <= _ROUNDING:
+            return dataclasses.replace(self, column=np.zeros_like(self.column))
+        return self
+
+    def reachable_drop(self, z: float, norm: float) -> float:
+        """Fall of chi-square by a strength within its range, in the linear approximation."""
+        if z <= 0 and self.effect.sign == 1:
+            return 0.0
+        step = min(abs(z) / norm, self.largest) * norm
+        return 2 * step * abs(z) - step**2
+
+
+def tangents(
+    bench: Workbench, solution: Solution, free: tuple[str, ...], effects: list[Effect]
+) -> list[Direction]:
+    """Columns of effects that share a program, at all their settings, by its Jacobian at strength 0."""
+    found = []
+    # Settings of one rank at a time: effects do not touch each other while their strengths are zero.
+    for rank in range(max((len(e.settings) for e in effects), default=0)):
+        here = [e for e in effects if rank < len(e.settings)]
+        values = dict(solution.values)
+        for effect in here:
+            values |= effect.settings[rank]
+        names = tuple(dict.fromkeys(e.strength.name for e in here))
+        columns = bench.jacobian(values, free + names).jacobian
+        for effect in here:
+            column = columns[:, len(free) + names.index(effect.strength.name)]
+            span = max(effect.strength.maximum - effect.neutral, effect.neutral - effect.strength.minimum)
+            found.append(Direction(effect, effect.settings[rank], column, span))
+    return found
+
+
+def secants(bench: Workbench, own: Workbench, solution: Solution, effect: Effect) -> list[Direction]:
+    """What the settings of an effect change, predicted by its `own` workbench."""
+    found = []
+    for setting in effect.settings:
+        values = solution.values | setting
+        if isinstance(effect, AreaWithOtherValues):
+            predicted, there = solution.predicted_per_sr, 0.0
+            for share, other in effect.mixture(values):
+                there = there + share * (own.predict(values | other) - predicted)
+            change = there
+        else:
+            change = own.predict(values) - solution.predicted_per_sr
+        column = bench.whiten(solution.predicted_per_sr, np.asarray(change))
+        found.append(Direction(effect, setting, column, effect.largest_share(setting)))
+    return found

@@ -1,0 +1,40 @@
+"""Which effects the data do not tell from one that was found, all others being there."""
+
+import dataclasses
+
+from jaxink.diagnosis.search.candidate_refits import best_refit, polished
+from jaxink.diagnosis.search.refit import Refit, estimates
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.step import Step
+
+
+def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
+    """A step with the class that it has beside all other effects, instead of without the later ones."""
+    policy = last.setup.policy
+    others = tuple(e for e in last.accepted if e != step.form)
+    terms = tuple(term.name for term in step.form.terms)
+    found = estimates(last.bench, last.solution)
+    without = Stage(last.setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
+    directions = without.directions(with_own=False)
+    order = sorted(directions, key=lambda name: -without.promise(directions[name]))
+    drop = without.solution.chi_square - last.solution.chi_square
+    own = Refit(step.form, last.solution, last.bench, drop)
+    rivals = [
+        polished(without, best_refit(without, directions[name]))
+        for name in order[: policy.most_rivals]
+        if name != step.effect
+    ]
+    close = [
+        r
+        for r in rivals
+        if r.is_like(own, n_points, policy.told_apart) or r.penalised(n_points) > own.penalised(n_points)
+    ]
+    close.sort(key=lambda r: -r.penalised(n_points))
+    return dataclasses.replace(
+        step,
+        members=(step.effect, *(r.effect.name for r in close)),
+        strength=own.strength,
+        standard_error=found[step.form.strength.name].standard_error,
+        terms={name: found[name].value for name in terms},
+        term_errors={name: found[name].standard_error for name in terms},
+    )

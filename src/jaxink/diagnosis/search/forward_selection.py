@@ -1,0 +1,183 @@
+"""Which effect a stage is given next: refits of its candidates, and the tests that the best must stand."""
+
+import dataclasses
+
+import numpy as np
+
+from jaxink.diagnosis.search.candidate_refits import best_refit, polished
+from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.direction import Direction
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.stage import Stage, in_threads
+from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.statistics.candidate import Testability
+from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
+from jaxink.numerics.progress import Progress
+
+
+@dataclasses.dataclass(frozen=True)
+class ForwardSelection:
+    """Choice of the next effect.
+
+    Parameters
+    ----------
+    options
+        Of the diagnosis.
+    n_points
+        Of the measurement.
+    cross_validation
+        On its held-out points.
+    follow
+        Called with what is done, its number and chi-square.
+    """
+
+    options: DiagnosisOptions
+    n_points: int
+    cross_validation: CrossValidation
+    follow: Progress
+
+    def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
+        """The first class of candidates that stands all tests; None where none does.
+
+        Parameters
+        ----------
+        screening
+            The stage; gets the refits.
+        with_pairs
+            Whether there is room for a second effect, so that what one leads to counts.
+        """
+        left_out = self._refit_candidates(screening)
+        reach = self._foresight(screening) if with_pairs else {}
+        for name in left_out:
+            if self._is_enough(screening, reach):
+                break
+            self._refit(screening, name)
+            self._polish(screening)
+        return self._accepted(screening, reach)
+
+    def _refit_candidates(self, screening: Screening) -> list[str]:
+        """Refit the significant candidates; the names of those that were left out.
+
+        All that share the program are fitted, of those with one of their own the ones that lead.
+        """
+        stage, directions, policy = screening.stage, screening.directions, self.options.policy
+        # Far from a minimum of the true model a score may even have the wrong sign: all are tried then.
+        called = [
+            c.name
+            for c in screening.result.candidates
+            if c.p_adjusted <= self.options.level or (stage.is_far and c.status != Testability.NOT)
+        ]
+        called = [name for name in called if self._has_room(stage, directions[name])]
+        promise = {name: stage.promise(directions[name]) for name in called}
+        own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
+        for name in (n for n in promise if n not in own):
+            self._refit(screening, name)
+        self._polish(screening)
+        drops = [r.drop for r in screening.refits.values()]
+        likely = max(drops + list(promise.values()), default=0.0)
+        is_lost = stage.is_far and not self._is_enough(screening, {})
+        share = policy.own_program_share_far if is_lost else policy.own_program_share
+        worth = [n for n in own if promise[n] >= share * likely][: policy.most_own_programs]
+        programs: dict[str, list[str]] = {}
+        for name in worth:
+            programs.setdefault(directions[name][0].effect.program, []).append(name)
+        in_threads(lambda names: [self._refit(screening, name) for name in names], programs.values())
+        self._polish(screening)
+        return [name for name in own if name not in screening.refits]
+
+    def _has_room(self, stage: Stage, directions: list[Direction]) -> bool:
+        """Whether the terms of an effect may be free besides the rest."""
+        most = self.options.max_parameters
+        return most is None or len(stage.free) + len(directions[0].effect.terms) <= most
+
+    def _refit(self, screening: Screening, name: str) -> None:
+        refits = screening.refits
+        refits[name] = best_refit(screening.stage, screening.directions[name])
+        self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
+
+    def _polish(self, screening: Screening) -> None:
+        """Go on with the leading refits to their minima."""
+        refits, policy = screening.refits, self.options.policy
+        leading = sorted(refits, key=lambda name: -refits[name].penalised(self.n_points))
+        for name in leading[: policy.most_polished]:
+            if refits[name].drop >= policy.polish_share * refits[leading[0]].drop:
+                refits[name] = polished(screening.stage, refits[name])
+
+    def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
+        """Whether an effect, or a pair of them, leaves little; or there was little to leave."""
+        ends = [r.solution.chi_square for r in screening.refits.values()]
+        least = min(ends + list(reach.values()), default=np.inf)
+        return least < self.options.policy.enough_reduced_chi_square * self.n_points
+
+    def _foresight(self, screening: Screening) -> dict[str, float]:
+        """Chi-square, terms paid for, that a second effect reaches after each leading one.
+
+        Empty where one alone is enough. Effects with a program of their own are not followed up.
+        """
+        n, policy = self.n_points, self.options.policy
+        ranked = sorted(screening.refits.values(), key=lambda r: -r.penalised(n))
+        if not ranked or ranked[0].solution.chi_square < policy.enough_reduced_chi_square * n:
+            return {}
+        reach: dict[str, float] = {}
+        for refit in [r for r in ranked if not r.effect.own_program][: policy.most_foreseen]:
+            stage = screening.stage
+            ahead = Stage(stage.setup, (*stage.accepted, refit.effect), refit.solution.values)
+            directions = ahead.directions(with_own=False)
+            order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
+            order = [name for name in order if self._has_room(ahead, directions[name])]
+            found = [
+                polished(ahead, best_refit(ahead, directions[name])) for name in order[: policy.most_foreseen]
+            ]
+            costs = len(refit.effect.terms) * np.log(n)
+            ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
+            reach[refit.effect.name] = min(ends, default=np.inf)
+            self.follow(f"foresight with {refit.effect.name}", len(reach), refit.solution.chi_square)
+        return reach
+
+    def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
+        """The first class of refits that stands all tests.
+
+        Of two effects together, the best single one is often a third that imitates both: where one alone is
+        not enough, those lead from which a second one leads furthest.
+        """
+        n, policy = self.n_points, self.options.policy
+
+        def left(refit: Refit) -> float:
+            alone = refit.solution.chi_square + len(refit.effect.terms) * np.log(n)
+            return min(alone, reach.get(refit.effect.name, np.inf))
+
+        ranked = sorted(screening.refits.values(), key=left)
+        tried: set[str] = set()
+        for _ in range(policy.most_tried):
+            others = [r for r in ranked if r.effect.name not in tried]
+            if not others or others[0].penalised(n) <= 0:
+                return None
+            best = others[0]
+            members = tuple(r.effect.name for r in others if r.is_like(best, n, policy.told_apart))
+            tried |= set(members)
+            error = best.estimates()[best.effect.strength.name].standard_error
+            # A strength that its range stops has no error, and is clear.
+            is_clear = error is None or abs(best.strength) > policy.clear_errors * error
+            gain = self.cross_validation.gain(screening.stage, best)
+            if is_clear and gain.improves:
+                return _step(screening, best, members, gain)
+        return None
+
+
+def _step(screening: Screening, best: Refit, members: tuple[str, ...], gain: HeldOutGain) -> Step:
+    effect, found = best.effect, best.estimates()
+    return Step(
+        effect=effect.name,
+        form=effect,
+        members=members,
+        predicted_drop=screening.result[effect.name].predicted_drop,
+        actual_drop=best.drop,
+        held_out_gain=gain,
+        strength=best.strength,
+        standard_error=found[effect.strength.name].standard_error,
+        unit=effect.strength.unit,
+        terms={t.name: found[t.name].value for t in effect.terms},
+        term_errors={t.name: found[t.name].standard_error for t in effect.terms},
+        refit=best,
+    )

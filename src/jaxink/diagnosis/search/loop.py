@@ -1,0 +1,183 @@
+"""The search for effects: screen, refit, accept, and again with the enlarged model."""
+
+import dataclasses
+import logging
+from typing import NamedTuple
+
+import numpy as np
+
+from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.effect_class import with_class_beside_others
+from jaxink.diagnosis.search.forward_selection import ForwardSelection
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
+from jaxink.effects import Effect, Scene
+from jaxink.fitting import FitResult
+from jaxink.measurement import noise_of
+from jaxink.model.forward import ForwardModel
+from jaxink.numerics.progress import Progress
+from jaxink.sample import Sample
+from jaxink.solver.config import SolverConfig
+
+_LOG = logging.getLogger("jaxink")
+
+
+@dataclasses.dataclass(frozen=True)
+class SearchResult:
+    """What a search found.
+
+    Parameters
+    ----------
+    options
+        Of the diagnosis.
+    fit
+        Of the declared model.
+    setup, points, cross_validation
+        The measurement, where its points lie, and predictions of those held out.
+    first, last
+        The declared model, and the one with all effects.
+    steps
+        Effects that were added and kept, in order.
+    screenings
+        Every screen, the first of the declared model.
+    structure_before, structure_after
+        Whether anything is left of the residual of the first and of the last.
+    """
+
+    options: DiagnosisOptions
+    fit: FitResult
+    setup: Setup
+    points: Points
+    cross_validation: CrossValidation
+    first: Stage
+    last: Stage
+    steps: tuple[Step, ...]
+    screenings: tuple[Screening, ...]
+    structure_before: StructureResult
+    structure_after: StructureResult
+
+
+class _Accepted(NamedTuple):
+    """Effects, and values of all parameters with them."""
+
+    effects: tuple[Effect, ...]
+    values: dict[str, float]
+
+
+def search_effects(
+    fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress
+) -> SearchResult:
+    """Look for the effects that a fitted model lacks.
+
+    Parameters
+    ----------
+    fit
+        Of the declared model.
+    sample
+        As declared.
+    options
+        Choices.
+    follow
+        Called with what is done, the step and chi-square.
+    """
+    setup, points = _setup(fit, sample, options), Points.of(fit.data)
+    cross_validation = CrossValidation(setup, points, follow)
+    selection = ForwardSelection(options, len(points), cross_validation, follow)
+    stage = first = Stage(setup, (), fit.values)
+    structure_before = _structure(first, points)
+    steps: list[Step] = []
+    screenings: list[Screening] = []
+    # Effects that make each other needless must not take turns for ever.
+    for _ in range(2 * options.max_effects + 1):
+        follow("screen", len(steps) + 1, stage.solution.chi_square)
+        if steps and _is_quiet(_structure(stage, points), options.level):
+            break
+        screenings.append(Screening.of(stage))
+        room = options.max_effects - len(steps)
+        step = selection.next_step(screenings[-1], with_pairs=room > 1) if room > 0 else None
+        if step is None:
+            break
+        steps.append(step)
+        accepted = _without_superfluous(stage, step, len(points))
+        steps = [s for s in steps if s.form in accepted.effects]
+        left, stage = stage, Stage(setup, accepted.effects, accepted.values)
+        left.release()
+    if len(steps) > 1:
+        steps = [with_class_beside_others(stage, step, len(points)) for step in steps]
+    return SearchResult(
+        options=options,
+        fit=fit,
+        setup=setup,
+        points=points,
+        cross_validation=cross_validation,
+        first=first,
+        last=stage,
+        steps=tuple(steps),
+        screenings=tuple(screenings),
+        structure_before=structure_before,
+        structure_after=_structure(stage, points) if steps else structure_before,
+    )
+
+
+def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
+    data = fit.data
+    used = data.used
+    return Setup(
+        sample,
+        data,
+        noise_of(data, sample.noise),
+        _sizes(fit, sample, options),
+        Scene.of(*data.used_directions, time=data.row[used]),
+        options.catalogue,
+        options.screen,
+        options.fit.accuracy,
+        options.policy,
+    )
+
+
+def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:
+    """Sizes of the fit, or of its start where the fit is far off: it may have run into a narrow peak."""
+    reduced, far = fit.merit.reduced_chi_square, options.policy.far_reduced_chi_square
+    if options.fit.config is not None or reduced is None or reduced < far:
+        return fit.config
+    return ForwardModel(
+        sample,
+        *fit.data.used_directions,
+        accuracy=options.fit.accuracy,
+        layer_method=options.fit.layer_method,
+    ).config
+
+
+def _structure(stage: Stage, points: Points) -> StructureResult:
+    return find_structure(
+        stage.residual,
+        stage.jacobian,
+        points,
+        at_bound=stage.at_bound,
+        options=stage.setup.options,
+        policy=stage.setup.policy,
+    )
+
+
+def _is_quiet(structure: StructureResult, level: float) -> bool:
+    """Whether an enlarged model leaves noise, in size and in order."""
+    return min(structure.p_value, structure["chi_square"].p_value) >= level
+
+
+def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
+    """Effects found so far, without one that the last step made needless."""
+    refit = step.refit
+    effects = (*stage.accepted, step.form)
+    for effect in stage.accepted:
+        terms = {t.name for t in effect.terms}
+        free = tuple(name for name in refit.solution.free if name not in terms)
+        neutral = {effect.strength.name: effect.neutral}
+        without = refit.bench.fit(refit.solution.values | neutral, free)
+        if without.chi_square - refit.solution.chi_square < len(terms) * np.log(n_points):
+            _LOG.debug("%s is needed no more", effect.name)
+            return _Accepted(tuple(e for e in effects if e != effect), without.values)
+    return _Accepted(effects, refit.solution.values)

@@ -1,0 +1,69 @@
+"""What all stages of a search share: the sample, its measurement, the catalogue and the thresholds."""
+
+import dataclasses
+
+import numpy as np
+
+from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
+from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend, undivided
+from jaxink.measurement import FitNoise, GonioData
+from jaxink.sample import Sample
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import SolverConfig
+
+# Slots beyond those of the declared sample's free parameters, so that all stages share a program.
+_FURTHER_SLOTS = 6
+
+
+@dataclasses.dataclass(frozen=True)
+class Setup:
+    """What all stages share.
+
+    Parameters
+    ----------
+    sample, data, noise, config, scene
+        The declared sample, its measurement, and the sizes of the discretisation.
+    catalogue
+        Classes of effects.
+    options
+        Of the screen.
+    accuracy
+        Of the discretisation.
+    policy
+        Thresholds.
+    """
+
+    sample: Sample
+    data: GonioData
+    noise: FitNoise
+    config: SolverConfig
+    scene: Scene
+    catalogue: tuple[type[Effect], ...]
+    options: ScreenOptions
+    accuracy: float = DEFAULT_ACCURACY
+    policy: SearchPolicy = DEFAULT_POLICY
+
+    def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
+        """A workbench of the sample with some effects, which act in the order of the catalogue."""
+        names = [effect.name for effect in self.catalogue]
+        effects = tuple(sorted(effects, key=lambda e: (names.index(e.name), str(e))))
+        return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
+
+    def listed(self, accepted: tuple[Effect, ...]) -> Listed:
+        """Effects that the sample may lack beside some."""
+        names = {effect.name for effect in accepted}
+        rest = tuple(c for c in self.catalogue if c.name not in names)
+        relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
+        # What divides a layer acts last: for all others the layer is one.
+        whole = extend(self.sample, undivided(accepted))
+        return effects_for(Case(whole, self.scene, relative, self.accuracy), rest)
+
+    def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:
+        """The workbench of all effects that need no program of their own."""
+        inside = tuple(e for e in listed.forms if not e.own_program)
+        n_accepted = sum(len(e.terms) for e in accepted)
+        most = max((len(e.terms) for e in inside), default=1)
+        n_slots = len(self.sample.parameters.free) + max(_FURTHER_SLOTS, n_accepted + most)
+        return self.bench(accepted + inside, n_slots)

@@ -1,0 +1,206 @@
+"""One stage of a search: a model with the effects found so far, and its screen."""
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cached_property
+from typing import NamedTuple, TypeVar
+
+import jax
+import numpy as np
+from jaxtyping import Int
+
+from jaxink.diagnosis.search.direction import Direction, secants, tangents
+from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
+from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
+from jaxink.diagnosis.statistics.screen import screen
+from jaxink.effects import AreaWithOtherValues, Effect, Listed
+from jaxink.numerics.precision import computing, release_programs
+
+# A parameter nearer than this many standard errors to its bound may sit on it.
+_NEAR_BOUND = 1e-6
+# Programs that are compiled at a time.
+_COMPILING = 2
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class Score(NamedTuple):
+    """Score and length of what the free parameters leave of a column."""
+
+    z: float
+    norm: float
+
+
+class _Fitted(NamedTuple):
+    """A fit, and programs that were made in the meantime."""
+
+    solution: Solution
+    made: dict[str, Future]
+
+
+class Stage:
+    """The model with the effects that were found so far.
+
+    Parameters
+    ----------
+    setup
+        What all stages share.
+    accepted
+        Effects found so far.
+    values
+        Where to start the fit.
+
+    Attributes
+    ----------
+    bench, free, solution, jacobian, residual
+        The workbench of all effects that share its program; the free parameters, their fit, and its
+        linearisation.
+    refits
+        Refits that were made already, by the form of the effect.
+    """
+
+    def __init__(self, setup: Setup, accepted: tuple[Effect, ...], values: dict[str, float]):
+        self.setup, self.accepted = setup, accepted
+        self.listed: Listed = setup.listed(accepted)
+        self.bench = setup.shared_bench(accepted, self.listed)
+        self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
+        self._own: dict[str, Workbench] = {}
+        self.refits: dict[Effect, Refit] = {}
+        self.solution, self._made = self._fitted(values)
+        self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
+
+    @cached_property
+    def at_bound(self) -> Int[np.ndarray, " parameters"]:
+        """-1, 0 or 1 for each free parameter, as the screen asks."""
+        n = len(self.free)
+        search = self.solution.search
+        unit, triangle = search.unit[:n], search.triangle[:, :n]
+        sigma = np.sqrt(np.diag(np.linalg.pinv(triangle.T @ triangle, hermitian=True)))
+        near = np.minimum(sigma, 0.25)
+        return np.where(unit <= near * _NEAR_BOUND, -1, np.where(unit >= 1 - near * _NEAR_BOUND, 1, 0))
+
+    @cached_property
+    def projection(self) -> Projection:
+        """Off what the free parameters imitate, those on a bound excepted."""
+        return Projection(orthonormal_range(self.jacobian[:, self.at_bound == 0]))
+
+    def own_bench(self, effect: Effect) -> Workbench:
+        """Workbench of an effect that changes the structure, without the other candidates."""
+        if effect.program not in self._own:
+            together = tuple(e for e in self.listed.forms if e.own_program and e.program == effect.program)
+            n_slots = len(self.free) + max(len(e.terms) for e in together)
+            self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots)
+        return self._own[effect.program]
+
+    def release(self) -> None:
+        """Hold the compiled programs of a stage that is left no more."""
+        for bench in (self.bench, *self._own.values()):
+            bench.release()
+        release_programs()
+
+    def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
+        """Columns of all forms at all their settings, by name.
+
+        Parameters
+        ----------
+        with_own
+            False leaves out effects with a program of their own.
+        """
+        by_name: dict[str, list[Direction]] = {}
+        inside = [e for e in self.listed.forms if not e.own_program]
+        shared = tangents(self.bench, self.solution, self.free, inside)
+        for direction in [*shared, *(self._all_secants() if with_own else ())]:
+            by_name.setdefault(direction.effect.name, []).append(direction.without_rounding())
+        return by_name
+
+    def _programs(self) -> dict[str, list[Effect]]:
+        """Screened effects with programs of their own, by program."""
+        own = [e for e in self.listed.forms if e.own_program and e.is_screened]
+        programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
+        # Neighbours in the catalogue share tables: not at the same time, or one waits for the other.
+        names = [*programs]
+        return {name: programs[name] for name in [*names[::2], *names[1::2]]}
+
+    def _fitted(self, values: dict[str, float]) -> _Fitted:
+        """The fit, and programs that the screen will need: they are made while its own is compiled."""
+
+        def make(effects):
+            with jax.enable_x64(True):
+                self.own_bench(effects[0]).predict(values)
+
+        # A later model may leave nothing to look for.
+        programs = {} if self.accepted else self._programs()
+        pool = ThreadPoolExecutor(1)
+        made = {
+            name: pool.submit(make, effects)
+            for name, effects in programs.items()
+            if not isinstance(effects[0], AreaWithOtherValues)
+        }
+        try:
+            return _Fitted(self.bench.fit(values, self.free), made)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+    def _all_secants(self) -> list[Direction]:
+        programs = self._programs()
+
+        def of(program):
+            made = self._made.get(program)
+            if made is not None and not made.cancelled():
+                made.result()
+            return [direction for effect in programs[program] for direction in self._secants(effect)]
+
+        return [direction for directions in in_threads(of, programs) for direction in directions]
+
+    def _secants(self, effect: Effect) -> list[Direction]:
+        own = self.bench if isinstance(effect, AreaWithOtherValues) else self.own_bench(effect)
+        return secants(self.bench, own, self.solution, effect)
+
+    def screened(self, directions: dict[str, list[Direction]]) -> ScreenResult:
+        """Score of every effect whose directions are given."""
+        candidates = [
+            Candidate(name, np.stack([d.column for d in found], axis=1), found[0].effect.sign)
+            for name, found in directions.items()
+        ]
+        return screen(
+            self.residual,
+            self.jacobian,
+            candidates,
+            at_bound=self.at_bound,
+            options=self.setup.options,
+            policy=self.setup.policy,
+        )
+
+    def promise(self, directions: list[Direction]) -> float:
+        """Largest fall of chi-square that any way of being present promises, within its range."""
+        falls = [0.0]
+        for direction in directions:
+            z, norm = self.score(direction)
+            if norm > 1e-9 * max(float(np.linalg.norm(direction.column)), 1e-300):
+                falls.append(direction.reachable_drop(z, norm))
+        return max(falls)
+
+    def score(self, direction: Direction) -> Score:
+        """Of what the free parameters leave of a column."""
+        column = self.projection.remove(direction.column)
+        norm = float(np.linalg.norm(column))
+        return Score(float(column @ self.residual) / norm if norm > 0 else 0.0, norm)
+
+    @property
+    def is_far(self) -> bool:
+        """Whether the misfit is so large that the linear screen, made where the fit ended, says little."""
+        return self.solution.chi_square > self.setup.policy.far_reduced_chi_square * len(self.residual)
+
+
+def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """Work on items of different programs, two at a time: most of it is compiling."""
+
+    def guarded(item: Item) -> Result:
+        with computing():
+            return work(item)
+
+    with ThreadPoolExecutor(_COMPILING) as pool:
+        return list(pool.map(guarded, items))

@@ -1,0 +1,259 @@
+"""One augmented model and one measurement: predictions, fits and derivatives, by one compiled program.
+
+The numbers of a fit sit in slots; which parameter a slot stands for is data, not structure. A program that is
+compiled once thus fits any choice of parameters, and gives any column of the Jacobian.
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxink.effects import AugmentedModel, Effect, Scene
+from jaxink.fitting.exclusion import without
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.objective import Objective, compose
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.scaling import UnitScale
+from jaxink.measurement import FitNoise, GonioData
+from jaxink.sample import Parameter, Sample
+from jaxink.solver.config import SolverConfig
+
+_UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
+
+
+class SlotObjective(Objective):
+    """An objective whose free variables stand for parameters that can be exchanged.
+
+    Parameters
+    ----------
+    constants
+        Values of all `names`.
+    position
+        Which of the names each slot stands for; beyond the last one: none.
+    names
+        Parameters that a slot may stand for.
+    """
+
+    constants: Float[np.ndarray, " names"]
+    position: Int[np.ndarray, " parameters"]
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+        """Values of all names: constants, but for the slots."""
+        physical = self.scale.to_physical(unit)
+        whole = jnp.asarray(self.constants).at[self.position].set(physical, mode="drop")
+        return {name: whole[i] for i, name in enumerate(self.names)}
+
+
+@dataclasses.dataclass(frozen=True)
+class Solution:
+    """Where a fit ended.
+
+    Parameters
+    ----------
+    values
+        Of all names of the workbench.
+    free
+        Parameters that were fitted.
+    chi_square
+        With that of the priors.
+    predicted_per_sr
+        At the used points.
+    search
+        The search itself.
+    """
+
+    values: dict[str, float]
+    free: tuple[str, ...]
+    chi_square: float
+    predicted_per_sr: Float[np.ndarray, " points"]
+    search: Search
+
+
+class Linearisation(NamedTuple):
+    """Derivatives of the whitened prediction by parameters, rows of priors last, and the residual."""
+
+    jacobian: Float[np.ndarray, "rows parameters"]
+    residual: Float[np.ndarray, " rows"]
+
+
+class _Slotted(NamedTuple):
+    """An objective whose slots stand for some parameters, and where these are."""
+
+    objective: SlotObjective
+    unit: Float[np.ndarray, " slots"]
+
+
+class Workbench:
+    """A sample with effects on one measurement; `objective` is what it minimises, no slot being taken.
+
+    Parameters
+    ----------
+    sample
+        As declared, without effects; the values of its table are the constants.
+    effects
+        What is added to it.
+    data
+        The measurement.
+    noise
+        Its noise.
+    config
+        Sizes of the discretisation.
+    n_slots
+        Most parameters that a fit may free.
+    """
+
+    def __init__(
+        self,
+        sample: Sample,
+        effects: tuple[Effect, ...],
+        data: GonioData,
+        noise: FitNoise,
+        config: SolverConfig,
+        scene: Scene,
+        n_slots: int,
+    ):
+        model = AugmentedModel(sample, effects, scene, config)
+        self.base, self.effects = sample, model.effects
+        table = model.sample.parameters
+        terms = {term.name: term for effect in model.effects for term in effect.terms}
+        base_free = {p.name: p for p in sample.parameters.free}
+        self.terms: dict[str, Parameter] = base_free | terms
+        names = tuple(n for n, p in table.items() if p.tie is None)
+        self._index = {name: i for i, name in enumerate(names)}
+        start = table.values_with({})
+        self.start = {name: float(start[name]) for name in names}
+        self.n_slots = n_slots
+        self.base_free = tuple(base_free)
+        self._engine: GradientSearch | None = None
+        self.objective = compose(
+            SlotObjective,
+            model,
+            data,
+            sample,
+            noise,
+            kind="chi_square",
+            scale=UnitScale.of((_UNUSED,) * n_slots),
+            free=tuple(f"slot{i}" for i in range(n_slots)),
+            constants=np.array([self.start[n] for n in names]),
+            position=np.full(n_slots, len(names)),
+            names=names,
+        )
+
+    @property
+    def measured(self) -> Float[np.ndarray, " points"]:
+        """What is to be met, 1/sr."""
+        return self.objective.measured
+
+    def _with_slots(
+        self, values: dict[str, float], free: tuple[str, ...], left_out: Bool[np.ndarray, " points"] | None
+    ) -> _Slotted:
+        whole = self.start | {k: v for k, v in values.items() if k in self.start}
+        chosen = [self.terms[name] for name in free]
+        chosen += [_UNUSED] * (self.n_slots - len(free))
+        scale = UnitScale.of(tuple(chosen))
+        physical = np.array([*(whole[name] for name in free), *[0.5] * (self.n_slots - len(free))])
+        position = [self._index[n] for n in free] + [len(self._index)] * (self.n_slots - len(free))
+        objective = dataclasses.replace(
+            self.objective,
+            scale=scale,
+            constants=np.array([whole[n] for n in self._index]),
+            position=np.array(position),
+        )
+        if left_out is not None:
+            objective = without(objective, left_out)
+        return _Slotted(objective, np.clip(scale.to_unit(physical), 0.0, 1.0))
+
+    def _search(self, objective: SlotObjective) -> GradientSearch:
+        """Search on an objective of this bench; the bench keeps its programs, others may be dropped."""
+        if self._engine is None:
+            self._engine = GradientSearch(objective)
+        return self._engine.on(objective)
+
+    def release(self) -> None:
+        """Drop the compiled programs; they are made anew when they are asked for."""
+        self._engine = None
+
+    def replace_measured(self, measured: Float[np.ndarray, " points"]) -> None:
+        """Take other measured values at the same points, of the same noise."""
+        self.objective = dataclasses.replace(self.objective, measured=measured)
+
+    def scale_of(self, free: tuple[str, ...]) -> UnitScale:
+        """How the ranges of some parameters are divided."""
+        return UnitScale.of(tuple(self.terms[name] for name in free))
+
+    def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
+        """Predicted BSDF at the used points, 1/sr."""
+        objective, unit = self._with_slots(values, (), None)
+        return self._search(objective).predicted(unit)
+
+    def fit(
+        self,
+        values: dict[str, float],
+        free: tuple[str, ...],
+        left_out: Bool[np.ndarray, " points"] | None = None,
+        max_jacobians: int = 40,
+        measured: Float[np.ndarray, " points"] | None = None,
+    ) -> Solution:
+        """Fit some parameters, all others at given values.
+
+        Parameters
+        ----------
+        values
+            Where to start.
+        free
+            Which parameters; those of the declared sample first.
+        left_out
+            Points that do not count.
+        max_jacobians
+            Limit of the search.
+        measured
+            Values in the place of those measured.
+        """
+        objective, unit = self._with_slots(values, free, left_out)
+        if measured is not None:
+            objective = dataclasses.replace(objective, measured=measured)
+        held = {i: 0.5 for i in range(len(free), self.n_slots)}
+        search = self._search(objective).run(unit, held, max_jacobians=max_jacobians)
+        physical = objective.scale.to_physical(np.asarray(search.unit))
+        found = dict(zip(objective.names, objective.constants.tolist(), strict=True))
+        found |= dict(zip(free, physical.tolist(), strict=False))
+        return Solution(found, free, search.loss, search.predicted, search)
+
+    def jacobian(self, values: dict[str, float], free: tuple[str, ...]) -> Linearisation:
+        """Derivatives by parameters, all others at given values."""
+        residual = None
+        # Priors belong to the first slots: every batch begins with the declared sample's parameters.
+        fixed = self.base_free
+        rest = [n for n in free if n not in fixed]
+        room = self.n_slots - len(fixed)
+        batches = [tuple(rest[i : i + room]) for i in range(0, max(len(rest), 1), room)]
+        found: dict[str, np.ndarray] = {}
+        for batch in batches:
+            names = (*fixed, *batch)
+            objective, unit = self._with_slots(values, names, None)
+            search = self._search(objective)
+            value, jacobian = search.linearised(unit)
+            slope = objective.scale.slope(unit)
+            for i, name in enumerate(names):
+                found[name] = -jacobian[:, i] / slope[i]
+            residual = value
+        columns = [found[name] for name in free]
+        return Linearisation(np.stack(columns, axis=1), residual)
+
+    def whiten(
+        self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
+    ) -> Float[np.ndarray, " rows"]:
+        """A change of the prediction as a fit counts it: in units of the noise, weighted, priors appended."""
+        rows = self.objective.weight * self.in_noise(predicted, change)
+        return np.concatenate([rows, np.zeros(len(self.objective.prior_mean))])
+
+    def in_noise(
+        self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
+    ) -> Float[np.ndarray, " points"]:
+        """A change of the prediction in units of the noise, whatever its weight."""
+        return np.asarray(self.objective.in_noise(predicted, change))

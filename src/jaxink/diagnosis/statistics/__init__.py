@@ -1,0 +1,1 @@
+"""Statistics of residuals: they know neither the model nor its effects."""

@@ -1,0 +1,195 @@
+"""The smooth part of a residual: a Gaussian process of the angles that the parameters cannot imitate."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.projection import Projection
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+
+# Correlation lengths that are tried in the direction of view, and those assumed otherwise.
+_LENGTHS_DEG = (5.0, 12.0, 30.0)
+_INCIDENCE_DEG = 20.0
+_LN_WAVELENGTH = 0.2
+# Variances that are tried, in units of the noise.
+_VARIANCES = np.geomspace(1e-3, 1e7, 41)
+# A smooth kernel on some hundreds of directions has hardly more dimensions.
+_MOST_RANK = 150
+_LEFT_OUT = 1e-3
+
+
+@dataclass(frozen=True)
+class SmoothPart:
+    """What a Gaussian process finds in a residual.
+
+    Parameters
+    ----------
+    values
+        Its conditional mean at the points, in standard deviations of the noise.
+    noise_power
+        Mean square that noise alone would give each of them.
+    share
+        Structured share of the residual's mean square: 1 - (|r - values|^2 / f) / (|r|^2 / n), where n counts
+        the points less the parameters, and f is n less what the smoothing takes out of noise. About 0 for
+        noise, where the plain ratio of the sums would not be.
+    variance
+        Of the process, in units of the noise; 0 where none is the most likely.
+    length_deg
+        Most likely correlation length in the direction of view.
+    p_value
+        Chance of as high a likelihood where there is noise alone, by simulation.
+    """
+
+    values: Float[np.ndarray, " points"]
+    noise_power: Float[np.ndarray, " points"]
+    share: float
+    variance: float
+    length_deg: float
+    p_value: float
+
+
+def smooth_part(
+    residual: Float[np.ndarray, " rows"],
+    jacobian: Float[np.ndarray, "rows parameters"],
+    points: Points,
+    *,
+    at_bound: Int[np.ndarray, " parameters"] | None = None,
+    options: ScreenOptions | None = None,
+) -> SmoothPart:
+    """Fit a Gaussian process with kernel P K P, orthogonal to the parameters.
+
+    The two sides of the plate are independent of each other. Whether the variance is above 0 is a test at
+    the boundary, over several lengths, so noise is simulated.
+
+    Parameters
+    ----------
+    residual, jacobian, points, at_bound, options
+        As of `find_structure`.
+
+    References
+    ----------
+    Kennedy, O'Hagan 2001 JRSS B 63, 425; Tuo, Wu 2015 Ann. Stat. 43, 2331; Plumlee 2017 JASA 112, 1274.
+    """
+    options = ScreenOptions() if options is None else options
+    cone = TangentCone.of(jacobian, at_bound)
+    projection = cone.projection(cone.active(residual[None, :])[0])
+    noise = np.random.default_rng(options.seed).standard_normal((options.n_bootstrap, residual.size))
+    vectors = np.vstack([residual[None, :], noise])
+    gains, modes = [], []
+    for length in _LENGTHS_DEG:
+        mode = _modes(points, length, projection)
+        modes.append(mode)
+        gains.append(_likelihood_gain((vectors @ mode.vectors) ** 2, mode.square))
+    gains = np.stack(gains, axis=1)
+    best = gains.max(axis=(1, 2))
+    p_value = (1 + int(np.sum(best[1:] >= best[0]))) / (1 + options.n_bootstrap)
+    left = projection.remove(residual)[: len(points)]
+    at_length, at_variance = np.unravel_index(np.argmax(gains[0]), gains[0].shape)
+    if best[0] <= 0:
+        nothing = np.zeros(len(points))
+        return SmoothPart(nothing, nothing, 0.0, 0.0, _LENGTHS_DEG[at_length], p_value)
+    mode, variance = modes[at_length], float(_VARIANCES[at_variance])
+    kept = variance * mode.square / (1 + variance * mode.square)
+    values = (mode.vectors @ (kept * (mode.vectors.T @ residual)))[: len(points)]
+    freedom = len(points) - projection.basis.shape[1]
+    rest = np.sum((left - values) ** 2) / max(freedom - np.sum(kept * (2 - kept)), 1.0)
+    share = max(0.0, 1 - float(rest / (np.sum(left**2) / max(freedom, 1))))
+    noise_power = np.sum((mode.vectors[: len(points)] * kept) ** 2, axis=1)
+    return SmoothPart(values, noise_power, share, variance, _LENGTHS_DEG[at_length], p_value)
+
+
+def misfit_deviation(
+    smooth: SmoothPart,
+    jacobian: Float[np.ndarray, "rows parameters"],
+    points: Points,
+    *,
+    at_bound: Int[np.ndarray, " parameters"] | None = None,
+) -> Float[np.ndarray, " parameters"]:
+    """Standard deviation by which a model's misfit may have shifted its parameters.
+
+    What the parameters cannot imitate of a misfit is seen; what they do imitate of it shifts them. Both are
+    taken for parts of one Gaussian process.
+
+    Parameters
+    ----------
+    smooth
+        The process that the residual shows.
+    jacobian, points, at_bound
+        As of `find_structure`.
+
+    Returns
+    -------
+    Float[np.ndarray, " parameters"]
+        Beside the standard error by noise; nan where a bound holds the parameter.
+
+    References
+    ----------
+    Kennedy, O'Hagan 2001 JRSS B 63, 425; Brynjarsdottir, O'Hagan 2014 Inverse Problems 30, 114007.
+    """
+    inside = np.full(jacobian.shape[1], True) if at_bound is None else at_bound == 0
+    columns = jacobian[:, inside]
+    root = _kernel_root(points, smooth.length_deg)
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    padded = np.zeros((jacobian.shape[0], root.shape[1]))
+    padded[: len(points)] = root
+    shift = np.linalg.lstsq(columns / length, padded, rcond=None)[0] / length[:, None]
+    deviation = np.full(jacobian.shape[1], np.nan)
+    deviation[inside] = np.sqrt(smooth.variance * np.sum(shift**2, axis=1))
+    return deviation
+
+
+def _likelihood_gain(power, square):
+    """Twice the logarithm of the likelihood ratio against no process, shape (vectors, variances)."""
+    ratio = _VARIANCES[:, None] * square
+    return power @ (ratio / (1 + ratio)).T - np.sum(np.log1p(ratio), axis=1)
+
+
+@dataclass(frozen=True)
+class _Modes:
+    """Eigenvectors of P K P and its eigenvalues."""
+
+    vectors: Float[np.ndarray, "rows modes"]
+    square: Float[np.ndarray, " modes"]
+
+
+def _modes(points: Points, length_deg, projection: Projection) -> _Modes:
+    """From a low-rank root of K."""
+    root = _kernel_root(points, length_deg)
+    padded = np.zeros((projection.basis.shape[0], root.shape[1]))
+    padded[: len(points)] = root
+    rest = projection.remove(padded)
+    square, vectors = np.linalg.eigh(rest.T @ rest)
+    kept = square > 1e-10 * square[-1]
+    return _Modes(rest @ (vectors[:, kept] / np.sqrt(square[kept])), square[kept])
+
+
+def _kernel_root(points: Points, length_deg) -> np.ndarray:
+    """F with F F^T close to the kernel, by a Cholesky factorisation that takes the largest pivot first.
+
+    References
+    ----------
+    Harbrecht, Peters, Schneider 2012 Appl. Num. Math. 62, 428.
+    """
+    chord = 2 * np.sin(np.deg2rad(length_deg) / 2)
+    place = np.column_stack(
+        [
+            points.direction / chord,
+            points.theta_i_deg / _INCIDENCE_DEG,
+            np.log(points.wavelength_nm) / _LN_WAVELENGTH,
+        ]
+    )
+    left = np.ones(len(points))
+    root = np.zeros((len(points), min(_MOST_RANK, len(points))))
+    for column in range(root.shape[1]):
+        pivot = int(np.argmax(left))
+        if left[pivot] < _LEFT_OUT:
+            return root[:, :column]
+        kernel = np.exp(-0.5 * np.sum((place - place[pivot]) ** 2, axis=1))
+        kernel *= points.is_transmission == points.is_transmission[pivot]
+        root[:, column] = (kernel - root[:, :column] @ root[pivot, :column]) / np.sqrt(left[pivot])
+        left = np.maximum(left - root[:, column] ** 2, 0.0)
+    return root

@@ -1,0 +1,177 @@
+"""Density of points that were held out of a fit, and which points are held out together."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.errors import InputRefusedError
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Measured values with their noise, one unknown factor for each scan.
+
+    Parameters
+    ----------
+    measured_per_sr, sigma_per_sr
+        BSDF and the independent standard deviation of each point.
+    scan
+        Scan of each point.
+    scan_relative
+        Standard deviation of the common relative factor of each scan.
+    weight
+        How often each scan counts; None: once.
+    """
+
+    measured_per_sr: Float[np.ndarray, " points"]
+    sigma_per_sr: Float[np.ndarray, " points"]
+    scan: Int[np.ndarray, " points"]
+    scan_relative: float
+    weight: Float[np.ndarray, " scans"] | None = None
+
+    def log_density(
+        self, predicted_per_sr: Float[np.ndarray, " points"], held_out: Bool[np.ndarray, " points"]
+    ) -> float:
+        """Logarithm of the density of the held-out points, given those of their scans that were kept.
+
+        The covariance within a scan is diag(sigma^2) + s^2 f f^T. The factor of a scan that is held out
+        whole is marginalised; where a part of the scan was kept, that part tells of the factor.
+
+        Parameters
+        ----------
+        predicted_per_sr
+            Prediction f of all points, by parameters that were fitted without the held-out ones.
+        held_out
+            Which points those are.
+
+        References
+        ----------
+        Sherman, Morrison 1950 Ann. Math. Stat. 21, 124, and the determinant lemma.
+        """
+        touched = np.isin(self.scan, np.unique(self.scan[held_out]))
+        known = touched & ~held_out
+        return self._joint(predicted_per_sr, touched) - self._joint(predicted_per_sr, known)
+
+    def _joint(self, predicted, chosen) -> float:
+        """Log density of some points, all scans independent, each as often as it counts."""
+        sigma = self.sigma_per_sr[chosen]
+        residual = (self.measured_per_sr[chosen] - predicted[chosen]) / sigma
+        common = self.scan_relative * predicted[chosen] / sigma
+        scan = self.scan[chosen]
+        square = np.bincount(scan, common**2)
+        along = np.bincount(scan, common * residual)
+        misfit = np.bincount(scan, residual**2) - along**2 / (1 + square)
+        volume = np.bincount(scan, np.log(2 * np.pi * sigma**2)) + np.log1p(square)
+        weight = 1.0 if self.weight is None else self.weight[: square.size]
+        return float(-0.5 * np.sum(weight * (misfit + volume)))
+
+
+def scan_folds(scan: Int[np.ndarray, " points"]) -> Bool[np.ndarray, "folds points"]:
+    """Each scan held out in turn.
+
+    Parameters
+    ----------
+    scan
+        Scan of each point.
+
+    Returns
+    -------
+    Bool[np.ndarray, "folds points"]
+        True where a point is held out.
+
+    Raises
+    ------
+    InputRefusedError
+        There is only one scan.
+    """
+    numbers = np.unique(scan)
+    if numbers.size < 2:
+        raise InputRefusedError("there is one scan only; hold out blocks within it instead.")
+    return scan[None, :] == numbers[:, None]
+
+
+def block_folds(points: Points, n_blocks: int) -> Bool[np.ndarray, "folds points"]:
+    """One block of neighbouring points of every scan held out at a time.
+
+    For effects that are a factor of single scans, on which a scan held out whole says nothing.
+
+    Parameters
+    ----------
+    points
+        Where the points lie; blocks follow each other along the scans.
+    n_blocks
+        Blocks of each scan.
+
+    Raises
+    ------
+    InputRefusedError
+        No scan has enough points, or there are fewer than two blocks.
+    """
+    longest = int(np.bincount(points.scan).max())
+    if not 2 <= n_blocks <= longest:
+        raise InputRefusedError(
+            f"n_blocks is {n_blocks}; it must be between 2 and the points of the longest scan, {longest}."
+        )
+    folds = np.zeros((n_blocks, len(points)), bool)
+    scan = points.scan[points.path]
+    for number in range(points.n_scans):
+        along = points.path[scan == number]
+        for fold, block in enumerate(np.array_split(along, n_blocks)):
+            folds[fold, block] = True
+    return folds
+
+
+@dataclass(frozen=True)
+class HeldOutGain:
+    """Gain in log predictive density by an addition to a model.
+
+    Parameters
+    ----------
+    gains
+        Of each fold.
+    """
+
+    gains: Float[np.ndarray, " folds"]
+
+    @property
+    def mean(self) -> float:
+        """Mean over the folds."""
+        return float(np.mean(self.gains))
+
+    @property
+    def standard_error(self) -> float:
+        """Of the mean, by the scatter of the folds; infinite for a single fold."""
+        if self.gains.size < 2:
+            return float("inf")
+        return float(np.std(self.gains, ddof=1) / np.sqrt(self.gains.size))
+
+    @property
+    def improves(self) -> bool:
+        """Whether the mean gain exceeds one standard error."""
+        return self.mean > self.standard_error
+
+
+def held_out_gain(
+    observations: Observations,
+    folds: Bool[np.ndarray, "folds points"],
+    before_per_sr: Float[np.ndarray, "folds points"],
+    after_per_sr: Float[np.ndarray, "folds points"],
+) -> HeldOutGain:
+    """Compare two models on the points that were held out.
+
+    Parameters
+    ----------
+    observations
+        The measurement.
+    folds
+        True where a point is held out.
+    before_per_sr, after_per_sr
+        Predictions of all points by either model, fitted without those of the fold.
+    """
+    gains = [
+        observations.log_density(after, fold) - observations.log_density(before, fold)
+        for fold, before, after in zip(folds, before_per_sr, after_per_sr, strict=True)
+    ]
+    return HeldOutGain(np.array(gains))

@@ -1,0 +1,279 @@
+"""Score tests of all candidates at once, without a refit.
+
+Near the minimum a residual is J dtheta + D s + noise: what it says of the strengths s is what is left of D
+without the parameters' own part. The score is of Neyman's C(alpha) form, so the small distance of a fit from
+its minimum does not count.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
+from jaxink.diagnosis.statistics.candidate import (
+    Candidate,
+    ScreenedCandidate,
+    ScreenResult,
+    Testability,
+)
+from jaxink.diagnosis.statistics.null_law import admissible
+from jaxink.diagnosis.statistics.projection import UnitColumns
+from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.diagnosis.statistics.significance import Significance, best_admissible
+from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+from jaxink.errors import InputRefusedError
+
+_KEPT_VIEWS = 4
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """All directions of all candidates side by side."""
+
+    directions: Float[np.ndarray, "rows columns"]
+    norm: Float[np.ndarray, " columns"]
+    slices: tuple[slice, ...]
+
+    @classmethod
+    def of(cls, candidates: Sequence[Candidate], rows: int) -> "_Columns":
+        for candidate in candidates:
+            if len(candidate.directions) != rows:
+                raise InputRefusedError(
+                    f"candidate {candidate.name} has {len(candidate.directions)} rows; the Jacobian "
+                    f"has {rows}."
+                )
+        widths = [candidate.directions.shape[1] for candidate in candidates]
+        ends = np.concatenate([[0], np.cumsum(widths, dtype=int)])
+        stacked = np.hstack([np.zeros((rows, 0)), *(candidate.directions for candidate in candidates)])
+        # A column that is not finite is one that says nothing.
+        stacked = np.where(np.isfinite(stacked).all(axis=0), stacked, 0.0)
+        slices = tuple(slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True))
+        return cls(stacked, np.linalg.norm(stacked, axis=0), slices)
+
+
+@dataclass(frozen=True)
+class _View:
+    """The directions as seen with some parameters on a bound free: what the others do not imitate."""
+
+    active: Bool[np.ndarray, " edges"]
+    left: UnitColumns
+
+    @classmethod
+    def of(cls, cone: TangentCone, columns: _Columns, active) -> "_View":
+        return cls(active, cone.projection(active).unit(columns.directions))
+
+
+@dataclass(frozen=True)
+class PValues:
+    """Significance of all candidates in many residuals; nan where not testable.
+
+    Parameters
+    ----------
+    raw, adjusted
+        As of `ScreenedCandidate`.
+    """
+
+    raw: Float[np.ndarray, "sets candidates"]
+    adjusted: Float[np.ndarray, "sets candidates"]
+
+
+@dataclass(frozen=True)
+class PreparedScreen:
+    """Candidates, tangent cone and null laws: all of a screen that does not depend on the residual.
+
+    Make it with `prepare_screen`; many residuals of one design can then be screened at the cost of a few
+    products each.
+
+    Parameters
+    ----------
+    candidates, options, policy
+        As given.
+    cone
+        What the parameters imitate.
+    """
+
+    candidates: tuple[Candidate, ...]
+    options: ScreenOptions
+    policy: SearchPolicy
+    cone: TangentCone
+    _columns: _Columns
+    _views: tuple[_View, ...]
+    _significance: Significance
+
+    def screen(self, residual: Float[np.ndarray, " rows"]) -> ScreenResult:
+        """Screen one residual.
+
+        Parameters
+        ----------
+        residual
+            Whitened measured minus predicted, rows of priors included.
+
+        Raises
+        ------
+        InputRefusedError
+            The residual is not finite.
+        """
+        finite = np.isfinite(residual)
+        if not finite.all():
+            row = int(np.argmin(finite))
+            raise InputRefusedError(
+                f"row {row} of the residual is {residual[row]}; every row must be finite."
+            )
+        left = self._view(self.cone.active(residual[None, :])[0]).left
+        value = left.unit.T @ residual
+        records = []
+        for position, part in enumerate(self._columns.slices):
+            length = self._columns.norm[part]
+            if np.any(left.norm[part] > 0):
+                records.append(self._record(position, value[part], left.norm[part], length))
+            else:
+                records.append(_untestable(self.candidates[position], length))
+        return ScreenResult(tuple(records), self.options)
+
+    def p_values(self, residuals: Float[np.ndarray, "sets rows"]) -> PValues:
+        """Significance alone, of many residuals at once: for studies of power and of false alarms.
+
+        Parameters
+        ----------
+        residuals
+            One row for each data set.
+        """
+        scores = np.zeros((len(residuals), self._columns.norm.size))
+        for active, members in self.cone.groups(residuals):
+            scores[members] = residuals[members] @ self._view(active).left.unit
+        raw = np.full((len(residuals), len(self.candidates)), np.nan)
+        for position, part in enumerate(self._columns.slices):
+            law = self._significance.laws[position]
+            if law is not None:
+                raw[:, position] = law.p_value(best_admissible(scores[:, part], law.sign))
+        return PValues(raw, np.where(np.isnan(raw), np.nan, self._significance.adjusted(raw)))
+
+    def _view(self, active) -> _View:
+        seen = [view for view in self._views if np.array_equal(view.active, active)]
+        return seen[0] if seen else _View.of(self.cone, self._columns, active)
+
+    def _record(self, position: int, value, left_norm, length) -> ScreenedCandidate:
+        """Record of a testable candidate by the scores and lengths of its columns."""
+        candidate, known = self.candidates[position], left_norm > 0
+        norm = np.where(known, left_norm, np.nan)
+        inner = int(np.nanargmax(admissible(np.where(known, value, np.nan), candidate.sign)))
+        absorbed = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
+        z, is_hardly = float(value[inner]), bool(np.all(absorbed > self.policy.hardly_absorbed))
+        p_raw = self._significance.p_raw(position, z)
+        return ScreenedCandidate(
+            name=candidate.name,
+            status=Testability.HARDLY if is_hardly else Testability.TESTABLE,
+            absorbed_fraction=float(absorbed[inner]),
+            standard_errors=1.0 / norm,
+            inner=inner,
+            z=z,
+            strength=z / float(norm[inner]),
+            predicted_drop=z**2 if admissible(z, candidate.sign) > 0 else 0.0,
+            p_raw=p_raw,
+            p_adjusted=float(self._significance.adjusted(p_raw)),
+            critical_z=self._significance.critical_z[position],
+        )
+
+
+def _untestable(candidate: Candidate, length) -> ScreenedCandidate:
+    """Record of a candidate on which these data say nothing."""
+    absorbed = 1.0 if np.any(length > 0) else np.nan
+    if np.any(length > 0):
+        reason = "the free parameters imitate it to rounding"
+    elif np.isfinite(candidate.directions).all():
+        reason = "it changes no point"
+    else:
+        reason = "its derivative is not finite"
+    nothing = np.full(candidate.directions.shape[1], np.nan)
+    return ScreenedCandidate(candidate.name, Testability.NOT, absorbed, nothing, reason=reason)
+
+
+def prepare_screen(
+    jacobian: Float[np.ndarray, "rows parameters"],
+    candidates: Sequence[Candidate],
+    *,
+    at_bound: Int[np.ndarray, " parameters"] | None = None,
+    options: ScreenOptions | None = None,
+    policy: SearchPolicy = DEFAULT_POLICY,
+) -> PreparedScreen:
+    """Null laws and family-wise threshold of a screen, by a bootstrap of the linearised fit.
+
+    Parameters
+    ----------
+    jacobian
+        Derivatives of the whitened prediction by the parameters, rows of priors included.
+    candidates
+        The catalogue.
+    at_bound
+        -1 where a parameter sits on its lower bound or cannot be told from it, +1 on its upper, 0 inside.
+        Null data sets then have it on the bound: half of them pull it inside, the others push against it.
+    options
+        None for the defaults.
+    policy
+        When a candidate is hardly testable.
+
+    Raises
+    ------
+    InputRefusedError
+        Two candidates have one name, rows differ in number, or the Jacobian is not finite.
+
+    References
+    ----------
+    Rao 1948 Proc. Camb. Phil. Soc. 44, 50; Westfall, Young 1993 Resampling-Based Multiple Testing (min-p);
+    Bertinelli Salucci, Kvellestad, De Bin 2025 arXiv 2509.00223 (nuisance parameter on its bound).
+    """
+    options = ScreenOptions() if options is None else options
+    names = [candidate.name for candidate in candidates]
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise InputRefusedError(f"two candidates are called '{min(twice)}'; every name must be its own.")
+    cone = TangentCone.of(jacobian, at_bound)
+    columns = _Columns.of(candidates, len(jacobian))
+    noise = np.random.default_rng(options.seed).standard_normal((options.n_bootstrap, len(jacobian)))
+    scores = np.zeros((options.n_bootstrap, columns.norm.size))
+    views = []
+    for active, members in cone.groups(noise):
+        views.append(_View.of(cone, columns, active))
+        scores[members] = noise[members] @ views[-1].left.unit
+    # What is testable with every bound holding is the most that can be.
+    most = _View.of(cone, columns, np.zeros(cone.n_edges, bool)) if cone.n_edges else views[0]
+    correlation = most.left.unit.T @ most.left.unit
+    significance = Significance.of(
+        scores, columns.slices, candidates, correlation, options.level, is_exact=cone.n_edges == 0
+    )
+    # A view for each pattern would need much memory where many parameters sit on bounds.
+    kept = tuple(views[:_KEPT_VIEWS])
+    return PreparedScreen(tuple(candidates), options, policy, cone, columns, kept, significance)
+
+
+def screen(
+    residual: Float[np.ndarray, " rows"],
+    jacobian: Float[np.ndarray, "rows parameters"],
+    candidates: Sequence[Candidate],
+    *,
+    at_bound: Int[np.ndarray, " parameters"] | None = None,
+    options: ScreenOptions | None = None,
+    policy: SearchPolicy = DEFAULT_POLICY,
+) -> ScreenResult:
+    """Score, strength, significance and detection limit of every candidate.
+
+    Parameters
+    ----------
+    residual
+        Whitened measured minus predicted at the minimum, followed by the rows of priors.
+    jacobian, candidates, at_bound, options, policy
+        As of `prepare_screen`.
+
+    Raises
+    ------
+    InputRefusedError
+        As of `prepare_screen`, or the residual is not finite.
+
+    References
+    ----------
+    Rao 1948 Proc. Camb. Phil. Soc. 44, 50; Silvey 1959 Ann. Math. Stat. 30, 389; Neyman 1959 (C(alpha)).
+    """
+    prepared = prepare_screen(jacobian, candidates, at_bound=at_bound, options=options, policy=policy)
+    return prepared.screen(residual)

@@ -1,0 +1,81 @@
+"""Significance of each candidate of a screen, and of the best of all of them.
+
+Candidates with different null laws share one scale, their own p, and the chance that the best of them passes
+a threshold is counted in one bootstrap for all.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.diagnosis.statistics.candidate import Candidate
+from jaxink.diagnosis.statistics.null_law import NullLaw, admissible, tree_links
+
+
+@dataclass(frozen=True)
+class Significance:
+    """What decides on scores.
+
+    Parameters
+    ----------
+    laws
+        Of the candidates; None for those that are not testable.
+    critical_z
+        |z| from which each is called, nan where it is not testable.
+    smallest_p
+        Smallest p of all candidates of each null data set, ascending.
+    """
+
+    laws: tuple[NullLaw | None, ...]
+    critical_z: tuple[float, ...]
+    smallest_p: Float[np.ndarray, " draws"]
+
+    @classmethod
+    def of(
+        cls,
+        scores: Float[np.ndarray, "draws columns"],
+        slices: Sequence[slice],
+        candidates: Sequence[Candidate],
+        correlation: Float[np.ndarray, "columns columns"],
+        level: float,
+        is_exact: bool,
+    ) -> "Significance":
+        """Laws by the scores of null data sets along the columns of all candidates.
+
+        The correlation of the columns is 0 on the diagonal where one is not testable; `is_exact` where no
+        parameter sits on a bound, so that a single column needs no draws.
+        """
+        laws, smallest = [], np.ones(len(scores))
+        for candidate, part in zip(candidates, slices, strict=True):
+            kept = np.flatnonzero(np.diag(correlation)[part] > 0) + part.start
+            if kept.size == 0:
+                laws.append(None)
+                continue
+            statistic = best_admissible(scores[:, kept], candidate.sign)
+            links = tree_links(correlation[np.ix_(kept, kept)], candidate.sign)
+            draws = np.zeros(0) if is_exact and kept.size == 1 else np.sort(statistic)
+            laws.append(NullLaw(candidate.sign, links, draws))
+            smallest = np.minimum(smallest, laws[-1].p_value(statistic))
+        smallest = np.sort(smallest)
+        count = int(np.floor(level * (smallest.size + 1)))
+        threshold = float(smallest[count - 1])
+        critical = tuple(np.nan if law is None else law.critical(threshold) for law in laws)
+        return cls(tuple(laws), critical, smallest)
+
+    def adjusted(self, p: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
+        """Chance that any candidate has as small a p where none is present."""
+        as_small = np.searchsorted(self.smallest_p, p, side="right")
+        return (1 + as_small) / (self.smallest_p.size + 1)
+
+    def p_raw(self, position: int, z: float) -> float:
+        """Chance that noise alone gives the candidate at a position as large a score."""
+        law = self.laws[position]
+        oriented = max(float(admissible(z, law.sign)), 0.0)
+        return float(law.p_value(np.array(oriented**2)))
+
+
+def best_admissible(scores: Float[np.ndarray, "sets columns"], sign: int) -> Float[np.ndarray, " sets"]:
+    """T of each row: the best admissible score, squared."""
+    return np.maximum(admissible(scores, sign).max(axis=1), 0.0) ** 2

@@ -1,0 +1,129 @@
+"""Measures of the order of residuals along their scans, and how large they become by noise alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from jaxink.diagnosis.policy import SearchPolicy
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.serial_correlation import ByScan, ljung_box, moran, runs_z
+
+
+@dataclass(frozen=True)
+class ScanStatistic:
+    """One measure of several residuals.
+
+    Parameters
+    ----------
+    name
+        ``runs``, ``ljung_box``, ``neighbours``, ``incidence`` or ``wavelength``.
+    values
+        Over all scans, and in those that are long enough.
+    scans
+        Numbers of these.
+    side
+        +1 where large values tell of structure, -1 where small ones do.
+    """
+
+    name: str
+    values: ByScan
+    scans: Int[np.ndarray, " scans"]
+    side: int = 1
+
+    @property
+    def oriented(self) -> ByScan:
+        """Such that large values tell of structure."""
+        return ByScan(self.side * self.values.per_scan, self.side * self.values.pooled)
+
+
+@dataclass(frozen=True)
+class StatisticP:
+    """Chances of one statistic of several residuals.
+
+    Parameters
+    ----------
+    pooled
+        Of the value over all scans.
+    worst, worst_scan
+        Of the scan that stands out most, and its position among those looked at.
+    """
+
+    pooled: Float[np.ndarray, " vectors"]
+    worst: Float[np.ndarray, " vectors"]
+    worst_scan: Int[np.ndarray, " vectors"]
+
+
+@dataclass(frozen=True)
+class NullStatistic:
+    """One statistic of noise that went through the fit.
+
+    Parameters
+    ----------
+    pooled, worst
+        Of all scans together, and standardised of the scan that stands out most; ascending.
+    centre, scatter
+        Mean and standard deviation in each scan.
+    """
+
+    pooled: Float[np.ndarray, " draws"]
+    worst: Float[np.ndarray, " draws"]
+    centre: Float[np.ndarray, " scans"]
+    scatter: Float[np.ndarray, " scans"]
+
+    @classmethod
+    def of(cls, statistic: ScanStatistic) -> "NullStatistic":
+        """Law of a statistic by its values for noise."""
+        values = statistic.oriented
+        centre, scatter = values.per_scan.mean(axis=0), values.per_scan.std(axis=0)
+        scatter = np.where(scatter > 0, scatter, 1.0)
+        worst = np.max((values.per_scan - centre) / scatter, axis=1)
+        return cls(np.sort(values.pooled), np.sort(worst), centre, scatter)
+
+    def p_values(self, statistic: ScanStatistic, own: int) -> StatisticP:
+        """Chances of the statistic; own = 1 where the residuals are the draws themselves."""
+        values = statistic.oriented
+        standardised = (values.per_scan - self.centre) / self.scatter
+        return StatisticP(
+            share_as_large(self.pooled, values.pooled, own),
+            share_as_large(self.worst, standardised.max(axis=1), own),
+            np.argmax(standardised, axis=1),
+        )
+
+
+def share_as_large(
+    ascending: Float[np.ndarray, " draws"], values: Float[np.ndarray, "*shape"] | float, own: int = 0
+) -> Float[np.ndarray, "*shape"] | float:
+    """Share of draws and the value itself that are as large; own = 1 where it is among the draws."""
+    as_large = ascending.size - np.searchsorted(ascending, values, side="left")
+    return (1 - own + as_large) / (ascending.size + 1)
+
+
+def scan_statistics(
+    vectors: Float[np.ndarray, "vectors points"], points: Points, policy: SearchPolicy
+) -> list[ScanStatistic]:
+    """All measures of residuals, one a row, for which the scans are long enough."""
+    path = points.path
+    along, scan = vectors[:, path], points.scan[path]
+    starts = np.flatnonzero(np.diff(scan, prepend=-1))
+    size = np.diff(np.append(starts, scan.size))
+    found = []
+    long = np.flatnonzero(size >= policy.shortest_scan)
+    if long.size:
+        runs = runs_z(along > 0, starts)
+        found.append(ScanStatistic("runs", ByScan(runs.per_scan[:, long], runs.pooled), long, -1))
+        q = ljung_box(along, starts, policy.ljung_box_lags)[:, long]
+        found.append(ScanStatistic("ljung_box", ByScan(q, q.sum(axis=1)), long))
+    graphs = {
+        "neighbours": points.neighbours,
+        "incidence": points.across_incidence,
+        "wavelength": points.across_wavelength,
+    }
+    for name, graph in graphs.items():
+        ordered = graph[path][:, path]
+        pairs = np.add.reduceat(np.asarray(ordered.sum(axis=1)).reshape(-1), starts)
+        told = np.flatnonzero(pairs >= policy.shortest_scan)
+        if told.size:
+            likeness = moran(along, ordered, scan)
+            found.append(ScanStatistic(name, ByScan(likeness.per_scan[:, told], likeness.pooled), told))
+    return found

@@ -1,0 +1,304 @@
+"""Effects of surfaces: faces that are rough, films on them, gaps between them."""
+
+import dataclasses
+
+import numpy as np
+
+from jaxink.effects.case import Case
+from jaxink.effects.kinds import AreaWithOtherSample, SampleEffect
+from jaxink.effects.sample_edits import with_face, with_film, with_parameters
+from jaxink.sample import Parameter, Roughness, Sample
+
+_NO_OUTER_FACE = "no outer face of an ink is declared smooth"
+
+
+def exposed_faces(sample: Sample) -> dict[str, tuple[int, str]]:
+    """Faces that may be rough: effect name to (layer, face), of those declared smooth."""
+    layers, faces = sample.layers, {}
+    ends = ((0, "front_roughness"), (len(layers) - 1, "back_roughness"))
+    for position, face in ends:
+        layer = layers[position]
+        if face == "back_roughness" and layer.opaque:
+            continue
+        faces.setdefault("rough_ink" if layer.scatters else "rough_plate", (position, face))
+    for k in range(len(layers) - 1):
+        names = (f"{layer.name}.refractive_index" for layer in layers[k : k + 2])
+        here, there = (sample.parameters.get(name) for name in names)
+        if here is not None and there is not None and here.value != there.value:
+            faces.setdefault("rough_contact", (k, "back_roughness"))
+    return {
+        name: (position, face)
+        for name, (position, face) in faces.items()
+        if all(r.face != face for r in layers[position].roughness)
+    }
+
+
+@dataclasses.dataclass(frozen=True)
+class _RoughFace(SampleEffect):
+    """A face that was declared smooth is rough; facets (geometrical optics)."""
+
+    layer: str
+    face: str
+    density: str
+
+    group, changes_structure = "surface", True
+
+    @classmethod
+    def forms(cls, case: Case):
+        """One for each density of slopes."""
+        faces = exposed_faces(case.sample)
+        if cls.name not in faces:
+            return "there is no such face between different media, or it is declared rough already"
+        position, face = faces[cls.name]
+        layer = case.sample.layers[position].name
+        return tuple(cls(layer, face, density) for density in ("cauchy", "beckmann", "ggx"))
+
+    @property
+    def is_screened(self) -> bool:
+        """The densities look alike to a screen; refits try them all."""
+        return self.density == "cauchy"
+
+    @property
+    def terms(self):
+        """The angle of the density. The screen uses a share of the area that is rough by a given angle."""
+        angle = f"{self.layer}.{self.face}.sigma_deg"
+        return (Parameter(angle, 0.0, True, 0.2, 25.0, "deg", scale="log"),)
+
+    @property
+    def settings(self):
+        """Angles."""
+        return tuple({self.strength.name: angle} for angle in (1.0, 3.0, 9.0))
+
+    def extend(self, sample: Sample) -> Sample:
+        """With a rough face."""
+        rough = Roughness(self.face, self.density, None, f"{self.layer}.{self.face}")
+        return with_parameters(with_face(sample, self.layer, rough), self.strength)
+
+
+class RoughInk(_RoughFace):
+    """The ink's outer face."""
+
+    name = "rough_ink"
+    statement = "the outer face of the ink is rough"
+
+
+class RoughPlate(_RoughFace):
+    """The plate's outer face."""
+
+    name = "rough_plate"
+    statement = "the outer face of the plate is rough"
+
+
+class RoughContact(_RoughFace):
+    """A face between two layers of different index."""
+
+    name = "rough_contact"
+    statement = "the face between plate and ink is rough"
+
+
+@dataclasses.dataclass(frozen=True)
+class SlopeTail(SampleEffect):
+    """The slopes of a declared rough face have another tail than its density."""
+
+    face: Roughness
+    density: str
+
+    name, group, changes_structure = "slope_tail", "surface", True
+    statement = "the slopes of the rough face have another tail than declared"
+
+    @classmethod
+    def forms(cls, case: Case):
+        """A heavy tail beside the declared density; beside GGX a Gaussian core."""
+        rough = [r for layer in case.sample.layers for r in layer.roughness if r.density is not None]
+        rough = [r for r in rough if r.second_density is None and r.nodes is None]
+        if not rough:
+            return "no face is declared rough by a single density of slopes"
+        return tuple(cls(rough[0], d) for d in ("ggx", "beckmann") if d != rough[0].density)[:1]
+
+    @property
+    def terms(self):
+        """Share of the second density and its angle."""
+        stem = self.face.name
+        return (
+            Parameter(f"{stem}.second_weight", 0.0, True, 0.0, 1.0),
+            Parameter(f"{stem}.second_sigma_deg", 8.0, True, 0.5, 30.0, "deg", scale="log"),
+        )
+
+    @property
+    def settings(self):
+        """Angles of the second density."""
+        return tuple({self.terms[1].name: angle, self.terms[0].name: 0.2} for angle in (3.0, 12.0))
+
+    def extend(self, sample: Sample) -> Sample:
+        """With a second density."""
+        rough = dataclasses.replace(self.face, second_density=self.density)
+        return with_parameters(with_face(sample, self.face.name.split(".")[0], rough), *self.terms)
+
+
+@dataclasses.dataclass(frozen=True)
+class WaveSurface(SampleEffect):
+    """A face scatters by its heights (wave optics)."""
+
+    layer: str
+    face: str
+
+    name, group, changes_structure = "wave_surface", "surface", True
+    statement = "a face scatters by the waves of its heights"
+
+    @classmethod
+    def forms(cls, case: Case):
+        """If several wavelengths tell it from facets."""
+        if np.unique(case.scene.wavelength_nm).size < 2:
+            return "one wavelength does not tell waves from facets; see rough_ink and rough_plate"
+        faces = exposed_faces(case.sample)
+        outer = next((faces[n] for n in ("rough_ink", "rough_plate") if n in faces), None)
+        if outer is None:
+            return "no outer face is declared smooth"
+        return (cls(case.sample.layers[outer[0]].name, outer[1]),)
+
+    @property
+    def terms(self):
+        """Height, length and exponent of a K-correlation spectrum."""
+        stem = f"{self.layer}.{self.face}"
+        return (
+            Parameter(f"{stem}.height_rms_um", 0.0, True, 0.001, 2.0, "um", scale="log"),
+            Parameter(f"{stem}.length_b_um", 5.0, True, 0.3, 100.0, "um", scale="log"),
+            Parameter(f"{stem}.exponent", 3.0, True, 2.05, 10.0, scale="log"),
+        )
+
+    @property
+    def settings(self):
+        """Heights and lengths: two too small to saturate, one that scatters most of the light."""
+        height, length, _ = (t.name for t in self.terms)
+        return tuple({height: h, length: b} for h, b in ((0.02, 2.0), (0.02, 8.0), (0.15, 8.0)))
+
+    def extend(self, sample: Sample) -> Sample:
+        """With a spectrum of heights."""
+        stem = f"{self.layer}.{self.face}"
+        rough = Roughness(self.face, None, None, stem, "k_correlation", "perturbation")
+        return with_parameters(with_face(sample, self.layer, rough), *self.terms)
+
+
+@dataclasses.dataclass(frozen=True)
+class TopCoat(AreaWithOtherSample):
+    """A gloss film of another index covers a share of the ink's outer face."""
+
+    position: int
+
+    name, group, usual = "top_coat", "surface", 1.0
+    statement = "a film of another refractive index lies on the ink"
+    terms = (
+        Parameter("top_coat.share", 0.0, True, 0.0, 1.0),
+        Parameter("top_coat_film.refractive_index", 1.3, True, 1.05, 2.2),
+    )
+    # All of the area, with a film of low and of high index.
+    settings = tuple({"top_coat.share": 1.0, "top_coat_film.refractive_index": n} for n in (1.3, 1.75))
+
+    @classmethod
+    def forms(cls, case: Case):
+        """On the outer face of an ink."""
+        faces = exposed_faces(case.sample)
+        if "rough_ink" not in faces:
+            return _NO_OUTER_FACE
+        position, face = faces["rough_ink"]
+        return (cls(position + (face == "back_roughness")),)
+
+    def other(self, sample: Sample) -> Sample:
+        """With the film."""
+        index = self.terms[1]
+        return with_parameters(with_film(sample, self.position, "top_coat_film", index.value), index)
+
+
+@dataclasses.dataclass(frozen=True)
+class AirGap(AreaWithOtherSample):
+    """A share of the area has air between plate and ink."""
+
+    position: int
+
+    name, group, usual = "air_gap", "surface", 0.05
+    statement = "there is air between plate and ink"
+    terms = (Parameter("air_gap.share", 0.0, True, 0.0, 1.0),)
+    settings = ({"air_gap.share": 1.0},)
+
+    @classmethod
+    def forms(cls, case: Case):
+        """If a plate touches an ink."""
+        layers = case.sample.layers
+        for k in range(len(layers) - 1):
+            if layers[k].scatters != layers[k + 1].scatters:
+                return (cls(k + 1),)
+        return "no plate touches the ink"
+
+    def other(self, sample: Sample) -> Sample:
+        """With a gap."""
+        return with_film(sample, self.position, "air_gap_layer", 1.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class WeakInterface(SampleEffect):
+    """The ink's outer face reflects less than its index says, as a graded or porous one.
+
+    An ink that touches nothing but the surroundings has an effective index between theirs and the declared
+    one; the face of an ink on a plate has a film of such an index, that is two smaller steps.
+    """
+
+    layer: str
+    position: int
+    declared: float
+    is_single: bool
+
+    name, group, usual = "weak_interface", "surface", 0.5
+    statement = "the ink's outer face reflects less than its refractive index says, as a graded or porous one"
+
+    @classmethod
+    def forms(cls, case: Case):
+        """For the outer face of an ink."""
+        layers = case.sample.layers
+        faces = exposed_faces(case.sample)
+        if "rough_ink" not in faces:
+            return _NO_OUTER_FACE
+        position, face = faces["rough_ink"]
+        name = f"{layers[position].name}.refractive_index"
+        if name not in case.sample.parameters:
+            return "the ink's index depends on the wavelength"
+        declared = case.declared(name)
+        if declared <= 1.0 + 1e-9:
+            return "the ink has the index of air already"
+        end = position + (face == "back_roughness")
+        return (cls(layers[position].name, end, declared, len(layers) == 1),)
+
+    @property
+    def changes_structure(self) -> bool:
+        """A film does."""
+        return not self.is_single
+
+    @property
+    def terms(self):
+        """1 - (n_eff - 1) / (n - 1)."""
+        return (Parameter("weak_interface.share", 0.0, True, 0.0, 1.0 if self.is_single else 0.6),)
+
+    @property
+    def settings(self):
+        """The derivative for an ink without a plate; a film half way down otherwise."""
+        return ({},) if self.is_single else ({"weak_interface.share": 0.5},)
+
+    def extend(self, sample: Sample) -> Sample:
+        """With an index, or a film, that follows the strength."""
+        tie = f"{self.declared} - weak_interface.share * {self.declared - 1}"
+        target = self.layer if self.is_single else "weak_interface_film"
+        if not self.is_single:
+            sample = with_film(sample, self.position, target, self.declared)
+        index = Parameter(f"{target}.refractive_index", np.nan, False, 1.0, 4.0, "", tie)
+        return with_parameters(sample, self.strength, index)
+
+
+SURFACES = (
+    RoughInk,
+    RoughPlate,
+    RoughContact,
+    SlopeTail,
+    TopCoat,
+    AirGap,
+    WaveSurface,
+    WeakInterface,
+)

@@ -1,0 +1,74 @@
+"""Results as plain data, as JSON, and as a folder; `jaxink.files.decoding` is the inverse."""
+
+import abc
+import dataclasses
+import json
+import math
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from jaxink.files.writing import whole_folder
+
+
+def plain(value: Any) -> Any:
+    """Convert dataclasses, dictionaries, sequences, arrays and numbers to data that `json.dumps` accepts.
+
+    Non-finite numbers become None.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def json_text(data: Any) -> str:
+    """JSON text of the data that `plain` returns."""
+    return json.dumps(data, indent=1, allow_nan=False)
+
+
+class SavedInFolder(abc.ABC):
+    """A result saved as a folder: a JSON file, and further files for what JSON does not hold."""
+
+    json_file: ClassVar[str]
+
+    @abc.abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as in the JSON file."""
+
+    def files_beside(self) -> dict[str, bytes | memoryview]:
+        """Contents of the other files, by name."""
+        return {}
+
+    def save(self, directory: str | Path) -> Path:
+        """Write all files or none, and return the path of the JSON file.
+
+        Parameters
+        ----------
+        directory
+            Created if it does not exist.
+
+        Raises
+        ------
+        InputRefusedError
+            If the directory cannot be written.
+        """
+        with whole_folder(directory) as folder:
+            self.write_into(folder)
+        return Path(directory) / self.json_file
+
+    def write_into(self, folder: Path) -> None:
+        """Write the same files, among others, into a folder that `whole_folder` has yielded."""
+        for name, content in self.files_beside().items():
+            (folder / name).write_bytes(content)
+        (folder / self.json_file).write_text(json_text(self.to_dict()) + "\n", encoding="utf-8")

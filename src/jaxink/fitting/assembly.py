@@ -1,0 +1,242 @@
+"""The result of a fit, from what its searches found."""
+
+import dataclasses
+from importlib.metadata import version
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.fitting.merit import merit, merit_by_scan
+from jaxink.fitting.objective import Objective
+from jaxink.fitting.options import FitOptions
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.result import DerivedQuantity, FitResult, FittedParameter, ProfileCurve, SearchSummary
+from jaxink.fitting.uncertainty import Covariance, Profile
+from jaxink.measurement import FitNoise, GonioData
+from jaxink.sample import Parameter, Sample
+from jaxink.solver.layer_response import layer_method
+
+_PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
+# A minimum this much higher in chi-square is three standard errors away.
+_RIVAL_RISE = 9.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Found:
+    """What the searches of a fit found.
+
+    Parameters
+    ----------
+    best
+        The search that ended lowest.
+    errors
+        Covariance there; None where the objective is not chi-square or the method has no Jacobian.
+    searches
+        All single searches.
+    series
+        The scan and the profiles, each with its many searches as one.
+    profiles
+        Chi-square along the weak parameters.
+    """
+
+    best: Search
+    errors: Covariance | None
+    searches: tuple[Search, ...]
+    series: tuple[Search, ...] = ()
+    profiles: tuple[Profile, ...] = ()
+
+
+def assemble(
+    data: GonioData,
+    sample: Sample,
+    options: FitOptions,
+    noise: FitNoise,
+    objective: Objective,
+    found: Found,
+) -> FitResult:
+    """What a fit found, as its result.
+
+    Parameters
+    ----------
+    data, sample, options, noise
+        What was fitted, and how.
+    objective
+        With the sizes of the last search.
+    found
+        What the searches found.
+    """
+    best, errors, free = found.best, found.errors, sample.parameters.free
+    table = sample.parameters
+    for name, value in objective.numbers(best.unit).items():
+        table = table.replace(name, value=value)
+    whitened = None
+    if noise.known:
+        whitened = np.asarray(objective.in_noise(best.predicted, objective.measured - best.predicted))
+    config = objective.model.config
+    return FitResult(
+        sample=dataclasses.replace(sample, parameters=table),
+        data=data,
+        predicted_per_sr=best.predicted,
+        sigma_per_sr=np.asarray(noise.sigma_per_sr),
+        whitened=whitened,
+        method=options.method,
+        objective=options.objective,
+        outcome=best.outcome,
+        parameters=tuple(_row(p, sample, objective, found) for p in sample.parameters.values()),
+        correlation_names=() if errors is None else tuple(p.name for p in free),
+        correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
+        derived=_derived(objective, best, errors),
+        merit=merit(data, best.predicted, whitened, len(free)),
+        scans=merit_by_scan(data, best.predicted, whitened),
+        noise={"origin": noise.origin, "scan_relative": noise.scan_relative, "known": noise.known},
+        searches=tuple(_summary(s, objective) for s in (*found.searches, *found.series)),
+        profiles=tuple(_curve(p, objective, best) for p in found.profiles),
+        solver=dataclasses.asdict(config) | {"layer_method": layer_method(config.layer_method)},
+        versions={name: version(name) for name in _PACKAGES},
+        seed=options.seed,
+        notes=(*data.notes, *_notes(sample, objective, options, found), *_rivals(objective, found)),
+    )
+
+
+def _curve(profile: Profile, objective: Objective, best: Search) -> ProfileCurve:
+    values = tuple(_physical(objective, profile.position, u, best) for u in profile.unit)
+    return ProfileCurve(objective.free[profile.position], values, tuple(float(r) for r in profile.rise))
+
+
+def _physical(objective: Objective, position: int, unit: float, best: Search) -> float:
+    variables = np.array(best.unit)
+    variables[position] = unit
+    return float(objective.scale.to_physical(variables)[position])
+
+
+def _row(parameter: Parameter, sample: Sample, objective: Objective, found: Found) -> FittedParameter:
+    name, table = parameter.name, sample.parameters
+    row = FittedParameter(
+        name=name,
+        unit=parameter.unit,
+        value=float(table.values_with(objective.numbers(found.best.unit))[name]),
+        standard_error=None,
+        start=float(table.values_with({})[name]),
+        minimum=parameter.minimum,
+        maximum=parameter.maximum,
+        free=parameter.free,
+        tie=parameter.tie,
+    )
+    return _judged(row, objective.free.index(name), objective, found) if parameter.free else row
+
+
+def _judged(row: FittedParameter, position: int, objective: Objective, found: Found) -> FittedParameter:
+    """Standard error, bound and profile of one free parameter."""
+    best, errors = found.best, found.errors
+    unit = best.unit[position]
+    # The unit variable of a one-minus scale grows with the parameter too: bounds keep their names.
+    flag = "at lower bound" if unit <= 0 else "at upper bound" if unit >= 1 else ""
+    error = interval = None
+    if errors is not None and not errors.held[position]:
+        deviation = errors.deviation[position] * abs(objective.scale.slope(best.unit)[position])
+        error = float(deviation) if np.isfinite(deviation) else None
+    curve = next((profile for profile in found.profiles if profile.position == position), None)
+    if curve is not None:
+        ends = [_physical(objective, position, u, best) for u in (curve.lower, curve.upper)]
+        interval = (min(ends), max(ends))
+        flag = (
+            flag
+            or {
+                (True, True): "not determined",
+                (True, False): "open below",
+                (False, True): "open above",
+                (False, False): "",
+            }[curve.open_below, curve.open_above]
+        )
+    elif error is None and not flag and errors is not None:
+        flag = "not determined"
+    return dataclasses.replace(row, standard_error=error, flag=flag, interval=interval)
+
+
+@eqx.filter_jit
+def _coefficients(objective: Objective, unit):
+    def of(u):
+        return objective.model.coefficients(objective.values(u))
+
+    return of(unit), jax.jacfwd(of)(unit)
+
+
+_QUANTITIES = (
+    "scattering_per_mm",
+    "absorption_per_mm",
+    "asymmetry_parameter",
+    "reduced_scattering_per_mm",
+    "reduced_optical_thickness",
+)
+
+
+def _derived(objective: Objective, best: Search, errors: Covariance | None) -> tuple[DerivedQuantity, ...]:
+    values, slopes = _coefficients(objective, jnp.asarray(best.unit))
+    rows = []
+    for layer, coefficients in values.items():
+        for i, wavelength in enumerate(objective.model.wavelengths_nm):
+            for quantity in _QUANTITIES:
+                value = float(getattr(coefficients, quantity)[i])
+                if not np.isfinite(value):
+                    continue
+                slope = np.asarray(getattr(slopes[layer], quantity)[i])
+                rows.append(DerivedQuantity(layer, wavelength, quantity, value, _propagated(slope, errors)))
+    return tuple(rows)
+
+
+def _propagated(slope: np.ndarray, errors: Covariance | None) -> float | None:
+    """Standard error of a function of the parameters."""
+    if errors is None:
+        return None
+    matters = np.abs(slope) > 1e-12 * (np.max(np.abs(slope)) + 1e-300)
+    block = errors.matrix[np.ix_(matters, matters)]
+    if not np.all(np.isfinite(block)):
+        return None
+    return float(np.sqrt(max(slope[matters] @ block @ slope[matters], 0.0)))
+
+
+def _summary(search: Search, objective: Objective) -> SearchSummary:
+    names = {field.name for field in dataclasses.fields(SearchSummary)}
+    return SearchSummary(
+        **{name: value for name, value in vars(search).items() if name in names}
+        | {
+            "outcome": search.outcome.name.lower(),
+            "start": objective.numbers(search.start),
+            "values": objective.numbers(search.unit),
+        }
+    )
+
+
+def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Found) -> list[str]:
+    notes = []
+    if found.errors is None and options.method == "simplex":
+        notes.append("The simplex has no Jacobian: no standard errors.")
+    elif found.errors is None:
+        notes.append(f"The objective '{options.objective}' is not chi-square: no standard errors are given.")
+    # A search that goes on from another's end, and stays there, has moved all the same.
+    first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
+    if np.allclose(found.best.unit, first):
+        notes.append("No parameter moved from its start value.")
+    return notes
+
+
+def _rivals(objective: Objective, found: Found) -> list[str]:
+    """Other minima that the data can hardly tell from the best one."""
+    best, errors = found.best, found.errors
+    if errors is None:
+        return []
+    notes, told = [], [best.unit]
+    reach = 3 * np.where(np.isfinite(errors.deviation), errors.deviation, 1.0) + 1e-3
+    for search in sorted(found.searches, key=lambda s: s.loss):
+        if not search.loss < best.loss + _RIVAL_RISE:
+            break
+        if all(np.any(np.abs(search.unit - unit) > reach) for unit in told):
+            told.append(search.unit)
+            at = ", ".join(f"{n} = {v:.5g}" for n, v in objective.numbers(search.unit).items())
+            notes.append(
+                f"Another minimum lies only {search.loss - best.loss:.2g} higher in chi-square, at {at}; "
+                "these data hardly decide between the two."
+            )
+    return notes

@@ -1,0 +1,194 @@
+"""Fit a sample to a measurement: searches from several starts, larger sizes where asked, profiles."""
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from jaxink.errors import InputRefusedError, require_kind
+from jaxink.fitting.assembly import Found, assemble
+from jaxink.fitting.gradient import GradientSearch, scan, starts, together
+from jaxink.fitting.inputs import prepare_data, read_inputs
+from jaxink.fitting.objective import Objective, make_objective
+from jaxink.fitting.options import FitOptions
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.result import FitResult
+from jaxink.fitting.simplex import SimplexSearch
+from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
+from jaxink.measurement import GonioData, noise_of
+from jaxink.model.forward import ForwardModel
+from jaxink.numerics.precision import computing, release_programs
+from jaxink.numerics.progress import Progress, log_progress
+from jaxink.sample import Sample
+from jaxink.solver.config import SolverConfig
+
+# A standard error beyond this share of the range, or a correlation beyond this, asks for a profile.
+_WIDE = 0.1
+_CORRELATED = 0.98
+# A search along a profile that ends by so much in chi-square below the minimum has found a lower one.
+_LOWER = 1e-3
+_MOST_LOWER_MINIMA = 3
+# The sizes that a solution asks for are at rest after one refinement, unless it moves far.
+_MOST_REFINEMENTS = 2
+
+
+def fit(
+    data: GonioData | str | Path,
+    sample: Sample | str | Path,
+    options: FitOptions | None = None,
+    progress: Progress | None = None,
+) -> FitResult:
+    """Find the free parameters of a sample from a measurement.
+
+    Works in 64 bits whatever the session's setting, and leaves that setting as it was.
+
+    Parameters
+    ----------
+    data
+        Measurement, or the file to read it from.
+    sample
+        Sample, or its file.
+    options
+        Choices; None for the defaults.
+    progress
+        Called with what is done, the step and the loss.
+
+    Raises
+    ------
+    InputRefusedError
+        If data or sample cannot be used.
+    """
+    options = FitOptions() if options is None else options
+    require_kind("options", options, FitOptions)
+    data, sample = read_inputs(data, sample)
+    data = prepare_data(data, sample)
+    release_programs()
+    with computing():
+        return _fit(data, sample, options, progress or log_progress)
+
+
+def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progress) -> FitResult:
+    noise = noise_of(data, sample.noise)
+    if options.objective == "chi_square" and not noise.known:
+        raise InputRefusedError(
+            f"{data.source or 'the measurement'}: its noise is not known ({noise.origin}) Declare it in "
+            "[noise] of the sample file, or choose another objective."
+        )
+    objective = make_objective(
+        data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
+    )
+    engine, searches, scans = _search(objective, sample, options, progress)
+    best = _lowest(searches, sample)
+    for _ in range(_MOST_REFINEMENTS):
+        config = _larger_sizes(objective, best, options)
+        if config is None:
+            break
+        objective = make_objective(data, sample, options.objective, config, noise)
+        engine, best = _search_on(objective, best.unit, options, progress)
+        searches.append(_lowest([best], sample))
+    errors = _covariance(best) if options.objective == "chi_square" else None
+    found = Found(best, errors, tuple(searches), scans)
+    if engine is not None and errors is not None and options.profile != "none":
+        found = _with_profiles(engine, found, options.profile, progress)
+    return assemble(data, sample, options, noise, objective, found)
+
+
+def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> SolverConfig | None:
+    """Sizes that the solution asks for, where they exceed those it was found with."""
+    if options.config is not None:
+        return None
+    model = cast(ForwardModel, objective.model)
+    used, values = model.config, objective.numbers(best.unit)
+    asked = used.at_least(model.sizes(values, options.accuracy, options.layer_method))
+    return None if asked == used else asked
+
+
+def _search(
+    objective: Objective, sample: Sample, options: FitOptions, progress: Progress
+) -> tuple[GradientSearch | None, list[Search], tuple[Search, ...]]:
+    """Search from several starts: the gradient engine if any, the searches, and the scan, if any, as one."""
+    free = sample.parameters.free
+    first = objective.scale.to_unit(np.array([p.value for p in free]))
+    if options.method == "simplex":
+        return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], ()
+    engine, scans = GradientSearch(objective), tuple[Search, ...]()
+    points = starts(first, options.n_starts, options.seed)
+    rugged = [i for i, p in enumerate(free) if p.multimodal]
+    if rugged and options.scan:
+        more, whole = scan(engine, first, rugged[0], _named(progress, "scan"))
+        points, scans = more + points[1:], (whole,)
+    searches = [
+        engine.run(start, progress=_named(progress, f"start {i + 1}")) for i, start in enumerate(points)
+    ]
+    return engine, searches, scans
+
+
+def _search_on(
+    objective: Objective, unit: np.ndarray, options: FitOptions, progress: Progress
+) -> tuple[GradientSearch | None, Search]:
+    """Go on, with larger sizes, from what was found."""
+    if options.method == "simplex":
+        return None, SimplexSearch(objective).run(unit, _named(progress, "simplex"))
+    engine = GradientSearch(objective)
+    return engine, engine.run(unit, progress=_named(progress, "refinement"))
+
+
+def _lowest(searches: list[Search], sample: Sample) -> Search:
+    best = min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
+    if not np.isfinite(best.loss):
+        raise InputRefusedError(
+            "the model is not finite at the start values: "
+            + ", ".join(f"{p.name} = {p.value:g}" for p in sample.parameters.free)
+            + "; start elsewhere."
+        )
+    return best
+
+
+def _named(progress: Progress, what: str) -> Callable[[int, float], None]:
+    return lambda step, loss: progress(what, step, loss)
+
+
+def _covariance(best: Search) -> Covariance | None:
+    if best.triangle is None or best.gradient is None:
+        return None
+    return covariance(best.triangle, best.unit, best.gradient)
+
+
+def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> Found:
+    """Profiles of the weak parameters, or all; starts again where one of them finds a lower minimum."""
+    along: list[Search] = []
+    for _ in range(_MOST_LOWER_MINIMA):
+        profiles = _profiles(engine, found, which, progress)
+        here = [search for one in profiles for search in one.searches]
+        along += here
+        lower = [search for search in here if search.loss < found.best.loss - _LOWER]
+        if not lower:
+            break
+        improved = engine.run(min(lower, key=lambda s: s.loss).unit)
+        found = dataclasses.replace(found, searches=(*found.searches, improved))
+        if improved.loss >= found.best.loss:
+            break
+        found = dataclasses.replace(found, best=improved, errors=_covariance(improved))
+    series = (together("profile", along, found.best),) if along else ()
+    return dataclasses.replace(found, profiles=profiles, series=(*found.series, *series))
+
+
+def _profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> tuple[Profile, ...]:
+    profiles, errors = [], found.errors
+    if errors is None:
+        return ()
+    for position, deviation in enumerate(errors.deviation):
+        if which == "all" or _is_weak(errors, position):
+            progress("profile", position + 1, found.best.loss)
+            profiles.append(profile(engine, found.best, position, deviation))
+    return tuple(profiles)
+
+
+def _is_weak(errors: Covariance, position: int) -> bool:
+    deviation = errors.deviation[position]
+    if errors.held[position] or not np.isfinite(deviation) or deviation > _WIDE:
+        return True
+    others = np.delete(errors.correlation[position], position)
+    return bool(np.any(np.abs(others[np.isfinite(others)]) > _CORRELATED))

@@ -1,0 +1,99 @@
+"""Lobes of an ink's rough interfaces, from the regular light that reaches them."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxink.ink.lobes import FacetLobes
+from jaxink.optics.fresnel import propagating_cosine
+from jaxink.optics.layers import ScatteringLayer, delta_m
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.specular import regular_fields
+from jaxink.solver.stack import Stack
+from jaxink.surfaces.facets import FacetRule, projected_area
+from jaxink.surfaces.slopes import SlopeDensity
+
+# Steps are equal in arsinh(s / narrowest scale); linear interpolation of P(s) s is then accurate to 1e-4.
+_N_SLOPES = 1024
+
+
+def facet_lobes(
+    stacks: Stack, config: SolverConfig, theta_deg: np.ndarray, grazing_deg: float
+) -> FacetLobes | None:
+    """Lobes of the rough interfaces of an ink, None if it has no facets.
+
+    Parameters
+    ----------
+    stacks
+        The ink alone with side I in front; the leading axis of its numbers is the wavelength.
+    config
+        Resolution; light that delta-M treats as undeviated also reaches the facets.
+    theta_deg
+        Polar angles of the table.
+    grazing_deg
+        ``grazing_theta_deg`` of `FacetLobes`.
+    """
+    faces = _faces_of_facets(stacks)
+    if not faces:
+        return None
+    densities = [stacks.faces[k] for k in faces]
+    scales, ends = (
+        np.array([jax.vmap(lambda d, n=name: getattr(d, n))(density) for density in densities])
+        for name in ("scale", "largest_slope")
+    )
+    narrowest = scales.min()
+    reach = np.linspace(0, np.arcsinh(ends.max() / narrowest), _N_SLOPES)
+    slope = narrowest * np.sinh(reach)
+    sines = jnp.sin(jnp.deg2rad(theta_deg))
+    radial, face_index, passage = _at_every_wavelength(stacks, config, jnp.asarray(slope), sines)
+    return FacetLobes(
+        theta_deg=theta_deg,
+        index=np.stack([stacks.index_front, stacks.index_back]),
+        slope=slope,
+        # Reorder the axes to sides, faces, wavelengths.
+        radial_density=np.asarray(radial).swapaxes(0, 1),
+        face_index=np.moveaxis(np.asarray(face_index), 0, 2),
+        passage=np.moveaxis(np.asarray(passage), 0, 2),
+        grazing_theta_deg=grazing_deg,
+    )
+
+
+def _faces_of_facets(stack: Stack) -> list[int]:
+    """Positions of the interfaces with facets; lobes by wave optics have no closed form."""
+    return [k for k in stack.rough if isinstance(stack.faces[k], SlopeDensity)]
+
+
+@eqx.filter_jit
+def _at_every_wavelength(stacks: Stack, config: SolverConfig, slope, sines):
+    def at(stack):
+        rough = np.array(_faces_of_facets(stack))
+        indices = jnp.stack(stack.indices)
+        passage = [
+            _reaching_faces(stack, config, sines * stack.index_front, 0),
+            _reaching_faces(stack, config, sines * stack.index_back, 1),
+        ]
+        radial = jnp.stack([stack.faces[k].radial(slope) for k in rough])
+        return radial, jnp.stack([indices[rough], indices[rough + 1]]), jnp.stack(passage)
+
+    return jax.vmap(at)(stacks)
+
+
+def _reaching_faces(stack: Stack, config, kappa, side):
+    """Share of light from one side that reaches each rough interface, shape ``(faces, angles)``."""
+    column = jnp.stack(stack.indices)[:, None]
+    thickness = [
+        (delta_m(layer, config.n_moments) if isinstance(layer, ScatteringLayer) else layer).optical_thickness
+        for layer in stack.layers
+    ]
+    squared = 1 - (kappa / column) ** 2
+    fields = regular_fields(column[:, 0], squared, jnp.stack(thickness), stack.kept_regular(squared))
+    arriving = (fields.arriving_from_front, fields.arriving_from_back)[side]
+    found = []
+    for k in _faces_of_facets(stack):
+        cosine = propagating_cosine(squared[k + side])
+        safe = jnp.where(cosine > 0, cosine, 1.0)
+        sine = jnp.sqrt(jnp.maximum(1 - safe**2, 1e-12))
+        area = projected_area(safe, sine, stack.faces[k], FacetRule())
+        found.append(jnp.where(cosine > 0, arriving[k] * cosine / area, 0.0))
+    return jnp.stack(found)

@@ -1,0 +1,199 @@
+"""Figures of a diagnosis: residuals and in-plane scans before and after, candidates, and the ink's BSDF."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jaxink.numerics.digits import rounded
+from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
+from jaxink.plots.cuts import CutLayout, draw_cuts
+from jaxink.plots.discs import DiscLayout, draw_discs
+from jaxink.plots.figure import PageFigure, blank_figure
+from jaxink.plots.ink_table import InsideLayout, draw_inside
+from jaxink.plots.scan_views import (
+    SIDES,
+    ScanView,
+    measurement_name,
+    residual_label,
+    residual_limit,
+    views_of,
+)
+from jaxink.plots.strips import StripLayout, draw_strips
+
+if TYPE_CHECKING:
+    from jaxink.diagnosis import Diagnosis, Summary
+    from jaxink.ink.comparison import TableComparison
+
+# With more, the report would become too long.
+MOST_WAVELENGTHS = 3
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CaptionedFigure:
+    """A figure with its caption and the name of its file, without suffix."""
+
+    name: str
+    caption: str
+    figure: PageFigure
+
+
+def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
+    """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
+    data = diagnosis.result.data
+    of_point = data.wavelength_nm[data.used]
+    wavelengths = np.unique(of_point)
+    misfit = [np.mean(diagnosis.before.whitened[of_point == w] ** 2) for w in wavelengths]
+    worst = np.argsort(misfit)[::-1][:MOST_WAVELENGTHS]
+    return tuple(sorted(wavelengths[worst].tolist()))
+
+
+def diagnosis_figures(
+    diagnosis: "Diagnosis", change: "TableComparison | None" = None
+) -> Iterator[CaptionedFigure]:
+    """Draw all figures of a diagnosis, one after the other.
+
+    Parameters
+    ----------
+    diagnosis
+        The diagnosis.
+    change
+        Tables of the ink before and after, at the wavelengths of `drawn_wavelengths`; None draws none.
+
+    Yields
+    ------
+    CaptionedFigure
+        ``residuals_550nm`` for data in the plane of incidence, ``residual_discs_R_550nm`` for data out of
+        it, ``cuts_R_550nm``, ``candidates`` and ``inside_550nm``.
+    """
+    for wavelength_nm in drawn_wavelengths(diagnosis):
+        pages = _Pages(diagnosis, wavelength_nm)
+        yield from pages.residuals()
+        yield from pages.cuts()
+    if diagnosis.candidates:
+        yield _candidates(diagnosis)
+    if change is not None:
+        yield from _inside(diagnosis, change)
+
+
+class _Pages:
+    """Pages of one wavelength."""
+
+    def __init__(self, diagnosis: "Diagnosis", wavelength_nm: float):
+        self.diagnosis, self.wavelength_nm = diagnosis, wavelength_nm
+        has_steps = bool(diagnosis.steps)
+        self.states = ("before", "after") if has_steps else ("declared model",)
+        summaries = (diagnosis.before, diagnosis.after) if has_steps else (diagnosis.before,)
+        views = {side: [self._views(summary, side) for summary in summaries] for side in SIDES}
+        self.views = {side: states for side, states in views.items() if states[0]}
+
+    def _views(self, summary: "Summary", side: str) -> list[ScanView]:
+        data = self.diagnosis.result.data
+        views = views_of(data, summary.predicted_per_sr, summary.whitened, self.wavelength_nm, side)
+        return [view for view in views if view.used.any()]
+
+    def _limit(self, sides, in_plane: bool) -> float:
+        views = [view for side in sides for state in self.views[side] for view in state]
+        return residual_limit(views, in_plane)
+
+    def _title(self, what: str) -> str:
+        return _title(self.diagnosis, f"{what} at {self.wavelength_nm:g} nm")
+
+    def _caption(self, text: str) -> str:
+        return " ".join([text, *_spectrum_words(self.diagnosis), *_once_words(self.diagnosis)])
+
+    def residuals(self) -> Iterator[CaptionedFigure]:
+        """Strips for sides with in-plane data only, discs for the others."""
+        flat = [s for s, states in self.views.items() if all(np.all(v.in_plane[v.used]) for v in states[0])]
+        if flat:
+            yield self._strips(flat)
+        for side in (s for s in self.views if s not in flat):
+            yield self._discs(side)
+
+    def _strips(self, sides: list[str]) -> CaptionedFigure:
+        rows = [
+            [(f"{SIDES[s]}, {name}", views) for name, views in zip(self.states, self.views[s], strict=True)]
+            for s in sides
+        ]
+        layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
+        limit, label = self._limit(sides, True), residual_label(self.diagnosis.result)
+        with blank_figure(*layout.size) as page:
+            draw_strips(page, rows, self._title("residuals"), limit, label)
+        text = "Residuals, measured minus model, in standard deviations of the noise."
+        return CaptionedFigure(f"residuals_{self.wavelength_nm:g}nm", self._caption(text), page)
+
+    def _discs(self, side: str) -> CaptionedFigure:
+        views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
+        limit, label = self._limit([side], False), residual_label(self.diagnosis.result)
+        title = self._title(f"residuals in {SIDES[side]}")
+        with blank_figure(*DiscLayout(len(views), len(self.states)).size) as page:
+            draw_discs(page, views, title, limit, label, self.states)
+        text = f"Residuals in {SIDES[side]} over all viewing directions."
+        return CaptionedFigure(f"residual_discs_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
+
+    def cuts(self) -> Iterator[CaptionedFigure]:
+        """In-plane scans of each side, on one residual scale."""
+        cut = [side for side, states in self.views.items() if any(view.has_cut for view in states[0])]
+        for side in cut:
+            first, *later = self.views[side]
+            limit = self._limit(cut, True)
+            labels = tuple(f"{state} [σ]" for state in self.states)
+            title = self._title(f"in-plane scans in {SIDES[side]}")
+            with blank_figure(*CutLayout(len(first), len(self.states)).size) as page:
+                draw_cuts(page, first, title, limit, labels, later[0] if later else None)
+            text = (
+                f"Measured and modelled BSDF in {SIDES[side]}, with the residuals in standard deviations of "
+                "the noise below; a triangle marks a residual beyond the edge."
+            )
+            yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
+
+
+def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
+    rows = diagnosis.candidates[:MOST_BARS]
+    added = [step.effect for step in diagnosis.steps]
+    title = _title(diagnosis, "candidate effects")
+    with blank_figure(*candidates_size(len(rows))) as page:
+        draw_candidates(page, rows, added, title)
+    text = (
+        f"Decrease in chi-square by each of the {len(rows)} leading of {len(diagnosis.candidates)} effects "
+        "alone, predicted by the first screen and, if there was a refit, obtained by it."
+    )
+    return CaptionedFigure("candidates", text, page)
+
+
+def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[CaptionedFigure]:
+    for i, wavelength_nm in enumerate(change.before.wavelength_nm):
+        title = _title(diagnosis, f"the ink's BSDF inside the plate at {wavelength_nm:g} nm")
+        with blank_figure(*InsideLayout().size) as page:
+            draw_inside(page, change, i, title)
+        index = float(change.before.index_inside[i])
+        text = (
+            f"BSDF of the ink alone for light from inside the plate (index {index:g}), in the plane of "
+            "incidence, by the declared and by the extended model."
+        )
+        caption = " ".join([text, *_spectrum_words(diagnosis)])
+        yield CaptionedFigure(f"inside_{wavelength_nm:g}nm", caption, page)
+
+
+def _title(diagnosis: "Diagnosis", what: str) -> str:
+    before, after = (
+        rounded(summary.fitted.reduced_chi_square, 4, "undefined")
+        for summary in (diagnosis.before, diagnosis.after)
+    )
+    line = f"reduced χ² {before} as declared"
+    if diagnosis.steps:
+        line += f", {after} with {', '.join(step.effect for step in diagnosis.steps)}"
+    return f"{measurement_name(diagnosis.result)}: {what}\n{line}"
+
+
+def _once_words(diagnosis: "Diagnosis") -> list[str]:
+    return [] if diagnosis.steps else ["No effect was added."]
+
+
+def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
+    data = diagnosis.result.data
+    count = len(np.unique(data.wavelength_nm[data.used]))
+    if count <= MOST_WAVELENGTHS:
+        return []
+    return [f"Shown are the {MOST_WAVELENGTHS} of {count} wavelengths with the largest misfit."]

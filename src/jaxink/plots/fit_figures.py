@@ -1,0 +1,154 @@
+"""Figures of a fit, one for each wavelength and side."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from jaxink.errors import InputRefusedError
+from jaxink.plots.scan_views import (
+    SIDES,
+    ScanView,
+    measurement_name,
+    residual_label,
+    residual_limit,
+    scan_views,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from jaxink.fitting import FitResult
+
+FIGURE_FOLDER = "figures"
+FORMATS = ("png", "pdf", "svg")
+
+
+def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
+    """Measured and fitted in-plane scans with residuals, for every incidence.
+
+    Parameters
+    ----------
+    result
+        The fit.
+    wavelength_nm
+        Which wavelength.
+    side
+        ``R`` or ``T``.
+
+    Raises
+    ------
+    InputRefusedError
+        If the result has no such scan, or fewer than five in-plane points at every incidence.
+    """
+    from jaxink.plots.cuts import CutLayout, draw_cuts
+    from jaxink.plots.figure import blank_figure
+
+    views = _views(result, wavelength_nm, side)
+    if not any(view.has_cut for view in views):
+        raise InputRefusedError(
+            f"{side} at {wavelength_nm:g} nm: no scan has five points in the plane of incidence; use "
+            "residual_map instead."
+        )
+    title = _title(result, wavelength_nm, side, "in-plane scans")
+    with blank_figure(*CutLayout(len(views)).size) as page:
+        draw_cuts(page, views, title, residual_limit(views, True), (residual_label(result),))
+    return page
+
+
+def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
+    """Residuals over (theta_o, phi), one disc for each incidence, on one scale.
+
+    Parameters
+    ----------
+    result, wavelength_nm, side
+        As for `cut_figure`.
+
+    Raises
+    ------
+    InputRefusedError
+        If the result has no such scan.
+    """
+    from jaxink.plots.discs import DiscLayout, draw_discs
+    from jaxink.plots.figure import blank_figure
+
+    views = _views(result, wavelength_nm, side)
+    what = "residuals over all viewing directions"
+    if not any(view.has_cut for view in views):
+        what += " (too few in-plane points)"
+    title = _title(result, wavelength_nm, side, what)
+    with blank_figure(*DiscLayout(len(views)).size) as page:
+        draw_discs(page, views, title, residual_limit(views, False), residual_label(result))
+    return page
+
+
+def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
+    """Draw all figures of a result, one after the other.
+
+    Yields
+    ------
+    name, figure
+        ``cuts_R_550nm`` for data in the plane of incidence, ``residual_map_R_550nm`` for data out of it.
+    """
+    pages = sorted({(s.wavelength_nm, s.side) for s in result.data.scans if s.used})
+    for wavelength_nm, side in pages:
+        views = _views(result, wavelength_nm, side)
+        name = f"{side}_{wavelength_nm:g}nm"
+        has_cut = any(view.has_cut for view in views)
+        if has_cut:
+            yield f"cuts_{name}", cut_figure(result, wavelength_nm, side)
+        if not has_cut or any((view.used & ~view.in_plane).any() for view in views):
+            yield f"residual_map_{name}", residual_map(result, wavelength_nm, side)
+
+
+def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]:
+    """Draw and write all figures of a result.
+
+    Parameters
+    ----------
+    result
+        The fit.
+    folder
+        Created if it does not exist.
+    formats
+        Any of ``png``, ``pdf`` and ``svg``.
+
+    Raises
+    ------
+    InputRefusedError
+        For another format.
+    """
+    for suffix in formats:
+        if suffix not in FORMATS:
+            raise InputRefusedError(
+                f"figures cannot be written as '{suffix}'; choose from {', '.join(FORMATS)}."
+            )
+    from jaxink.plots.figure import DPI
+
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for name, figure in figures(result):
+        for suffix in formats:
+            files.append(folder / f"{name}.{suffix}")
+            figure.savefig(files[-1], dpi=DPI)
+    return files
+
+
+def _views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanView]:
+    views = [view for view in scan_views(result, wavelength_nm, side) if view.used.any()]
+    if not views:
+        held = sorted({f"{s.side} at {s.wavelength_nm:g} nm" for s in result.data.scans if s.used})
+        raise InputRefusedError(
+            f"the result has no {side} at {wavelength_nm:g} nm; it has {', '.join(held)}."
+        )
+    return views
+
+
+def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> str:
+    merit = result.merit.reduced_chi_square
+    fit = f"{result.method} fit"
+    if merit is not None:
+        fit += f", reduced χ² {merit:.4g} over all scans"
+    if not result.converged:
+        fit += ", DID NOT CONVERGE"
+    return f"{measurement_name(result)}: {SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"

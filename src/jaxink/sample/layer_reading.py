@@ -1,0 +1,131 @@
+"""The layers of a sample file."""
+
+from pathlib import Path
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.sample import schema
+from jaxink.sample.description import Layer
+from jaxink.sample.entries import choice, is_list_of_numbers, only, require_equally_many
+from jaxink.sample.parameter_reading import ParameterReader
+from jaxink.sample.populations import Population, population_tables, radius_table
+from jaxink.sample.quantity import Quantity
+from jaxink.sample.roughness import read_roughness
+
+
+def layer_tables(document: dict[str, Any]) -> list[dict[str, Any]]:
+    """The tables of the layers, or a sentence."""
+    tables = document.get("layers")
+    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
+        raise InputRefusedError(
+            "there are no layers; write one [[layers]] table for each, in the order in which light "
+            "meets them."
+        )
+    return tables
+
+
+def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: ParameterReader) -> Layer:
+    """One layer; its numbers become parameters.
+
+    Parameters
+    ----------
+    position
+        Of the layer, from 0.
+    table
+        What the file says.
+    folder
+        Where files that it names are looked for.
+    numbers
+        Takes the numbers.
+
+    Raises
+    ------
+    InputRefusedError
+        Naming the layer and the key.
+    """
+    name = table.get("name")
+    if not isinstance(name, str) or not name.isidentifier():
+        raise InputRefusedError(
+            f"layer {position + 1} has name = {name!r}; it needs a name of letters, digits and "
+            'underscores, such as name = "ink".'
+        )
+    kind = choice(table, "kind", ("clear", "scattering"), f"layer '{name}'")
+    roughness = tuple(
+        read_roughness(name, face, table[face], folder, numbers) for face in schema.FACES if face in table
+    )
+    if kind == "clear":
+        only(table, ("name", "kind", *schema.FACES, *schema.CLEAR_LAYER), f"layer '{name}'")
+        numbers.read(name, schema.CLEAR_LAYER, table)
+        return Layer(name, kind, roughness=roughness)
+    phase = choice(table, "phase_function", tuple(schema.PHASE_FUNCTIONS), f"layer '{name}'")
+    read = _mie_layer if phase == "mie" else _layer_with_coefficients
+    opaque = table.get("thickness_um") == schema.OPAQUE
+    thickness = {k: q for k, q in schema.SCATTERING_LAYER.items() if not (opaque and k == "thickness_um")}
+    return Layer(name, kind, phase, opaque, roughness=roughness, **read(name, table, thickness, numbers))
+
+
+def _mie_layer(
+    name: str, table: dict[str, Any], thickness: dict[str, Quantity], numbers: ParameterReader
+) -> dict[str, Any]:
+    """Further fields of a layer of Mie particles."""
+    where = f"layer '{name}'"
+    radii = radius_table(table, where)
+    given = {k: q for k, q in schema.MIE_LAYER.items() if k in table}
+    quantities = particle_quantities(thickness | schema.MIE | given, table)
+    optional = schema.RADIUS_TABLE | schema.SIZE_DISTRIBUTION | schema.MIE_LAYER | schema.POPULATIONS
+    keys = schema.LAYER_ENTRIES | schema.SCATTERING_LAYER | quantities | optional
+    only(table, keys, where)
+    numbers.read(name, quantities, table)
+    populations = []
+    for inner in population_tables(table, name, keys):
+        stem = f"{name}.{inner['name']}"
+        where = f"population '{stem}'"
+        only(inner, ("name", *schema.MIE, *schema.SIZE_DISTRIBUTION, *schema.RADIUS_TABLE), where)
+        populations.append(Population(inner["name"], radius_table(inner, where)))
+        numbers.read(stem, particle_quantities(schema.MIE, inner), inner)
+    return {"radius_table": radii, "populations": tuple(populations)}
+
+
+def particle_quantities(quantities: dict[str, Quantity], table: dict[str, Any]) -> dict[str, Quantity]:
+    """Quantities of one kind of particles: what the file has of the size distribution decides."""
+    distribution = {k: q for k, q in schema.SIZE_DISTRIBUTION.items() if k in table}
+    both = quantities | distribution
+    return {k: q for k, q in both.items() if k != "radius_nm" or "radii_nm" not in table}
+
+
+def _layer_with_coefficients(
+    name: str, table: dict[str, Any], thickness: dict[str, Quantity], numbers: ParameterReader
+) -> dict[str, Any]:
+    """Further fields of a layer whose coefficients the file gives."""
+    where, opaque = f"layer '{name}'", "thickness_um" not in thickness
+    for key in schema.COEFFICIENTS:
+        if opaque and key in table:
+            raise InputRefusedError(
+                f"{where} is opaque, so {key} alone has no effect; give single_scattering_albedo, "
+                "which is scattering / (scattering + absorption)."
+            )
+    phase = table["phase_function"]
+    quantities = (
+        thickness | (schema.ALBEDO if opaque else schema.COEFFICIENTS) | schema.PHASE_FUNCTIONS[phase]
+    )
+    columns = schema.PHASE_TABLE if phase == "tabulated" else {}
+    only(table, schema.LAYER_ENTRIES | schema.SCATTERING_LAYER | quantities | columns, where)
+    numbers.read(name, quantities, table)
+    return {"phase_table": _phase_table(table, where)} if columns else {}
+
+
+def _phase_table(table: dict[str, Any], where: str) -> tuple[str, tuple[float, ...], tuple[float, ...]]:
+    by_angle, by_moments = "phase_value" in table, "moments" in table
+    if by_angle == by_moments:
+        raise InputRefusedError(
+            f"{where} has a tabulated phase function: give either moments = [1, ...] or angle_deg and "
+            "phase_value."
+        )
+    columns: list[Any] = [table.get(k) for k in (("angle_deg", "phase_value") if by_angle else ("moments",))]
+    for column in columns:
+        if not is_list_of_numbers(column):
+            raise InputRefusedError(f"{where}: the table of the phase function must be numbers.")
+    if by_moments:
+        return "moments", (), tuple(map(float, columns[0]))
+    require_equally_many(where, angle_deg=columns[0], phase_value=columns[1])
+    return "angle_deg", tuple(map(float, columns[0])), tuple(map(float, columns[1]))

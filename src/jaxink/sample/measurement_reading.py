@@ -1,0 +1,113 @@
+"""What a sample file says of the light, the instrument, the noise, the masks and the weights."""
+
+import itertools
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.sample import measurement_schema as schema
+from jaxink.sample.description import Noise
+from jaxink.sample.entries import (
+    bounded,
+    choice,
+    is_list_of_numbers,
+    is_number,
+    only,
+    table_of,
+    true_or_false,
+)
+from jaxink.sample.quantity import Quantity
+
+Illumination = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+def read_wavelengths(document: dict[str, Any]) -> tuple[float, ...]:
+    """Wavelengths that a file names, in nm, ascending; none where it is silent."""
+    given = document.get("wavelength_nm", [])
+    given = given if isinstance(given, list) else [given]
+    lowest, highest = schema.WAVELENGTH_NM.lowest, schema.WAVELENGTH_NM.highest
+    if not all(is_number(w) and lowest <= w <= highest for w in given):
+        raise InputRefusedError(
+            f"wavelength_nm is {given}; it must be a number or a list of numbers, in nanometres "
+            f"({lowest:g} ... {highest:g})."
+        )
+    # As the names of parameters tell them apart.
+    if len({f"{w:g}" for w in given}) != len(given):
+        raise InputRefusedError(f"wavelength_nm names a wavelength twice, to six digits: {given}.")
+    return tuple(sorted(float(w) for w in given))
+
+
+def read_instrument(document: dict[str, Any]) -> dict[str, Any]:
+    """Fields of `Sample` that describe the instrument and its light."""
+    table = table_of(document, "instrument")
+    only(table, schema.INSTRUMENT | schema.LIGHT_ENTRIES, "[instrument]")
+    settings = _numbers(table, schema.INSTRUMENT, "instrument")
+    mode = table.get("detector_mode")
+    if mode is not None:
+        choice(table, "detector_mode", schema.DETECTOR_MODES, "[instrument]")
+    illumination = _illumination(table.get("illumination"))
+    if (settings["beam_diameter_mm"] is None) != (settings["detector_diameter_mm"] is None):
+        raise InputRefusedError(
+            "[instrument] has one of beam_diameter_mm and detector_diameter_mm; give both, or neither if "
+            "the detector sees all light, wherever it comes out."
+        )
+    return settings | {"detector_mode": mode, "illumination": illumination}
+
+
+def _illumination(given: Any) -> Illumination | None:
+    if given is None:
+        return None
+    if not isinstance(given, dict) or set(given) != set(schema.ILLUMINATION):
+        raise InputRefusedError("instrument.illumination must be { wavelength_nm = [...], power = [...] }.")
+    waves, power = (given[key] for key in schema.ILLUMINATION)
+    lists = is_list_of_numbers(waves, 2) and is_list_of_numbers(power) and len(waves) == len(power)
+    if not lists or min(*waves, *power) < 0:
+        raise InputRefusedError(
+            "instrument.illumination: wavelength_nm and power must be two lists of equally many numbers, "
+            "two or more, none negative."
+        )
+    if any(b <= a for a, b in itertools.pairwise(waves)):
+        raise InputRefusedError("instrument.illumination: wavelength_nm must ascend.")
+    return tuple(map(float, waves)), tuple(map(float, power))
+
+
+def read_noise(document: dict[str, Any]) -> Noise:
+    """Declared noise."""
+    table = table_of(document, "noise")
+    only(table, schema.NOISE | schema.NOISE_ENTRIES, "[noise]")
+    use = true_or_false(table, "use_file_sigma", True, "noise.use_file_sigma")
+    return Noise(**_numbers(table, schema.NOISE, "noise"), use_file_sigma=use)
+
+
+def read_masks(document: dict[str, Any]) -> tuple[tuple[str, float], ...]:
+    """Limits of the masks by key."""
+    table = table_of(document, "masks")
+    only(table, schema.MASKS, "[masks]")
+    return tuple(_numbers(table, schema.MASKS, "masks").items())
+
+
+def read_weights(document: dict[str, Any]) -> tuple[tuple[float | None, str | None, float], ...]:
+    """Incidence in degrees or None, side or None, and weight of each table."""
+    tables = document.get("weights", [])
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):
+        raise InputRefusedError("weights must be [[weights]] tables.")
+    result = []
+    for table in tables:
+        only(table, schema.WEIGHTS | schema.WEIGHTS_ENTRIES, "[[weights]]")
+        side = table.get("side")
+        if side not in (None, *schema.SIDES):
+            raise InputRefusedError(f'weights.side is {side!r}; it must be "R" or "T".')
+        angle = table.get("theta_i_deg")
+        if angle is not None:
+            angle = bounded(angle, schema.WEIGHTS["theta_i_deg"], "weights.theta_i_deg")
+        weight = bounded(table.get("weight"), schema.WEIGHTS["weight"], "weights.weight")
+        result.append((angle, side, weight))
+    return tuple(result)
+
+
+def _numbers(table: dict[str, Any], quantities: dict[str, Quantity], where: str) -> dict[str, Any]:
+    """Plain settings; None where the file is silent and there is no default."""
+    given = {key: table.get(key, quantity.default) for key, quantity in quantities.items()}
+    return {
+        key: None if value is None else bounded(value, quantities[key], f"{where}.{key}")
+        for key, value in given.items()
+    }

@@ -1,0 +1,140 @@
+"""Power spectra through measured nodes."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
+from jaxink.numerics.precision import require_float64
+from jaxink.surfaces.spectrum import PowerSpectrum
+
+# Beyond its last node a table falls off at least as fast as this power: the height variance stays finite.
+_LEAST_FALL = 4.0
+# Logarithm of the least distance, over the scale, at which a transform gives a correlation.
+_LEAST_LOG_DISTANCE = -5.0
+# Far enough beyond the nodes, as a logarithm, for an integral to the end.
+_FAR = 30.0
+
+
+class TabulatedSpectrum(PowerSpectrum):
+    """Spectrum through nodes, a power law between any two; `tabulated_spectrum` makes it.
+
+    Below the first node it is constant. Beyond the last one it goes on as the power law of the last two, but
+    falls at least as f^-4: an assumption, not a measurement, whose share `height_variance_below` tells.
+
+    Parameters
+    ----------
+    height_variance_um2
+        Of all frequencies, those beyond the nodes included.
+    log_frequency, log_shape
+        Logarithms of the nodes' frequencies in 1/um and of the PSD there, up to a constant.
+    """
+
+    height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    log_frequency: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+    log_shape: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
+
+    @property
+    def length_um(self) -> Float[Array, ""]:
+        """Inverse of 2 pi times the geometric mean of the nodes' frequencies."""
+        return jnp.exp(-jnp.mean(self.log_frequency)) / (2 * jnp.pi)
+
+    @property
+    def _last_power(self):
+        last = (self.log_shape[-1] - self.log_shape[-2]) / (self.log_frequency[-1] - self.log_frequency[-2])
+        return jnp.minimum(last, -_LEAST_FALL)
+
+    def _unnormalised(self, log_frequency):
+        between = jnp.interp(log_frequency, self.log_frequency, self.log_shape)
+        beyond = jnp.maximum(log_frequency - self.log_frequency[-1], 0.0)
+        return jnp.exp(between + self._last_power * beyond)
+
+    def _integral(self, power, frequency_per_um):
+        """Integral of f^(power - 1) times the unnormalised density from 0 to a frequency, law by law."""
+        end = jnp.log(jnp.maximum(frequency_per_um, 1e-300))[..., None]
+        x, y = self.log_frequency, self.log_shape
+        starts = jnp.concatenate([x[:1] - _FAR, x])
+        stops = jnp.concatenate([x, x[-1:] + _FAR])
+        slope = jnp.concatenate([jnp.zeros(1), jnp.diff(y) / jnp.diff(x), self._last_power[None]]) + power
+        level = jnp.concatenate([y[:1], y]) + power * starts
+        width = jnp.clip(end, starts, stops) - starts
+        grown = slope * width
+        flat = jnp.abs(grown) < 1e-8
+        mean = jnp.where(flat, 1.0, jnp.expm1(grown) / jnp.where(flat, 1.0, grown))
+        return jnp.sum(jnp.exp(level) * width * mean, axis=-1)
+
+    @property
+    def _norm(self):
+        return 2 * jnp.pi * self._integral(2.0, jnp.asarray(jnp.inf))
+
+    def shape(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
+        """PSD over the height variance, um^2."""
+        return self._unnormalised(jnp.log(jnp.maximum(frequency_per_um, 1e-300))) / self._norm
+
+    def height_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
+        """Height variance below a frequency, um^2."""
+        share = 2 * jnp.pi * self._integral(2.0, jnp.asarray(frequency_per_um)) / self._norm
+        return self.height_variance_um2 * share
+
+    def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
+        """Slope variance below a frequency."""
+        moment = 4 * jnp.pi**3 * self._integral(4.0, jnp.asarray(frequency_per_um)) / self._norm
+        return self.height_variance_um2 * moment
+
+    def correlation(self, distance_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+        """Correlation, from the transform of the density on a logarithmic grid."""
+        scale = self.length_um
+        shape = self.shape(jnp.exp(log_nodes()) / (2 * jnp.pi * scale))
+        values = radial_fourier(shape) / (2 * jnp.pi * scale) ** 2
+        position = jnp.log(jnp.maximum(distance_um, 1e-300) / scale).reshape(-1)
+        # The transform's error goes as the inverse distance: the smallest ones are met by a parabola.
+        at = interpolate_log(values, jnp.maximum(position, _LEAST_LOG_DISTANCE))
+        at = 1 - (1 - at) * jnp.exp(2 * jnp.minimum(position - _LEAST_LOG_DISTANCE, 0.0))
+        return jnp.minimum(at, 1.0).reshape(jnp.shape(distance_um))
+
+    def covered_per_um(self) -> tuple[float, float]:
+        """First and last node."""
+        return float(np.exp(self.log_frequency[0])), float(np.exp(self.log_frequency[-1]))
+
+
+def tabulated_spectrum(
+    frequency_per_um: Float[ArrayLike, " nodes"], density_um4: Float[ArrayLike, " nodes"]
+) -> TabulatedSpectrum:
+    """Spectrum through measured nodes.
+
+    Parameters
+    ----------
+    frequency_per_um
+        Ascending, above 0, shape ``(nodes,)``.
+    density_um4
+        PSD there, above 0.
+
+    Returns
+    -------
+    TabulatedSpectrum
+        Its density meets the nodes.
+
+    Raises
+    ------
+    InputRefusedError
+        If there are fewer than three nodes, or frequencies do not ascend, or a value is not above 0.
+    """
+    require_float64()
+    frequency, density = np.asarray(frequency_per_um, float), np.asarray(density_um4, float)
+    if frequency.ndim != 1 or frequency.shape != density.shape or len(frequency) < 3:
+        raise InputRefusedError(
+            f"a tabulated spectrum needs as many frequencies as densities, at least 3; it has shapes "
+            f"{frequency.shape} and {density.shape}."
+        )
+    if not (np.all(np.diff(frequency) > 0) and frequency[0] > 0 and np.isfinite(frequency[-1])):
+        raise InputRefusedError("frequency_per_um of a tabulated spectrum must ascend from above 0.")
+    bad = np.flatnonzero(~((density > 0) & np.isfinite(density)))
+    if len(bad):
+        raise InputRefusedError(
+            f"density_um4 of a tabulated spectrum is {density[bad[0]]:g} at {frequency[bad[0]]:g} per um; "
+            "it must be above 0 and finite."
+        )
+    unit = TabulatedSpectrum(1.0, np.log(frequency), np.log(density))
+    return eqx.tree_at(lambda s: s.height_variance_um2, unit, unit._norm)
