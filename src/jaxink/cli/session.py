@@ -102,7 +102,8 @@ def prepare_jax() -> None:
     """Import JAX and keep its compiled programs on disk between commands."""
     import jax
 
-    chosen: str | None = jax.config.values["jax_compilation_cache_dir"]
+    # JAX makes the attributes of its configuration at run time.
+    chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
     folder = None if chosen else _cache_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))

@@ -94,7 +94,7 @@ def _tree(table: InkTable, component: str, w: int) -> str:
     phi = np.rad2deg(np.arctan2(y, x)) + 180
     values = np.empty((half, size, size))
     for i in range(half):
-        total = 0.0
+        total = np.zeros(theta_o.shape)
         for sine in 1 - 2 * cells[i]:
             theta_i = np.rad2deg(np.arcsin(sine))
             total = total + table.interpolated(component, theta_i, theta_o, phi, w)

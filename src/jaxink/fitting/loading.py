@@ -45,7 +45,8 @@ def _entries() -> dict[str, Any]:
     return head | fields | {"result_id": NotRequired[str | None]}
 
 
-_Document = TypedDict("_Document", _entries())
+# Its keys are those of `FitResult`, so that a type checker cannot know them.
+_Document: Any = TypedDict("_Document", _entries())  # type: ignore[misc]
 
 
 def load_result(path: str | Path) -> FitResult:
@@ -116,7 +117,7 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
     return document, sample
 
 
-def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, np.ndarray | None]]:
+def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, Any]]:
     """The measurement, and what the fit has for each used point."""
     data_path = path.with_name(document["data_file"])
     dataset, name = read_dataset(data_path), shown_path(data_path)

@@ -46,4 +46,4 @@ def predict(
         If sample or data cannot be used.
     """
     data, sample = read_inputs(data, sample)
-    return evaluate(ForwardModel(sample, *data.directions, config, accuracy))
+    return evaluate(ForwardModel(sample, *data.directions, config=config, accuracy=accuracy))

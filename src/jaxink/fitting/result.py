@@ -239,7 +239,7 @@ class FitResult(SavedInFolder):
             Where to predict; None: the fitted measurement, masked points included.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, self.config)
+        return ForwardModel(self.sample, *at.directions, config=self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values.

@@ -61,12 +61,13 @@ class TableComparison:
     def of(self, component: str, wavelength: int = 0) -> ComponentDifference:
         """Change of a component over all directions, at the wavelength with this index."""
         theta = self.before.theta_deg[self.before.theta_deg <= LARGEST_THETA_DEG]
-        axes = np.meshgrid(theta, theta, self.before.phi_deg, indexing="ij")
-        before, after = self.at(component, *axes, wavelength)
+        theta_i, theta_o, phi = np.meshgrid(theta, theta, self.before.phi_deg, indexing="ij")
+        before, after = self.at(component, theta_i, theta_o, phi, wavelength)
         with np.errstate(divide="ignore", invalid="ignore"):
             change = 100 * np.where(before > 0, after / before - 1, np.nan)
+        where: tuple = (0, 0, 0)
         if np.all(np.isnan(change)):
-            where, rms = (0, 0, 0), np.nan
+            rms = np.nan
         else:
             where = np.unravel_index(np.nanargmax(np.abs(change)), change.shape)
             rms = float(np.sqrt(np.nanmean(change**2)))
@@ -75,7 +76,7 @@ class TableComparison:
             float(self.before.wavelength_nm[wavelength]),
             rms,
             float(change[where]),
-            *(float(axis[where]) for axis in axes),
+            *(float(axis[where]) for axis in (theta_i, theta_o, phi)),
         )
 
 

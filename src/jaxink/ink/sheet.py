@@ -189,8 +189,8 @@ class Sheet:
         for o, row in enumerate(_BETWEEN):
             for i, name in enumerate(row):
                 sines = kappa_in / self.indices[i], kappa_out / self.indices[o]
-                angles = [np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) for sine in sines]
-                lobes = self.table.lobes_at(name, *angles, phi_deg, self.wavelength)
+                theta_i, theta_o = (np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) for sine in sines)
+                lobes = self.table.lobes_at(name, theta_i, theta_o, phi_deg, self.wavelength)
                 there = (sines[0] < 1) & (sines[1] < 1)
                 found[o, i] = np.where(there, lobes / self.indices[o] ** 2, 0.0)
         return found
@@ -288,12 +288,13 @@ def sheets(table: InkTable, source: FitResult | Sample, n_nodes: int = 32) -> tu
     found = []
     for w, wavelength in enumerate(table.wavelength_nm):
         here = [clear_run(values, f"surroundings.index_{side}", outer, wavelength) for side, outer in runs]
-        inner, outer = here if ink.inside == "front" else here[::-1]
-        for run, index, side in ((inner, table.index_inside[w], "I"), (outer, table.index_outside[w], "A")):
+        inside, outside = here if ink.inside == "front" else here[::-1]
+        sides = (inside, table.index_inside[w], "I"), (outside, table.index_outside[w], "A")
+        for run, index, side in sides:
             if abs(run.indices[-1] / index - 1) > 1e-9:
                 raise InputRefusedError(
                     f"side {side} of the table has the refractive index {index:g}, but the sample has "
                     f"{run.indices[-1]:g} there; compute the table for that index."
                 )
-        found.append(Sheet(table, w, (inner, outer), n_nodes))
+        found.append(Sheet(table, w, (inside, outside), n_nodes))
     return ink, found

@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cache
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -175,18 +176,20 @@ def _tabulate(
             _side(_at(stack, w, 0), _at(tangent, w, 1), evaluated, phi_deg, model.config, plan)
             for stack, tangent, plan in lit
         )
-        spectrum.append([_with_error(*part, covariance) for part in (r_ii, t_ia, t_ai, r_aa)])
+        components = r_ii, t_ia, t_ai, r_aa
+        spectrum.append([_with_error(bsdf, regular, covariance) for bsdf, regular in components])
     # By wavelength and component: BSDF, its error, regular power, its error.
-    bsdf, bsdf_error, regular, regular_error = (
+    columns: list[Any] = [
         None if column[0][0] is None else np.swapaxes(np.array(column), 0, 1)
         for column in zip(*(zip(*parts, strict=True) for parts in spectrum), strict=True)
-    )
+    ]
+    bsdf_per_sr, bsdf_error, regular_power, regular_error = columns
     table = InkTable(
         wavelength_nm=np.array(wavelengths),
         theta_deg=theta_deg,
         phi_deg=phi_deg,
-        bsdf_per_sr=bsdf,
-        regular=regular,
+        bsdf_per_sr=bsdf_per_sr,
+        regular=regular_power,
         index_inside=np.asarray(stacks.index_front),
         index_outside=np.asarray(stacks.index_back),
         bsdf_standard_error_per_sr=bsdf_error,
