@@ -80,7 +80,7 @@ def step_table(diagnosis: "Diagnosis") -> Table:
     for s in diagnosis.steps:
         strength = with_uncertainty(s.strength, s.standard_error)
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
-        falls = (f"{s.predicted_drop:.4g}", f"{s.actual_drop:.4g}")
+        falls = (f"{s.predicted_delta_chi_square:.4g}", f"{s.actual_delta_chi_square:.4g}")
         table.add_row(s.effect, strength, s.unit, *falls, gain, ", ".join(s.members[1:]))
     return table
 
@@ -117,15 +117,15 @@ def candidate_table(diagnosis: "Diagnosis") -> Table:
         numbers = (
             rounded(row.z),
             rounded(row.p_adjusted, 2),
-            rounded(row.predicted_drop, 4),
-            rounded(row.refit_drop, 4),
+            rounded(row.predicted_delta_chi_square, 4),
+            rounded(row.refit_delta_chi_square, 4),
         )
         table.add_row(
             row.effect,
             *numbers,
             rounded(row.strength, 4),
             row.unit,
-            percent(row.absorbed_fraction),
+            percent(row.degenerate_fraction),
             "added" if row.effect in added else row.status.replace("_", " "),
             style="bold" if row.effect in added else "",
         )

@@ -47,9 +47,11 @@ def draw_candidates(
     axes = figure.panel(_LEFT, _BOTTOM, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
     axes.set_xscale("log")
     for i, row in enumerate(rows):
-        _draw_bar(axes, i - _BAR / 2, row.predicted_drop, PREDICTED)
-        _draw_bar(axes, i + _BAR / 2, row.refit_drop, REFITTED)
-    largest = max(fall or 0 for row in rows for fall in (row.predicted_drop, row.refit_drop))
+        _draw_bar(axes, i - _BAR / 2, row.predicted_delta_chi_square, PREDICTED)
+        _draw_bar(axes, i + _BAR / 2, row.refit_delta_chi_square, REFITTED)
+    largest = max(
+        fall or 0 for row in rows for fall in (row.predicted_delta_chi_square, row.refit_delta_chi_square)
+    )
     axes.set_xlim(_LEAST, max(largest, 10 * _LEAST) * 2)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_yticks(range(len(rows)), [row.effect for row in rows])
