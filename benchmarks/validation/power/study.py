@@ -21,7 +21,7 @@ def is_first(screened: ScreenResult, name: str) -> bool:
         for c in screened.candidates
         if np.nan_to_num(c.p_adjusted, nan=1.0) <= screened.options.level
     }
-    return name in called and called[name] > max(called.values()) - SearchPolicy().told_apart
+    return name in called and called[name] > max(called.values()) - SearchPolicy().class_delta_chi_square
 
 
 def false_alarms(case: Case) -> int:

@@ -50,7 +50,7 @@ class SearchPolicy:
         Acceptance: number of classes of candidates tried at one stage.
     clear_errors
         Smallest distance of a strength from the declared model, in standard errors.
-    told_apart
+    class_delta_chi_square
         Refits, or predicted decreases, that differ by less in chi-square are indistinguishable: they form one
         class.
     most_rivals
@@ -63,7 +63,7 @@ class SearchPolicy:
     coverage_errors
         Findings: a parameter is undetermined if misfit and noise may have moved it to a bound of its range,
         at this many standard deviations; 1.96 cover 95 %.
-    telling_chi_square
+    decisive_chi_square
         Smallest chi-square with which a further measurement distinguishes two effects; 9 is three standard
         errors.
     one_side_share
@@ -101,12 +101,12 @@ class SearchPolicy:
     most_foreseen: int = 4
     most_tried: int = 3
     clear_errors: float = 2.0
-    told_apart: float = 4.0
+    class_delta_chi_square: float = 4.0
     most_rivals: int = 6
     fewest_scans: int = 3
     held_out_blocks: int = 6
     coverage_errors: float = 1.96
-    telling_chi_square: float = 9.0
+    decisive_chi_square: float = 9.0
     one_side_share: float = 0.8
     band_share: float = 0.25
     elsewhere_share: float = 0.25

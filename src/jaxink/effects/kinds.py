@@ -33,7 +33,7 @@ class Effect(abc.ABC):
     statement
         What is true if it is present.
     group
-        ``instrument``, ``surface``, ``volume``, ``geometry``, ``waves``, ``constant`` or ``numerics``.
+        ``instrument``, ``surface``, ``volume``, ``geometry``, ``wave optics``, ``constant`` or ``numerics``.
     sign
         1 if the strength cannot be negative, 0 if it can have either sign.
     usual
@@ -177,7 +177,7 @@ class AreaWithOtherSample(Effect):
     @property
     @final
     def program(self) -> str:
-        """Its own."""
+        """Its own program."""
         return str(self)
 
     @abc.abstractmethod
@@ -236,7 +236,7 @@ class FinerDiscretisation(Effect):
     @property
     @final
     def program(self) -> str:
-        """Its own."""
+        """Its own program."""
         return str(self)
 
     @abc.abstractmethod

@@ -31,7 +31,7 @@ class Fluorescence(ReadingEffect):
 
     spectrum: tuple[tuple[float, ...], tuple[float, ...]] | None
 
-    name, group, usual = "fluorescence", "waves", 0.05
+    name, group, usual = "fluorescence", "wave optics", 0.05
     statement = "the sample fluoresces"
     terms = (Parameter("fluorescence.share", 0.0, True, 0.0, 1.0),)
 
@@ -75,7 +75,7 @@ class CoherentBackscatter(ReadingEffect):
     Akkermans, Wolf, Maynard 1986.
     """
 
-    name, group, usual = "coherent_backscatter", "waves", 0.3
+    name, group, usual = "coherent_backscatter", "wave optics", 0.3
     statement = "coherent backscattering enhances reflection in a narrow cone around the source"
     terms = (
         Parameter("coherent_backscatter.enhancement", 0.0, True, 0.0, 1.0),
@@ -100,7 +100,7 @@ class CoherentBackscatter(ReadingEffect):
 class Polarisation(Effect):
     """Light is polarised, but the solver is scalar; this effect has no kind, because nothing computes it."""
 
-    name, group, sign = "polarisation", "waves", 0
+    name, group, sign = "polarisation", "wave optics", 0
     statement = "polarisation matters"
 
     @classmethod
@@ -116,7 +116,7 @@ class BinderDispersion(SampleEffect):
     declared: float
     middle_um: float
 
-    name, group, sign, usual = "dispersion", "waves", 0, 0.005
+    name, group, sign, usual = "dispersion", "wave optics", 0, 0.005
     changes_structure, scales = True, True
     statement = "the refractive index of the binder depends on the wavelength"
     terms = (Parameter("dispersion.b_um2", 0.0, True, -0.02, 0.04, "um^2"),)
@@ -153,7 +153,7 @@ class Interference(ReadingEffect):
     thickness_um: float
     index: float
 
-    name, group, usual = "interference", "waves", 0.05
+    name, group, usual = "interference", "wave optics", 0.05
     statement = "a thin layer causes interference fringes"
     terms = (
         Parameter("interference.amplitude", 0.0, True, 0.0, 0.5),

@@ -214,13 +214,13 @@ def _rivals(objective: Objective, found: Found) -> list[str]:
     best, errors = found.best, found.errors
     if errors is None:
         return []
-    notes, told = [], [best.unit]
+    notes, distinct = [], [best.unit]
     reach = 3 * np.where(np.isfinite(errors.deviation), errors.deviation, 1.0) + 1e-3
     for search in sorted(found.searches, key=lambda s: s.loss):
         if not search.loss < best.loss + _RIVAL_RISE:
             break
-        if all(np.any(np.abs(search.unit - unit) > reach) for unit in told):
-            told.append(search.unit)
+        if all(np.any(np.abs(search.unit - unit) > reach) for unit in distinct):
+            distinct.append(search.unit)
             at = ", ".join(f"{n} = {v:.5g}" for n, v in objective.numbers(search.unit).items())
             notes.append(
                 f"Another minimum is only {search.loss - best.loss:.2g} higher in chi-square, at {at}; "

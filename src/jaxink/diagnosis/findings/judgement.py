@@ -92,11 +92,11 @@ def _separate(further: tuple[FurtherMeasurement, ...], policy: SearchPolicy) -> 
         return ""
     best = further[0]
     one, other = best.effects
-    if best.chi_square < policy.telling_chi_square:
+    if best.chi_square < policy.decisive_chi_square:
         return f" None of the incidences and planes considered would distinguish {one} from {other}."
     return (
-        f" {best.measurement[0].upper()}{best.measurement[1:]} would distinguish {one} from {other} (chi-square "
-        f"{best.chi_square:.3g})."
+        f" {best.measurement[0].upper()}{best.measurement[1:]} would distinguish {one} from {other} "
+        f"(chi-square {best.chi_square:.3g})."
     )
 
 

@@ -27,7 +27,8 @@ def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
     close = [
         r
         for r in rivals
-        if r.is_like(own, n_points, policy.told_apart) or r.penalised(n_points) > own.penalised(n_points)
+        if r.is_like(own, n_points, policy.class_delta_chi_square)
+        or r.penalised(n_points) > own.penalised(n_points)
     ]
     close.sort(key=lambda r: -r.penalised(n_points))
     return dataclasses.replace(

@@ -47,13 +47,13 @@ class ForwardSelection:
         """
         stage, directions, policy = screening.stage, screening.directions, self.options.policy
         # Far from a minimum of the true model even the sign of a score may be wrong, so all are tried.
-        called = [
+        significant = [
             c.name
             for c in screening.result.candidates
             if c.p_adjusted <= self.options.level or (stage.is_far and c.status != Testability.NOT)
         ]
-        called = [name for name in called if self._has_room(stage, directions[name])]
-        promise = {name: stage.promise(directions[name]) for name in called}
+        significant = [name for name in significant if self._has_room(stage, directions[name])]
+        promise = {name: stage.promise(directions[name]) for name in significant}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
         for name in (n for n in promise if n not in own):
             self._refit(screening, name)
@@ -138,7 +138,9 @@ class ForwardSelection:
             if not others or others[0].penalised(n) <= 0:
                 return None
             best = others[0]
-            members = tuple(r.effect.name for r in others if r.is_like(best, n, policy.told_apart))
+            members = tuple(
+                r.effect.name for r in others if r.is_like(best, n, policy.class_delta_chi_square)
+            )
             tried |= set(members)
             error = best.estimates()[best.effect.strength.name].standard_error
             # A strength at a bound of its range has no error, and counts as significant.

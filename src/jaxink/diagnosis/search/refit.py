@@ -47,13 +47,15 @@ class Refit:
         """Decrease in chi-square minus the penalty for the number of terms (Schwarz 1978)."""
         return self.delta_chi_square - len(self.effect.terms) * np.log(n_points)
 
-    def is_like(self, other: "Refit", n_points: int, told_apart: float) -> bool:
+    def is_like(self, other: "Refit", n_points: int, class_delta_chi_square: float) -> bool:
         """Whether the data cannot distinguish two candidates, with or without the penalty for terms.
 
         A candidate with more terms that fits equally well is not preferred, but not refuted either.
         """
         paid = self.penalised(n_points) - other.penalised(n_points)
-        return bool(min(abs(paid), abs(self.delta_chi_square - other.delta_chi_square)) < told_apart)
+        return bool(
+            min(abs(paid), abs(self.delta_chi_square - other.delta_chi_square)) < class_delta_chi_square
+        )
 
     def estimates(self) -> dict[str, Estimate]:
         """Estimates of its free parameters."""

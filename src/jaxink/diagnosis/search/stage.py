@@ -170,12 +170,12 @@ class Stage:
 
     def promise(self, directions: list[Direction]) -> float:
         """Largest predicted decrease in chi-square among the directions of an effect."""
-        falls = [0.0]
+        decreases = [0.0]
         for direction in directions:
             z, norm = self.score(direction)
             if norm > 1e-9 * max(float(np.linalg.norm(direction.column)), 1e-300):
-                falls.append(direction.reachable_delta_chi_square(z, norm))
-        return max(falls)
+                decreases.append(direction.reachable_delta_chi_square(z, norm))
+        return max(decreases)
 
     def score(self, direction: Direction) -> Score:
         """Score of a column after projection off the free parameters."""

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.special import ndtr, ndtri, owens_t
 
-# Below this p the bound takes over: at 2000 draws the share of 100 of them is known to 10 %.
+# Below this p the bound takes over: 100 of 2000 draws are beyond it, which gives p to 10 %.
 _JUNCTION = 0.05
 
 

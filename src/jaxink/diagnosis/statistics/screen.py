@@ -129,13 +129,13 @@ class PreparedScreen:
         candidate, known = self.candidates[position], left_norm > 0
         norm = np.where(known, left_norm, np.nan)
         inner = int(np.nanargmax(admissible(np.where(known, value, np.nan), candidate.sign)))
-        absorbed = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
-        z, is_hardly = float(value[inner]), bool(np.all(absorbed > self.policy.largest_degenerate_fraction))
+        degenerate = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
+        z, is_hardly = float(value[inner]), bool(np.all(degenerate > self.policy.largest_degenerate_fraction))
         p_raw = self._significance.p_raw(position, z)
         return ScreenedCandidate(
             name=candidate.name,
             status=Testability.HARDLY if is_hardly else Testability.TESTABLE,
-            degenerate_fraction=float(absorbed[inner]),
+            degenerate_fraction=float(degenerate[inner]),
             standard_errors=1.0 / norm,
             inner=inner,
             z=z,
@@ -149,7 +149,7 @@ class PreparedScreen:
 
 def _untestable(candidate: Candidate, length) -> ScreenedCandidate:
     """Record of a candidate that these data cannot test."""
-    absorbed = 1.0 if np.any(length > 0) else np.nan
+    degenerate = 1.0 if np.any(length > 0) else np.nan
     if np.any(length > 0):
         reason = "it is degenerate with the free parameters"
     elif np.isfinite(candidate.directions).all():
@@ -157,7 +157,7 @@ def _untestable(candidate: Candidate, length) -> ScreenedCandidate:
     else:
         reason = "its derivative is not finite"
     nothing = np.full(candidate.directions.shape[1], np.nan)
-    return ScreenedCandidate(candidate.name, Testability.NOT, absorbed, nothing, reason=reason)
+    return ScreenedCandidate(candidate.name, Testability.NOT, degenerate, nothing, reason=reason)
 
 
 def prepare_screen(
@@ -208,7 +208,7 @@ def prepare_screen(
     for active, members in cone.groups(noise):
         views.append(_View.of(cone, columns, active))
         scores[members] = noise[members] @ views[-1].left.unit
-    # Most candidates are testable if every bound holds.
+    # If every bound holds, as many candidates as possible are testable.
     most = _View.of(cone, columns, np.zeros(cone.n_edges, bool)) if cone.n_edges else views[0]
     correlation = most.left.unit.T @ most.left.unit
     significance = Significance.of(

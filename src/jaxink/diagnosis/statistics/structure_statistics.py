@@ -114,8 +114,10 @@ def scan_statistics(
     for name, graph in graphs.items():
         ordered = graph[path][:, path]
         pairs = np.add.reduceat(np.asarray(ordered.sum(axis=1)).reshape(-1), starts)
-        told = np.flatnonzero(pairs >= policy.shortest_scan)
-        if told.size:
+        long_enough = np.flatnonzero(pairs >= policy.shortest_scan)
+        if long_enough.size:
             likeness = moran(along, ordered, scan)
-            found.append(ScanStatistic(name, ByScan(likeness.per_scan[:, told], likeness.pooled), told))
+            found.append(
+                ScanStatistic(name, ByScan(likeness.per_scan[:, long_enough], likeness.pooled), long_enough)
+            )
     return found
