@@ -27,7 +27,7 @@ from jaxink.fitting.objective import weights_of
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 from tests.samples import PRINTED_INK
 
 # Coarse: the procedure is tested here, and both the data and the fits are made with these sizes.

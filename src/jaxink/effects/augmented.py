@@ -22,7 +22,7 @@ from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 class AugmentedModel(eqx.Module):

@@ -16,7 +16,7 @@ from jaxink.effects.case import Case
 from jaxink.effects.scene import Field, Surroundings
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import ClassVar
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import FinerDiscretisation
 from jaxink.sample import Parameter
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # Share of the noise of a point below which no realistic number of points reveals an error.
 _FAR_BELOW = 0.05

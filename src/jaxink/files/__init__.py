@@ -1,1 +1,1 @@
-"""Reading with limits, and writing whole or not at all."""
+"""Reading files within limits, and writing them completely or not at all."""

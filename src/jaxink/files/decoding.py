@@ -1,4 +1,4 @@
-"""Plain data, as JSON holds them, turned into the types that wrote them; what does not fit is refused."""
+"""Plain data, as in JSON, converted back to the types that wrote them; what does not fit is rejected."""
 
 import dataclasses
 import json
@@ -10,23 +10,23 @@ from typing import Any, Union, get_args, get_origin, get_type_hints, is_typeddic
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import read_bounded, shown_path
 
-# More than any number that is written has; without a bound, those of thousands of digits take seconds.
+# More than jaxink ever writes; parsing integers of thousands of digits would take seconds.
 _MOST_DIGITS = 18
 _LONGEST_SHOWN = 40
-_NOUNS = {float: "a finite number", int: "a whole number", bool: "true or false", str: "a text"}
+_NOUNS = {float: "a finite number", int: "an integer", bool: "true or false", str: "a string"}
 
 
 @dataclasses.dataclass(frozen=True)
 class Rules:
-    """What types alone do not say.
+    """What the types alone do not say.
 
     Parameters
     ----------
     nulls
-        By key, which number that is not finite null stands for; "" names all other keys. Where a key is not
-        named, null is refused unless its type allows None.
+        The non-finite number that null stands for, by key; "" means all other keys. For keys that are not
+        listed, null is rejected unless the type allows None.
     made_of
-        For a type that is no dataclass: the type of its plain data, and what makes it of them.
+        For a type that is not a dataclass: the type of its plain data, and the function that constructs it.
     """
 
     nulls: Mapping[str, float] = dataclasses.field(default_factory=dict)
@@ -34,58 +34,45 @@ class Rules:
 
 
 def read_json(path, limit_bytes: int, what: str) -> Any:
-    """Plain data of a JSON file; parameters and refusals as of `open_bounded`, and of `json_of`."""
+    """Plain data of a JSON file; parameters and errors as for `open_bounded` and `json_of`."""
     name = shown_path(path)
     content = read_bounded(path, limit_bytes, what)
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError:
-        raise InputRefusedError(f"{name}: is not a {what} of jaxink; it is not UTF-8 text.") from None
-    return json_of(text, f"{name}: is not a {what} of jaxink")
+        raise InputRefusedError(f"{name}: is not a jaxink {what}; it is not UTF-8 text.") from None
+    return json_of(text, f"{name}: is not a jaxink {what}")
 
 
 def json_of(text: str, refusal: str) -> Any:
-    """Plain data of a JSON text.
-
-    Parameters
-    ----------
-    text
-        The text.
-    refusal
-        What precedes the reason of a refusal.
-
-    Raises
-    ------
-    InputRefusedError
-        If it is not JSON of numbers that there are.
-    """
+    """Plain data of a JSON text; an `InputRefusedError` gives ``refusal`` and the reason in brackets."""
     try:
         return json.loads(text, parse_constant=_no_number, parse_int=_integer)
     except RecursionError:
-        problem = "tables or lists stand in each other too deep"
+        problem = "tables or lists are nested too deeply"
     except ValueError as found:
         problem = str(found)
     raise InputRefusedError(f"{refusal} ({problem}).")
 
 
 def decode(kind: Any, value: Any, key: str = "", rules: Rules | None = None) -> Any:
-    """Plain data as a type: a dataclass, tuple, dictionary, number, truth value or text, or a union of them.
+    """Convert plain data to a dataclass, tuple, dictionary, number, bool or string, or a union of them.
 
     Parameters
     ----------
     kind
-        The type, as an annotation writes it.
+        The type, written as in an annotation.
     value
         The data.
     key
-        How the data are called, dotted.
+        Dotted name of the data in messages.
     rules
-        What types alone do not say.
+        What the types alone do not say.
 
     Raises
     ------
     InputRefusedError
-        Naming the key: if one is missing, unknown, or of another type.
+        If a key is missing, unknown, or has a value of the wrong type.
     """
     return _Decoder(rules or Rules()).of(kind, value, key)
 
@@ -124,8 +111,8 @@ class _Decoder:
         for name in table:
             if name not in needed:
                 raise InputRefusedError(
-                    f"{_inside(key, name)} is a key that this jaxink does not know; known are: "
-                    f"{', '.join(needed)}."
+                    f"{_inside(key, name)} is a key that this version of jaxink does not know; valid keys "
+                    f"are: {', '.join(needed)}."
                 )
         for name, is_needed in needed.items():
             if is_needed and name not in table:
@@ -137,7 +124,7 @@ class _Decoder:
         if value is None and types.NoneType in kinds:
             return None
         kinds = tuple(kind for kind in kinds if kind is not types.NoneType)
-        # Of several, only plain ones: numbers and texts.
+        # Only plain types, numbers and strings, occur as alternatives.
         fitting = [kind for kind in kinds if len(kinds) == 1 or _is(kind, value)]
         if not fitting:
             nouns = " or ".join(_NOUNS[kind] for kind in kinds)
@@ -164,19 +151,19 @@ def _made(make: Callable[[Any], Any], of: Any, key: str) -> Any:
 
 def _is(kind: type, value: Any) -> bool:
     if kind is float:
-        # A number such as 1e999 is infinite.
+        # JSON text such as 1e999 is read as infinity.
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     return isinstance(value, kind) and (kind is not int or not isinstance(value, bool))
 
 
 def _table(value: Any, key: str) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise InputRefusedError(f"{key or 'the whole'} is {described(value)}; it must be a table.")
+        raise InputRefusedError(f"{key or 'the top level'} is {described(value)}; it must be a table.")
     return value
 
 
 def _needed(kind: Any) -> dict[str, bool]:
-    """Names of the fields of a type, and whether each must be given."""
+    """Fields of a type, and whether each is required."""
     if is_typeddict(kind):
         return {name: name in kind.__required_keys__ for name in kind.__annotations__}
     missing = dataclasses.MISSING
@@ -193,13 +180,7 @@ def _inside(key: str, name: str) -> str:
 
 
 def described(value: Any) -> str:
-    """A value as a sentence names it, in a few signs.
-
-    Parameters
-    ----------
-    value
-        Plain data.
-    """
+    """Short description of plain data for a message."""
     if isinstance(value, dict | list | tuple):
         return f"a {'table' if isinstance(value, dict) else 'list'} of {len(value)}"
     if value is None or isinstance(value, bool):
@@ -209,10 +190,10 @@ def described(value: Any) -> str:
 
 
 def _no_number(text: str) -> float:
-    raise ValueError(f"{text} is no number that JSON knows")
+    raise ValueError(f"{text} is not a valid JSON number")
 
 
 def _integer(text: str) -> int:
     if len(text.lstrip("-")) > _MOST_DIGITS:
-        raise ValueError(f"a whole number has {len(text.lstrip('-'))} digits")
+        raise ValueError(f"an integer has {len(text.lstrip('-'))} digits")
     return int(text)

@@ -1,4 +1,4 @@
-"""What jaxink computes as plain data, as JSON, and as a folder; `jaxink.files.decoding` is the way back."""
+"""Results as plain data, as JSON, and as a folder; `jaxink.files.decoding` is the inverse."""
 
 import abc
 import dataclasses
@@ -13,17 +13,9 @@ from jaxink.files.writing import whole_folder
 
 
 def plain(value: Any) -> Any:
-    """Strings, numbers, lists and None; numbers that are not finite become None.
+    """Convert dataclasses, dictionaries, sequences, arrays and numbers to data that `json.dumps` accepts.
 
-    Parameters
-    ----------
-    value
-        Of dataclasses, dictionaries, sequences, arrays and numbers.
-
-    Returns
-    -------
-    Any
-        As `json.dumps` takes it.
+    Non-finite numbers become None.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
@@ -41,41 +33,30 @@ def plain(value: Any) -> Any:
 
 
 def json_text(data: Any) -> str:
-    """Plain data as text.
-
-    Parameters
-    ----------
-    data
-        As `plain` makes it.
-    """
+    """JSON text of the data that `plain` returns."""
     return json.dumps(data, indent=1, allow_nan=False)
 
 
 class SavedInFolder(abc.ABC):
-    """What is saved as a folder: a file of JSON, and what JSON does not hold beside it."""
+    """A result saved as a folder: a JSON file, and further files for what JSON does not hold."""
 
     json_file: ClassVar[str]
 
     @abc.abstractmethod
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, as in the file of JSON."""
+        """Plain data, as in the JSON file."""
 
     def files_beside(self) -> dict[str, bytes | memoryview]:
-        """Content of the other files, by name."""
+        """Contents of the other files, by name."""
         return {}
 
     def save(self, directory: str | Path) -> Path:
-        """Write the files, all or none.
+        """Write all files or none, and return the path of the JSON file.
 
         Parameters
         ----------
         directory
-            Made if it does not exist.
-
-        Returns
-        -------
-        Path
-            Of the file of JSON.
+            Created if it does not exist.
 
         Raises
         ------
@@ -87,18 +68,7 @@ class SavedInFolder(abc.ABC):
         return Path(directory) / self.json_file
 
     def write_into(self, folder: Path) -> None:
-        """Write the same files into a folder that, with more in it, is about to take its place as a whole.
-
-        Parameters
-        ----------
-        folder
-            As `whole_folder` yields it.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written.
-        """
+        """Write the same files, among others, into a folder that `whole_folder` has yielded."""
         for name, content in self.files_beside().items():
             (folder / name).write_bytes(content)
         (folder / self.json_file).write_text(json_text(self.to_dict()) + "\n", encoding="utf-8")

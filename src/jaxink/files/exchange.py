@@ -1,10 +1,9 @@
-"""A folder's content replaced by what was written beside it, in a way that no fault leaves half done.
+"""Replacing the contents of a folder by those of a staged one; no failure leaves the exchange half done.
 
-Where the system and the folder allow it, the old folder and the new one change places in one step. Else the
-entries are moved one by one, which is taken back after a fault, and finished by `settle` after a kill: one
-rename makes the new folder ``decided`` in a staging folder inside the old one; from then on the old entries
-go to ``old`` beside it, and those decided take their places. ``removed`` names old entries without a
-successor.
+If the system and the folder allow it, the old and the new folder are exchanged in one step. Otherwise the
+entries are moved one by one; this is undone after an error, and completed by `settle` after a kill. A rename
+first makes the new folder ``decided`` in a staging folder inside the old one; the old entries then go to
+``old`` beside it, and the decided ones take their places. ``removed`` lists old entries without successor.
 """
 
 import ctypes
@@ -23,21 +22,17 @@ _rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None) if os.na
 
 
 def take_place(new: Path, out: Path, owned: set[str]) -> None:
-    """Put the content of a new folder in the place of that of an old one.
+    """Replace the contents of a folder; after an OSError it is as it was.
 
     Parameters
     ----------
     new
-        The new one, staged where `must_stay` tells.
+        The new folder, staged in a place chosen by `must_stay`.
     out
-        The folder, which need not exist, without symbolic links in its path. Entries of other names stay.
+        The folder to replace, which need not exist; no symbolic links in its path. Entries with other names
+        remain.
     owned
-        Names of entries that go even without a successor.
-
-    Raises
-    ------
-    OSError
-        If it fails; the folder is then as it was.
+        Names of entries that are removed even without a successor.
     """
     if not out.exists() and _is_taken(new, out):
         return
@@ -48,10 +43,10 @@ def take_place(new: Path, out: Path, owned: set[str]) -> None:
 
 
 def must_stay(out: Path, replaced: set[str]) -> bool:
-    """Whether an existing folder has to remain the folder that it is, so that its content is staged in it.
+    """Whether an existing folder cannot be exchanged, so that new contents are staged inside it.
 
-    So if the system cannot exchange folders, something is mounted there, the folder around it may not be
-    written to, this process works in it, or it holds folders that are the user's own: not among `replaced`.
+    This is the case if the system cannot exchange folders, the folder is a mount point, its parent is not
+    writable, it contains this process's working folder, or it has subfolders that are not in `replaced`.
     """
     if _rename is None or os.path.ismount(out) or not os.access(out.parent, os.W_OK | os.X_OK):
         return True
@@ -62,7 +57,7 @@ def must_stay(out: Path, replaced: set[str]) -> bool:
 
 
 def settle(folder: str | Path) -> None:
-    """Finish in a folder what killed runs had decided, and remove what they had not, if it can be done."""
+    """Complete what killed runs had decided in a folder, and remove what they had not, as far as possible."""
     for stage in left_over(Path(folder)):
         with suppress(OSError):
             if (stage / DECIDED).is_dir():
@@ -71,7 +66,7 @@ def settle(folder: str | Path) -> None:
 
 
 def _is_taken(new: Path, out: Path) -> bool:
-    """Put a new folder where none is; False if another run was faster."""
+    """Move a new folder to a place that is still free; False if another run was faster."""
     made = [folder for folder in reversed(out.parents) if not folder.exists()]
     try:
         for folder in made:
@@ -88,7 +83,7 @@ def _is_taken(new: Path, out: Path) -> bool:
 
 
 def _is_exchanged(new: Path, out: Path, replaced: set[str]) -> bool:
-    """Let a new folder take over the other entries of the old one, and its place; False if that cannot be."""
+    """Link the old folder's other entries into the new one and exchange them; False if that is impossible."""
     linked: list[Path] = []
     try:
         for entry in _others(out, replaced):
@@ -102,7 +97,7 @@ def _is_exchanged(new: Path, out: Path, replaced: set[str]) -> bool:
         if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EIO):
             raise
         return False
-    # What the user put into the old folder between the two steps.
+    # Entries that the user added to the old folder between the two steps.
     for entry in _others(new, replaced):
         with suppress(OSError):
             if not _is_same(Path(entry.path), out / entry.name):
@@ -115,7 +110,7 @@ def _others(folder: Path, replaced: set[str]) -> list[os.DirEntry]:
 
 
 def _make_alike(new: Path, out: Path) -> None:
-    """Owner and permissions as they were."""
+    """Copy owner and permissions of the old folder."""
     there, here = out.stat(), new.stat()
     if (there.st_uid, there.st_gid) != (here.st_uid, here.st_gid):
         os.chown(new, there.st_uid, there.st_gid)
@@ -155,7 +150,7 @@ def _move_in(new: Path, out: Path, removed: set[str]) -> None:
 
 
 def _finish(stage: Path, out: Path) -> None:
-    """Each step leaves what tells whether it has been done."""
+    """Move the entries; every step leaves evidence of whether it has been done."""
     for name in sorted(_names(stage / DECIDED) | _names(stage / _REMOVED)):
         target, old = out / name, stage / _OLD / name
         if os.path.lexists(target) and not os.path.lexists(old):

@@ -1,4 +1,4 @@
-"""Datasets as netCDF 4 files of a stated schema, written whole or not at all."""
+"""Datasets as netCDF 4 files with a declared schema, written completely or not at all."""
 
 import hashlib
 from collections.abc import Iterable
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     import xarray
 
 _LARGEST_BYTES = 4_000_000_000
-# What jaxink writes is not compressed; others may have done so.
+# Largest ratio of unpacked to file size: jaxink does not compress, but other programs may.
 _MOST_PACKED = 100
 _ALWAYS_ALLOWED_BYTES = 16_000_000
 _CHECKSUM = b"jaxink sha256 "
 
 
 class Variable(NamedTuple):
-    """A variable of a file, and the field of an object whose values it holds."""
+    """A variable of a file, and the field of the object that holds its values."""
 
     name: str
     dims: tuple[str, ...]
@@ -36,16 +36,16 @@ class Variable(NamedTuple):
 
 @dataclass(frozen=True)
 class Schema:
-    """A kind of file, as the attributes of its Dataset state it.
+    """A kind of file, as declared in the attributes of its Dataset.
 
     Parameters
     ----------
     name, version
-        Which jaxink writes, and the only ones that it reads.
+        Those that jaxink writes, and the only ones that it reads.
     what
-        How a sentence calls it.
+        Name of the kind in messages.
     conventions
-        What a reader without jaxink has to know.
+        What readers without jaxink need to know.
     """
 
     name: str
@@ -59,39 +59,18 @@ class Schema:
         return {"schema": self.name, "schema_version": self.version, "conventions": self.conventions}
 
     def require(self, dataset: "xarray.Dataset", called: str) -> None:
-        """Refuse a Dataset of another schema or version.
-
-        Parameters
-        ----------
-        dataset
-            The Dataset.
-        called
-            How to call it in the sentence.
-
-        Raises
-        ------
-        InputRefusedError
-            With what jaxink reads.
-        """
+        """Reject a Dataset, ``called`` so in messages, of another schema or version."""
         if str(dataset.attrs.get("schema")) != self.name:
-            raise InputRefusedError(f"{called}: is not {self.what}: attribute schema must be {self.name}.")
+            raise InputRefusedError(f"{called}: is not {self.what}; attribute schema must be {self.name}.")
         version = dataset.attrs.get("schema_version")
         if not isinstance(version, Integral) or version != self.version:
             raise InputRefusedError(
-                f"{called}: has schema_version {version}; this jaxink reads version {self.version}."
+                f"{called}: has schema_version {version}; this version of jaxink reads {self.version}."
             )
 
 
 def described(holder: Any, variables: Iterable[Variable]) -> dict[str, tuple]:
-    """Copies of an object's fields as variables of a Dataset; fields that are None are left out.
-
-    Parameters
-    ----------
-    holder
-        The object.
-    variables
-        What to take from it.
-    """
+    """Copies of an object's fields as variables of a Dataset; fields that are None are omitted."""
     return {
         v.name: (v.dims, getattr(holder, v.field).copy(), {"units": v.units, "long_name": v.meaning})
         for v in variables
@@ -102,64 +81,47 @@ def described(holder: Any, variables: Iterable[Variable]) -> dict[str, tuple]:
 def values_of(
     dataset: "xarray.Dataset", name: str, dims: tuple[str, ...], called: str, kinds: str = "f"
 ) -> np.ndarray:
-    """Values of a variable of a Dataset that somebody else may have made.
+    """Values of a variable of a Dataset from an unknown source, axes in the order of ``dims``.
 
     Parameters
     ----------
     dataset
         The Dataset.
     name, dims
-        Of the variable.
+        Name and dimensions of the variable.
     called
-        How to call the Dataset in an error.
+        Name of the Dataset in messages.
     kinds
-        Kinds of numpy types that it may have.
-
-    Returns
-    -------
-    np.ndarray
-        Axes in the order of ``dims``.
+        Allowed kinds of numpy types.
 
     Raises
     ------
     InputRefusedError
-        If there is no such variable, or it is of other dimensions or of another type.
+        If the variable is missing, or has other dimensions or another type.
     """
     if name not in dataset.variables:
-        raise InputRefusedError(f"{called}: variable {name} is missing; write the file anew.")
+        raise InputRefusedError(f"{called}: variable {name} is missing; write the file again.")
     variable = dataset[name]
     if set(variable.dims) != set(dims):
         raise InputRefusedError(f"{called}: variable {name} must have the dimensions {', '.join(dims)}.")
     if variable.dtype.kind not in kinds:
         raise InputRefusedError(
-            f"{called}: variable {name} is of type {variable.dtype}; that is not what it holds."
+            f"{called}: variable {name} has the wrong type {variable.dtype}; write the file again."
         )
     return variable.transpose(*dims).values
 
 
 def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
-    """Write a Dataset, see `netcdf_bytes`.
-
-    Parameters
-    ----------
-    dataset
-        The Dataset.
-    path
-        The file, suffix .nc; one that exists is replaced.
-
-    Returns
-    -------
-    Path
-        Of the file.
+    """Write a Dataset to a file with the suffix .nc, replacing an existing one; see `netcdf_bytes`.
 
     Raises
     ------
     InputRefusedError
-        If the suffix is another, the folder does not exist, or it cannot be written to.
+        If the suffix is wrong, the folder does not exist, or the file cannot be written.
     """
     path = Path(path)
     if path.suffix != ".nc":
-        raise InputRefusedError(f"{path}: a netCDF file needs the suffix .nc.")
+        raise InputRefusedError(f"{path}: a netCDF file must have the suffix .nc.")
     with written_whole(path) as part:
         part.write_bytes(netcdf_bytes(dataset))
     return path
@@ -168,9 +130,9 @@ def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
 def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
     """A Dataset as the bytes of a netCDF 4 file, without fill values: NaN is a value like any other.
 
-    HDF5 never meets the disk: one that is full would leave it with files that it cannot close, and end the
-    process. Nor shall it meet bytes that were changed, with some of which it never ends: behind the content,
-    where no reader of HDF5 looks, stands a checksum.
+    HDF5 never writes to the disk itself: on a full disk it could not close its files and would end the
+    process. Since some corrupted files make it hang, a checksum is appended after the content, which HDF5
+    readers ignore.
     """
     content = BytesIO()
     encoding = {name: {"_FillValue": None} for name in dataset.variables}
@@ -191,12 +153,12 @@ def read_dataset(
     path
         The file.
     largest_bytes, what
-        The largest that it may be, and what it should be.
+        Largest size allowed, and the expected kind of file, for messages.
 
     Raises
     ------
     InputRefusedError
-        If it is missing, no ordinary file, no netCDF 4 file, damaged, or claims far more data than it holds.
+        If the file is missing, not regular, not netCDF 4, damaged, or claims far more data than it has.
     """
     import xarray
 
@@ -208,7 +170,7 @@ def read_dataset(
             return opened.load()
     except InputRefusedError:
         raise
-    # Where bytes of a file are wrong, the libraries that read it raise whatever they stumble upon.
+    # The libraries raise all sorts of exceptions for corrupted files.
     except Exception as problem:
         raise InputRefusedError(f"{name}: is not a readable netCDF 4 file.") from problem
 
@@ -218,17 +180,17 @@ def _checksum(content: memoryview) -> bytes:
 
 
 def _require_unchanged(content: BytesIO, name: str) -> None:
-    """Refuse a file whose checksum is another; who changes a file by a library leaves none."""
+    """Reject a file with a wrong checksum; files that another library has rewritten have none."""
     end = len(_checksum(memoryview(b"")))
     view = content.getbuffer()
     if view[-end:].tobytes().startswith(_CHECKSUM) and view[-end:] != _checksum(view[:-end]):
         raise InputRefusedError(
-            f"{name}: is damaged: its checksum is not that of its content; take another copy of it."
+            f"{name}: is damaged (its checksum does not match its content); use another copy."
         )
 
 
 def _require_held(content: BytesIO, name: str) -> None:
-    """Refuse a file whose variables claim what would not fit into memory."""
+    """Reject a file whose variables claim far more memory than the file can fill."""
     import h5py
 
     held = content.getbuffer().nbytes
@@ -244,5 +206,5 @@ def _require_held(content: BytesIO, name: str) -> None:
     if claimed > _MOST_PACKED * held + _ALWAYS_ALLOWED_BYTES:
         raise InputRefusedError(
             f"{name}: its variables claim {claimed / 1e6:,.0f} MB, but the file has {held / 1e6:.3g} MB; it "
-            "is damaged, or not of jaxink."
+            "is damaged or was not written by jaxink."
         )

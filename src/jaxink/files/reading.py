@@ -1,4 +1,4 @@
-"""Files that are read within bounds."""
+"""Reading files within bounds."""
 
 import codecs
 import difflib
@@ -23,7 +23,7 @@ _OTHER_KINDS = (
 
 
 def shown_path(path: str | Path) -> str:
-    """A path as a sentence names it: on one line, and not longer than anyone would read."""
+    """A path for a message: on one line, and shortened if very long."""
     text = str(path)
     text = text if text.isprintable() else ascii(text)
     half = _LONGEST_SHOWN // 2
@@ -32,29 +32,25 @@ def shown_path(path: str | Path) -> str:
 
 @contextmanager
 def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[BinaryIO]:
-    """Open an ordinary file for reading; what would block, never end or not fit is refused.
+    """Open a regular file for reading; anything that would block, never end or be too large is rejected.
 
     Parameters
     ----------
     path
         The file.
     limit_bytes
-        The largest that it may be.
+        Largest size allowed.
     what
-        What it should be, such as ``sample file``, for the sentence.
-
-    Yields
-    ------
-    BinaryIO
+        Expected kind of file, such as ``sample file``, for messages.
 
     Raises
     ------
     InputRefusedError
-        If it is missing, no ordinary file, too large, or cannot be read; also while it is read.
+        If the file is missing, not a regular file, too large, or cannot be read; also while it is being read.
     """
     name = shown_path(path)
     if "\0" in str(path):
-        raise InputRefusedError(f"{name}: holds a zero byte, which no file's name can; name one {what}.")
+        raise InputRefusedError(f"{name}: a file name cannot contain a zero byte; give a {what}.")
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             _require_ordinary(os.fstat(file.fileno()), name, limit_bytes, what)
@@ -62,20 +58,20 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
     except FileNotFoundError:
         raise InputRefusedError(f"{name}: there is no such {what}{_near(Path(path))}.") from None
     except IsADirectoryError:
-        raise InputRefusedError(f"{name}: is a directory; give one {what}.") from None
+        raise InputRefusedError(f"{name}: is a directory; give a {what}.") from None
     except OSError as problem:
         if problem.errno == errno.ENAMETOOLONG:
-            text = f"the name is longer than any file's can be; name one {what}"
+            text = f"the name is too long for a file; give a {what}"
         else:
             text = f"cannot be read ({problem.strerror or problem})"
         raise InputRefusedError(f"{name}: {text}.") from None
 
 
 def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
-    """Content of an ordinary file; parameters and refusals as of `open_bounded`."""
+    """Content of a regular file; parameters and errors as for `open_bounded`."""
     with open_bounded(path, limit_bytes, what) as file:
         content = bytearray()
-        # The size that a file claims is no bound: it may grow, and those of the system claim 0.
+        # The reported size is no bound: files may grow, and those of the system report 0.
         while block := file.read(_BLOCK_BYTES):
             content += block
             _require_size(len(content), shown_path(path), limit_bytes, what)
@@ -83,20 +79,7 @@ def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
 
 
 def utf8_text(content: bytes, name: str) -> str:
-    """Text of a file in UTF-8; the byte-order mark that some editors put before it is left out.
-
-    Parameters
-    ----------
-    content
-        Of the file.
-    name
-        How to call it in the sentence.
-
-    Raises
-    ------
-    InputRefusedError
-        With the row, if it is in another encoding.
-    """
+    """Text of a UTF-8 file without a byte-order mark; a message about another encoding names file and row."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputRefusedError(f"{name}: is UTF-16 text; save it as UTF-8.")
     try:
@@ -104,39 +87,37 @@ def utf8_text(content: bytes, name: str) -> str:
     except UnicodeDecodeError as problem:
         row, byte = content[: problem.start].count(b"\n") + 1, content[problem.start]
         raise InputRefusedError(
-            f"{name}, row {row}: byte 0x{byte:02x} is not UTF-8 text; save as UTF-8."
+            f"{name}, row {row}: byte 0x{byte:02x} is not UTF-8 text; save the file as UTF-8."
         ) from None
 
 
 def require_readable(path: str | Path, limit_bytes: int, what: str) -> None:
-    """Refuse a file that a library opens by its name; parameters and refusals as of `open_bounded`."""
+    """Check a file that a library opens by its name; parameters and errors as for `open_bounded`."""
     with open_bounded(path, limit_bytes, what):
         pass
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    """Open a file; a pipe would else block until somebody writes to it."""
+    """Open a file without blocking, as a pipe would until somebody writes to it."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _require_ordinary(found: os.stat_result, name: str, limit_bytes: int, what: str) -> None:
     if not stat.S_ISREG(found.st_mode):
-        kind = next((kind for is_kind, kind in _OTHER_KINDS if is_kind(found.st_mode)), "no ordinary file")
-        raise InputRefusedError(
-            f"{name}: is {kind}, but only ordinary files are read; write the {what} to one."
-        )
+        kind = next((kind for is_kind, kind in _OTHER_KINDS if is_kind(found.st_mode)), "not a regular file")
+        raise InputRefusedError(f"{name}: is {kind}; save the {what} as a regular file.")
     _require_size(found.st_size, name, limit_bytes, what)
 
 
 def _require_size(n_bytes: int, name: str, limit_bytes: int, what: str) -> None:
     if n_bytes > limit_bytes:
         raise InputRefusedError(
-            f"{name}: is larger than {limit_bytes / 1e6:.3g} MB, the size that no {what} may exceed."
+            f"{name}: is too large; a {what} may have at most {limit_bytes / 1e6:.3g} MB."
         )
 
 
 def _near(path: Path) -> str:
-    """The name beside a missing file that is most like its own, as the end of a sentence."""
+    """Hint at the most similar name in the folder of a missing file."""
     try:
         names = [entry.name for entry in path.parent.iterdir()]
     except OSError:

@@ -1,8 +1,8 @@
-"""Hidden folders in which output is written before it takes its place.
+"""Hidden folders in which output is staged.
 
-Their names are random: ids of processes come again, in containers from one start to the next. Each is locked
-while its run lives; the system lifts the lock when the run dies, however it dies, so that a later run can
-tell what is left over from what is in use.
+Their names are random, because process ids are reused (in containers, at every start). Each folder is locked
+while its run is alive. The system releases the lock when the run ends, in whatever way, so a later run can
+distinguish leftovers from folders in use.
 """
 
 import errno
@@ -17,31 +17,26 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows: nothing is locked, and so nothing is ever taken for a left-over.
-    fcntl = None
+except ImportError:  # Windows: nothing is locked, so nothing is ever treated as a leftover.
+    fcntl = None  # type: ignore[assignment]
 
-# In a staging folder: what a run had decided to put in place, which must not be lost.
+# Entry of a staging folder: output that a run has decided to put in place, which must not be lost.
 DECIDED = "decided"
 _PREFIX = ".jaxink-"
 _LOCK = "lock"
 _LOCK_BYTES = 4096
 _TRIES = 100
-# The second form is that of a jaxink that named them by process and did not lock them.
+# Earlier versions used the second form, named by process and not locked.
 _NAMES = re.compile(r"\.jaxink-\w{8}|\..+\.jaxink-\d+")
-# From when on one without a lock is not of a run that is just starting.
+# A folder without lock that is older than this does not belong to a run that is just starting.
 _OLD_SECONDS = 24 * 3600
 
 
 @contextmanager
 def staged_in(folder: Path) -> Iterator[Path]:
-    """A hidden folder, removed at the end, unless it holds what is `DECIDED` and not in its place.
+    """Hidden folder in an existing one, removed at the end unless it still contains `DECIDED` output.
 
-    Where nothing can be written making it fails, for the file of its lock takes a page of the disk.
-
-    Parameters
-    ----------
-    folder
-        An existing folder, in which it is made.
+    Creating it fails if nothing can be written, because its lock file occupies a page of the disk.
     """
     stage, lock = _new_stage(folder)
     try:
@@ -53,7 +48,7 @@ def staged_in(folder: Path) -> Iterator[Path]:
 
 
 def left_over(folder: Path) -> Iterator[Path]:
-    """Staging folders in a folder of the user's own runs that are dead, each locked while it is looked at."""
+    """Staging folders that the user's dead runs have left in a folder, each locked while it is yielded."""
     with suppress(OSError, ValueError):
         for entry in [entry for entry in os.scandir(folder) if _NAMES.fullmatch(entry.name)]:
             if entry.is_dir(follow_symlinks=False) and _is_own(entry):
@@ -61,7 +56,7 @@ def left_over(folder: Path) -> Iterator[Path]:
 
 
 def _is_own(entry: os.DirEntry) -> bool:
-    """Where several users write, another's folder could be made to look like a left-over."""
+    """In a shared folder, somebody else could fake a leftover."""
     return os.name != "posix" or entry.stat(follow_symlinks=False).st_uid == os.geteuid()
 
 
@@ -91,7 +86,7 @@ def _new_stage(folder: Path) -> tuple[Path, int]:
         except OSError:
             shutil.rmtree(path, ignore_errors=True)
             raise
-        # Between the lines above, another run can have taken it for a left-over.
+        # Another run may have taken it for a leftover before it was locked.
         if _locked(lock) is not False:
             return path, lock
         os.close(lock)
@@ -99,7 +94,7 @@ def _new_stage(folder: Path) -> tuple[Path, int]:
 
 
 def _locked(descriptor: int) -> bool | None:
-    """Whether a file could be locked; None where files cannot be locked at all."""
+    """Whether a file could be locked; None if locking is not supported."""
     if fcntl is None:
         return None
     try:
@@ -113,7 +108,7 @@ def _locked(descriptor: int) -> bool | None:
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Wait until no other run replaces what is in a folder; where folders cannot be locked, do not wait."""
+    """Wait until no other run is replacing a folder's contents; do not wait if folders cannot be locked."""
     lock = None
     with suppress(OSError, AttributeError):
         lock = os.open(folder, os.O_RDONLY)
@@ -126,12 +121,12 @@ def alone_in(folder: Path) -> Iterator[None]:
 
 
 def synced(path: Path) -> None:
-    """Have a file or a folder written to the disk: what a full disk refuses is refused here at the latest."""
+    """Flush a file or a folder to the disk, so that errors such as a full disk appear now at the latest."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     except OSError as problem:
-        # Some file systems cannot do it.
+        # Some file systems do not support it.
         if problem.errno not in (errno.EINVAL, errno.ENOTSUP):
             raise
     finally:

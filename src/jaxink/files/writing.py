@@ -1,4 +1,4 @@
-"""Files and folders that are written whole or not at all, and places where they cannot be."""
+"""Writing files and folders completely or not at all."""
 
 import errno
 import os
@@ -14,22 +14,14 @@ from jaxink.files.staging import staged_in, synced
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Where to write a file; it takes the place of `path` once it is complete.
+    """Path of a temporary file that replaces the file at `path` once it is complete.
 
-    Parameters
-    ----------
-    path
-        The file; its folder exists.
-
-    Yields
-    ------
-    Path
-        In a hidden folder beside it, so that the last step is a rename within one file system.
+    It is in a hidden folder beside `path`, so that the last step is a rename within one file system.
 
     Raises
     ------
     InputRefusedError
-        If it cannot be written; what was there before is then still there.
+        If the folder does not exist or the file cannot be written; an existing file is then unchanged.
     """
     with _one_sentence(path):
         folder = _folder_of(path)
@@ -44,19 +36,14 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def whole_folder(out: str | Path, owned: Collection[str] = ()) -> Iterator[Path]:
-    """A hidden folder whose content takes the place of that of ``out`` once it is complete.
+    """Hidden folder to write to; its contents replace those of ``out`` once they are complete.
 
     Parameters
     ----------
     out
-        The folder, made if it does not exist; entries of the same names are replaced, all others stay.
+        The folder, created if it does not exist. Entries with the same names are replaced, all others remain.
     owned
-        Entries that are removed if they are not written anew: they would belong to an older result.
-
-    Yields
-    ------
-    Path
-        Where to write.
+        Entries that are removed unless they are written again, because they would belong to an older result.
 
     Raises
     ------
@@ -71,21 +58,21 @@ def whole_folder(out: str | Path, owned: Collection[str] = ()) -> Iterator[Path]
             new = stage / "new"
             new.mkdir()
             yield new
-            for folder, _, files in os.walk(new):
-                for path in (*(Path(folder, name) for name in files), Path(folder)):
+            for inner, _, files in os.walk(new):
+                for path in (*(Path(inner, name) for name in files), Path(inner)):
                     synced(path)
             take_place(new, real, set(owned))
             _remember(real)
 
 
 def require_file(path: Path) -> None:
-    """Refuse a file that `written_whole` could not write, before anything is computed for it."""
+    """Reject a file that `written_whole` could not write, before anything is computed for it."""
     with _one_sentence(path), staged_in(_folder_of(path)):
         pass
 
 
 def require_folder(out: Path, owned: Collection[str] = ()) -> None:
-    """Refuse a folder that `whole_folder` could not write, before anything is computed for it."""
+    """Reject a folder that `whole_folder` could not write, before anything is computed for it."""
     with _one_sentence(out), staged_in(_places(out, owned)[1]):
         pass
 
@@ -95,7 +82,7 @@ def _one_sentence(wanted: str | Path) -> Iterator[None]:
     name = shown_path(wanted)
     try:
         if "\0" in str(wanted):
-            raise OSError(errno.EINVAL, "its name holds a zero byte, which no name can")
+            raise OSError(errno.EINVAL, "a name cannot contain a zero byte")
         yield
     except OSError as problem:
         raise InputRefusedError(
@@ -104,12 +91,12 @@ def _one_sentence(wanted: str | Path) -> Iterator[None]:
 
 
 def _folder_of(path: Path) -> Path:
-    """The folder of a file, where the file can be written."""
+    """Folder of a file that can be written."""
     folder = path.absolute().parent
     if path.is_dir():
-        raise InputRefusedError(f"{path}: is a folder, but a file is needed; name one inside it.")
+        raise InputRefusedError(f"{path}: is a folder; give the name of a file, for example inside it.")
     if path.exists() and not path.is_file():
-        raise InputRefusedError(f"{path}: is a pipe or a device, but a file is needed; name one.")
+        raise InputRefusedError(f"{path}: is a pipe or a device; give the name of a regular file.")
     if not folder.is_dir():
         raise InputRefusedError(f"{path}: the folder does not exist; create it first.")
     _is_there(path)
@@ -118,26 +105,26 @@ def _folder_of(path: Path) -> Path:
 
 
 def _places(out: Path, owned: Collection[str]) -> tuple[Path, Path]:
-    """A folder without symbolic links, and the one that exists in the same file system to stage it in."""
+    """The folder with symbolic links resolved, and an existing one in the same file system for staging."""
     if out.is_symlink() and not out.exists():
         raise InputRefusedError(
             f"{out}: is a symbolic link to {out.readlink()}, which does not exist; create that folder, or "
-            "name another one."
+            "choose another one."
         )
     if out.exists() and not out.is_dir():
-        raise InputRefusedError(f"{out}: is a file, but a folder is needed; name another one.")
+        raise InputRefusedError(f"{out}: is a file; give the name of a folder.")
     real = place = Path(os.path.realpath(out))
     while not _is_there(place):
         place = place.parent
     if not place.is_dir():
-        raise InputRefusedError(f"{out}: {place} is a file, so nothing can be written below it.")
+        raise InputRefusedError(f"{out}: {place} is a file, not a folder; choose another folder.")
     _require_writable(place, out)
     is_beside = place == real and not must_stay(real, set(owned))
     return real, real.parent if is_beside else place
 
 
 def _is_there(path: Path) -> bool:
-    """Whether there is such an entry; a name that is too long is an error."""
+    """Whether the path exists; a name that is too long is an error."""
     with suppress(FileNotFoundError, NotADirectoryError):
         path.lstat()
         return True
@@ -146,11 +133,11 @@ def _is_there(path: Path) -> bool:
 
 def _require_writable(folder: Path, wanted: Path) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputRefusedError(f"{wanted}: {folder} may not be written to; choose another folder.")
+        raise InputRefusedError(f"{wanted}: {folder} is not writable; choose another folder.")
 
 
 def _remember(folder: Path) -> None:
-    """The renames are done: what the disk says to them changes nothing any more."""
+    """Flush the renames; they are done, so errors of the disk no longer matter."""
     with suppress(OSError):
         synced(folder)
         synced(folder.parent)

@@ -118,10 +118,10 @@ class GradientSearch:
 
     def _first_step(self, unit: np.ndarray):
         """State of a search after its first step, which includes everything computed at the start."""
-        unit, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
-        state = self._compiled.initial(self._arrays, unit, *box)
+        start, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
+        state = self._compiled.initial(self._arrays, start, *box)
         advance = self._compiled.advance.now(1)
-        _, state, _, _ = advance(self._arrays, unit, *box, state)
+        _, state, _, _ = advance(self._arrays, start, *box, state)
         self._compiled.ready.add(advance)
         return state
 

@@ -20,7 +20,7 @@ from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResul
 from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
 # null stands for unknown values if a fit did not start or a model is not finite.
@@ -45,7 +45,8 @@ def _entries() -> dict[str, Any]:
     return head | fields | {"result_id": NotRequired[str | None]}
 
 
-_Document = TypedDict("_Document", _entries())
+# Its keys are those of `FitResult`, so that a type checker cannot know them.
+_Document: Any = TypedDict("_Document", _entries())  # type: ignore[misc]
 
 
 def load_result(path: str | Path) -> FitResult:
@@ -113,7 +114,7 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
     return document, sample
 
 
-def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, np.ndarray | None]]:
+def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, Any]]:
     """The measurement, and the columns of the fit for each used point."""
     data_path = path.with_name(document["data_file"])
     dataset, name = read_dataset(data_path), shown_path(data_path)

@@ -93,7 +93,8 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
     measured = data.bsdf_per_sr[used]
     cosine = np.cos(np.deg2rad(data.theta_o_deg[used]))
     positive = bool(np.all(measured > 0) and np.all(predicted > 0))
-    square = freedom = None
+    square: float | None = None
+    freedom: int | None = None
     if whitened is not None:
         square, freedom = float(np.sum(whitened**2)), len(measured) - n_parameters
     log_m, log_s = (np.log(v) if positive else None for v in (measured, predicted))
@@ -102,7 +103,7 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         points=len(measured),
         chi_square=square,
         degrees_of_freedom=freedom,
-        reduced_chi_square=square / freedom if freedom and freedom > 0 else None,
+        reduced_chi_square=square / freedom if square is not None and freedom and freedom > 0 else None,
         probability=float(chdtrc(freedom, square)) if freedom and freedom > 0 else None,
         rmsd_absolute_pi=np.pi * _rms(measured - predicted),
         rmsd_absolute_pi_percent=100 * _rms(measured - predicted) / float(np.max(measured)),
@@ -142,8 +143,8 @@ def merit_by_scan(
                 scan.side,
                 int(here.sum()),
                 None if whitened is None else float(np.sum(whitened[here] ** 2)),
-                _rms(ratio) if positive else None,
-                float(np.mean(ratio)) if positive else None,
+                None if ratio is None else _rms(ratio),
+                None if ratio is None else float(np.mean(ratio)),
             )
         )
     return tuple(rows)

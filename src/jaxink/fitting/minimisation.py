@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from jaxink.fitting.result import FitResult
 from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
+from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # A profile is computed for a larger standard error, as a share of the range, or a larger correlation.
 _WIDE = 0.1
@@ -97,9 +99,9 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
     """Resolution needed at the solution, if it exceeds that of the fit."""
     if options.config is not None:
         return None
-    used = objective.model.config
-    values = objective.numbers(best.unit)
-    asked = used.at_least(objective.model.sizes(values, options.accuracy, options.layer_method))
+    model = cast(ForwardModel, objective.model)
+    used, values = model.config, objective.numbers(best.unit)
+    asked = used.at_least(model.sizes(values, options.accuracy, options.layer_method))
     return None if asked == used else asked
 
 
@@ -111,7 +113,7 @@ def _search(
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     if options.method == "simplex":
         return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], ()
-    engine, scans = GradientSearch(objective), ()
+    engine, scans = GradientSearch(objective), tuple[Search, ...]()
     points = starts(first, options.n_starts, options.seed)
     rugged = [i for i, p in enumerate(free) if p.multimodal]
     if rugged and options.scan:
@@ -149,7 +151,7 @@ def _named(progress: Progress, what: str) -> Callable[[int, float], None]:
 
 
 def _covariance(best: Search) -> Covariance | None:
-    if best.triangle is None:
+    if best.triangle is None or best.gradient is None:
         return None
     return covariance(best.triangle, best.unit, best.gradient)
 
@@ -174,9 +176,11 @@ def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: P
 
 
 def _profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> tuple[Profile, ...]:
-    profiles = []
-    for position, deviation in enumerate(found.errors.deviation):
-        if which == "all" or _is_weak(found.errors, position):
+    profiles, errors = [], found.errors
+    if errors is None:
+        return ()
+    for position, deviation in enumerate(errors.deviation):
+        if which == "all" or _is_weak(errors, position):
             progress("profile", position + 1, found.best.loss)
             profiles.append(profile(engine, found.best, position, deviation))
     return tuple(profiles)

@@ -186,8 +186,8 @@ def make_objective(
             f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
             "not: mask them, or choose chi_square."
         )
-    directions = (column[used] for column in data.directions)
-    model = ForwardModel(sample, *directions, config, accuracy, layer_method)
+    columns = data.used_directions
+    model = ForwardModel(sample, *columns, config=config, accuracy=accuracy, layer_method=layer_method)
     names = tuple(p.name for p in free)
     return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
 

@@ -5,8 +5,8 @@ import dataclasses
 from jaxink.errors import require_integer, require_kind, require_one_of
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import LAYER_METHODS
-from jaxink.solver.stack import SolverConfig
 
 METHODS = ("gradient", "simplex")
 

@@ -9,7 +9,7 @@ from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 def predict(
@@ -46,4 +46,4 @@ def predict(
         Sample or data are invalid.
     """
     data, sample = read_inputs(data, sample)
-    return evaluate(ForwardModel(sample, *data.directions, config, accuracy))
+    return evaluate(ForwardModel(sample, *data.directions, config=config, accuracy=accuracy))

@@ -15,7 +15,7 @@ from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
@@ -239,7 +239,7 @@ class FitResult(SavedInFolder):
             Points to predict; None for the fitted measurement, including masked points.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, self.config)
+        return ForwardModel(self.sample, *at.directions, config=self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""

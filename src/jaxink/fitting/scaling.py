@@ -51,11 +51,10 @@ class UnitScale(eqx.Module):
             origin = pole - sign * offset
             start, end = (p.minimum - origin, p.maximum - origin)
             rows.append((False, origin, start, end / start))
-        even, origin, first, ratio = zip(*rows, strict=True)
         return cls(
             np.array([p.minimum for p in parameters]),
             np.array([p.maximum for p in parameters]),
-            *(np.array(column) for column in (even, origin, first, ratio)),
+            *(np.array(column) for column in zip(*rows, strict=True)),
         )
 
     def to_physical(

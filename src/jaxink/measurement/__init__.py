@@ -1,13 +1,7 @@
 """Goniometer measurements: reading, checking, masking and noise; numpy only."""
 
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.masks import (
-    MASK_FLAGS,
-    MaskFlag,
-    MaskLimits,
-    mask_counts,
-    mask_sentences,
-)
+from jaxink.measurement.masks import MASK_FLAGS, MaskFlag, MaskLimits, mask_counts, mask_sentences
 from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.point_noise import FitNoise, Noise, noise_of

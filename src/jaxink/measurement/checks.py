@@ -1,4 +1,4 @@
-"""Units and ranges of the columns: each check returns the values, or refuses with row and column."""
+"""Checks of the units and ranges of the columns; an invalid value is rejected with its row and column."""
 
 import math
 
@@ -20,7 +20,7 @@ _SIDES = {
     "btdf": "T",
 }
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
-# Far beyond any measurement: squares and quotients of such values are numbers, too.
+# Far beyond any measurement; squares and quotients of such values do not overflow.
 _MAGNITUDES_PER_SR = (1e-100, 1e12)
 
 
@@ -29,9 +29,9 @@ def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
     values = []
     for line, cell in zip(table.lines, table.column(index), strict=True):
         if not cell:
-            raise refusal(table.source, "the cell is blank; a number is needed", line, name)
+            raise refusal(table.source, "the cell is empty; it must be a number", line, name)
         try:
-            # float() takes "1_0" for 10, which in a measurement file is a slip.
+            # float() reads "1_0" as 10, which in a measurement file is a typing error.
             value = float(cell) if "_" not in cell else None
         except ValueError:
             value = None
@@ -40,17 +40,17 @@ def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
             hint = f"; write {cell.replace(',', '.')} with a decimal point" if comma else ""
             raise refusal(table.source, f"'{cell}' is not a number{hint}", line, name)
         if not math.isfinite(value):
-            raise refusal(table.source, f"'{cell}' is not finite; leave the row out", line, name)
+            raise refusal(table.source, f"'{cell}' is not finite; remove the row", line, name)
         values.append(value)
     return np.array(values)
 
 
 def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:
-    """True for transmission, from R/T or the full words."""
+    """True for transmission, read from R, T or the full words."""
     cells = table.column(index)
     for line, cell in zip(table.lines, cells, strict=True):
         if cell.lower() not in _SIDES:
-            text = f"'{cell}' is no side; write R for reflection or T for transmission"
+            text = f"'{cell}' is not a side; write R for reflection or T for transmission"
             raise refusal(table.source, text, line, "side")
     other = sorted(set(cells) - {"R", "T"})
     if other:
@@ -60,18 +60,18 @@ def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:
 
 
 def refuse_radians(table: TextTable, angles: dict[str, np.ndarray]):
-    """Refuse angles that are in radians.
+    """Reject angles that are in radians.
 
-    Two signs: all polar angles below 3.2 and azimuths below 6.3 while the polar angles are not
-    multiples of 0.05, or one column in which half of the distinct values are whole multiples of
-    5 degrees once converted. Angles that a user would write in degrees pass both.
+    There are two indications: all polar angles are below 3.2 and all azimuths below 6.3 while the polar
+    angles are not multiples of 0.05; or half of the distinct values of a column become multiples of
+    5 degrees when converted.
     """
     limits = dict(zip(ANGLES, (3.2, 3.2, 6.3), strict=True))
     small = [name for name in ANGLES if np.abs(angles[name]).max() <= limits[name]]
     polar = np.concatenate([angles["theta_i_deg"], angles["theta_o_deg"]])
     if len(small) == 3 and not _multiples(polar, 0.05, 1e-6).all():
         largest = max(float(np.abs(angles[name]).max()) for name in ANGLES)
-        text = f"no angle exceeds {largest:.4g}, so the angles are radians; multiply them by 180/pi"
+        text = f"no angle exceeds {largest:.4g}, so the angles are in radians; multiply them by 180/pi"
         raise refusal(table.source, text, column=" and ".join(ANGLES))
     for name in small:
         distinct = np.unique(np.abs(angles[name][angles[name] != 0]))
@@ -87,62 +87,62 @@ def _multiples(values, step, tolerance):
 
 
 def polar_angles(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
-    """Polar angles in 0 ... 90 degrees."""
+    """Polar angles, 0 to 90 degrees."""
     bad = np.flatnonzero((values < 0) | (values > 90))
     if bad.size:
         value = values[bad[0]]
         if value < 0:
-            remedy = f"write {-value:g} and turn phi_deg by 180"
+            remedy = f"write {-value:g} and add 180 to phi_deg"
         elif value <= 180:
-            remedy = f"from the normal of the side that the light leaves it is {180 - value:g}"
+            remedy = f"measured from the normal of the side on which the light leaves, it is {180 - value:g}"
         else:
             remedy = "correct the row"
-        text = f"{value:g} is outside 0 ... 90 degrees; {remedy}"
+        text = f"{value:g} is outside the range 0 to 90 degrees; {remedy}"
         raise refusal(table.source, text, table.lines[bad[0]], name)
     return values + 0.0  # no negative zero
 
 
 def azimuths(table: TextTable, values: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Azimuths in (-180, 180] degrees, from -180 ... 360."""
+    """Azimuths converted from -180 to 360 degrees into the range (-180, 180]."""
     bad = np.flatnonzero((values < -180) | (values > 360))
     if bad.size:
-        text = f"{values[bad[0]]:g} is outside (-180, 180] and 0 ... 360 degrees"
+        text = f"{values[bad[0]]:g} is outside the range; an azimuth is -180 to 180 or 0 to 360 degrees"
         raise refusal(table.source, text, table.lines[bad[0]], "phi_deg")
     if (values > 180).any():
-        notes.append("Azimuths above 180 degrees were lowered by 360, into (-180, 180].")
+        notes.append("Azimuths above 180 degrees were reduced by 360, to the range (-180, 180].")
     if (values == -180).any():
-        notes.append("Azimuths of -180 degrees were written as 180.")
+        notes.append("Azimuths of -180 degrees were changed to 180.")
     values = np.where(values > 180, values - 360, values)
     return np.where(values == -180, 180.0, values) + 0.0
 
 
 def wavelengths(source: str, values: np.ndarray, lines: np.ndarray | list[None]) -> np.ndarray:
-    """Wavelengths in nm, recognising micrometres and metres."""
+    """Wavelengths in nm; the message recognises micrometres and metres."""
     low, high = WAVELENGTH_RANGE_NM
     bad = np.flatnonzero((values < low) | (values > high))
     if bad.size:
         value = values[bad[0]]
         if 0.1 <= value <= 20:
-            remedy = "micrometres must be multiplied by 1000"
+            remedy = "if it is in micrometres, multiply by 1000"
         elif 0 < value < 1e-4:
-            remedy = "metres must be multiplied by 1e9"
+            remedy = "if it is in metres, multiply by 1e9"
         else:
-            remedy = f"it must lie in {low:g} ... {high:g}"
+            remedy = f"it must be between {low:g} and {high:g}"
         text = f"{value:g} is not a wavelength in nm; {remedy}"
         raise refusal(source, text, lines[bad[0]], "wavelength_nm")
     return values
 
 
 def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np.ndarray, scan: np.ndarray):
-    """Refuse a BSDF without a positive value, or that sends out more light than came in.
+    """Reject a BSDF without any positive value, or one that sends out more light than arrives.
 
-    A scan from within 30 degrees of the normal to theta >= 60 degrees whose smallest value is m
-    sends out about pi m sin(theta)^2 of the light or more. Above 1.5 it is in per cent, or a
-    reflectance factor.
+    A scan with the smallest value m that extends from within 30 degrees of the normal to theta >= 60 degrees
+    sends out at least about pi m sin(theta)^2 of the light. If this exceeds 1.5, the values are in per cent
+    or are reflectance factors.
     """
     if not (bsdf > 0).any():
         kind = "negative or zero" if bsdf.any() else "zero"
-        text = f"every value is {kind}, so nothing was measured"
+        text = f"every value is {kind}; a BSDF in 1/sr has positive values"
         raise refusal(table.source, text, column="bsdf_per_sr")
     for index in np.unique(scan):
         here = np.flatnonzero(scan == index)
@@ -154,19 +154,19 @@ def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np
             lowest = here[np.argmin(bsdf[here])]
             text = (
                 f"no value of this scan is below {bsdf[lowest]:g}, so it sends out {total:.3g} times "
-                "the incident light; divide per cent by 100, or a reflectance factor by pi"
+                "the incident light; divide values in per cent by 100, or reflectance factors by pi"
             )
             raise refusal(table.source, text, table.lines[lowest], "bsdf_per_sr")
 
 
 def magnitudes(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
-    """Values in 1/sr that can be computed with."""
+    """Values in 1/sr of a magnitude that can be computed with."""
     low, high = _MAGNITUDES_PER_SR
     size = np.abs(values)
     bad = np.flatnonzero((size > high) | ((size < low) & (size > 0)))
     if bad.size:
-        text = f"{values[bad[0]]:g} is beyond any measurement; without its sign it must be 0 or lie in "
-        raise refusal(table.source, f"{text}{low:g} ... {high:g}", table.lines[bad[0]], name)
+        text = f"{values[bad[0]]:g} is not plausible; its magnitude must be 0 or between "
+        raise refusal(table.source, f"{text}{low:g} and {high:g}", table.lines[bad[0]], name)
     return values
 
 
@@ -174,6 +174,6 @@ def sigmas(table: TextTable, values: np.ndarray) -> np.ndarray:
     """Standard deviations, all positive."""
     bad = np.flatnonzero(values <= 0)
     if bad.size:
-        text = f"{values[bad[0]]:g} is not positive; a standard deviation in 1/sr is needed"
+        text = f"{values[bad[0]]:g} is not positive; it must be a standard deviation in 1/sr"
         raise refusal(table.source, text, table.lines[bad[0]], "sigma_per_sr")
     return values

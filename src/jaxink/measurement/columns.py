@@ -1,4 +1,4 @@
-"""Which column of a file is which quantity."""
+"""Assignment of the columns of a file to quantities."""
 
 import difflib
 import re
@@ -20,7 +20,7 @@ _OTHER_UNITS = {
     "reflectance_factor": "holds reflectance factors; divide by pi and name the column bsdf_per_sr",
     "bsdf_cos": "holds the BSDF times a cosine; divide by cos(theta_o) and name it bsdf_per_sr",
 }
-# Uncertainties without a unit: to keep them as an unused extra column would lose the user's weights.
+# Uncertainties without a unit: keeping them as an unused extra column would ignore the user's weights.
 _VAGUE_SIGMA = ("sigma", "std", "stdev", "stderr", "error", "uncertainty")
 
 
@@ -34,21 +34,21 @@ def match_columns(
     table
         The table as read.
     columns
-        Known name to the file's name, for columns that the caller renames.
+        Name in the file of each known column that the caller renames.
     supplied
-        Known names that the caller gives as one value, so that their column may be absent.
+        Known columns that may be absent because the caller gives one value for all rows.
 
     Returns
     -------
     known, extra, notes
-        Known name to column index, other name to column index, sentences on what was handled.
+        Column index by known name, column index by other name, and sentences on what was changed.
 
     Raises
     ------
     InputRefusedError
-        A required column is missing or misspelt, twice there, or in another unit.
+        If a required column is missing, misspelt, duplicated, or in another unit.
     """
-    notes = []
+    notes: list[str] = []
     names = _renamed(table, columns, notes)
     known, extra = {}, {}
     for index, name in enumerate(names):
@@ -58,7 +58,7 @@ def match_columns(
         plain = re.sub(r"[^0-9a-z]+", "_", name.lower()).strip("_")
         target = plain if plain in KNOWN else name
         if target in known or target in extra:
-            raise refusal(table.source, "the column stands twice in the header", column=target)
+            raise refusal(table.source, "the column occurs twice in the header", column=target)
         if target in KNOWN:
             known[target] = index
             if name != target:
@@ -75,22 +75,22 @@ def _renamed(table, columns, notes) -> list[str]:
     names = list(table.names)
     for target, name in columns.items():
         if target not in KNOWN:
-            text = f"columns renames '{target}', which is none of {', '.join(KNOWN)}"
+            text = f"columns has the key '{target}'; it must be one of {', '.join(KNOWN)}"
             raise refusal(table.source, text)
         if name not in names:
-            text = f"columns names it for {target}, but the header holds {', '.join(table.names)}"
+            text = f"columns assigns it to {target}, but the header contains {', '.join(table.names)}"
             raise refusal(table.source, text, column=name)
         names[names.index(name)] = target
-        notes.append(f"Column '{name}' is read as {target}, as the caller said.")
+        notes.append(f"Column '{name}' is read as {target}, as requested by the caller.")
     return names
 
 
 def _drop_blank_column(table, index, notes):
     for line, cell in zip(table.lines, table.column(index), strict=True):
         if cell:
-            text = f"the cell '{cell}' stands under an empty column name; name the column"
+            text = f"the cell '{cell}' belongs to a column without a name; name the column"
             raise refusal(table.source, text, line, index + 1)
-    notes.append(f"Column {index + 1} has neither name nor content and was left out.")
+    notes.append(f"Column {index + 1} has neither a name nor values and was omitted.")
 
 
 def _refuse_other_units(table, known, extra):
@@ -100,14 +100,14 @@ def _refuse_other_units(table, known, extra):
         about_bsdf = "bsdf_per_sr" not in known or stem.startswith(("bsdf", "sigma"))
         if unit in ("percent", "pct") and about_bsdf:
             target = "sigma_per_sr" if stem.startswith("sigma") else "bsdf_per_sr"
-            text = f"holds per cent; convert it to 1/sr and name the column {target}"
+            text = f"holds values in per cent; convert them to 1/sr and name the column {target}"
             raise refusal(table.source, text, column=name)
         if plain in _OTHER_UNITS:
             raise refusal(table.source, _OTHER_UNITS[plain], column=name)
         if plain in _VAGUE_SIGMA and not {"value", "unit"} <= set(extra):
             text = (
-                "an uncertainty without a unit; convert it to 1/sr and name the column "
-                "sigma_per_sr, or rename it if it is something else"
+                "the uncertainty has no unit; convert it to 1/sr and name the column sigma_per_sr, or "
+                "rename the column if it is something else"
             )
             raise refusal(table.source, text, column=name)
 
@@ -117,8 +117,7 @@ def _refuse_misspelt(table, known, extra, supplied):
     for name in extra:
         near = difflib.get_close_matches(name.lower(), absent, n=1, cutoff=0.75)
         if near:
-            text = f"the name is not known; did you mean {near[0]}"
-            raise refusal(table.source, text, column=name)
+            raise refusal(table.source, f"the name is unknown; did you mean {near[0]}", column=name)
 
 
 def _refuse_missing(table, known, supplied):
@@ -130,15 +129,14 @@ def _refuse_missing(table, known, supplied):
         if {"value", "unit"} <= set(table.names):
             unit = table.column(table.names.index("unit"))[0]
             text = (
-                f"column bsdf_per_sr is missing: column value is in '{unit}', a total or ratio from "
-                "which the BSDF in 1/sr of one direction does not follow"
+                f"column bsdf_per_sr is missing; column value is in '{unit}', a total or ratio from "
+                "which the BSDF of a direction in 1/sr cannot be derived"
             )
             raise refusal(table.source, text)
-        text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing from {header}"
+        text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
         raise refusal(table.source, text)
-    plural = "columns" if len(missing) > 1 else "column"
-    verb = "are" if len(missing) > 1 else "is"
-    text = f"{plural} {', '.join(missing)} {verb} missing; the header holds {header}"
+    plural, verb = ("columns", "are") if len(missing) > 1 else ("column", "is")
+    text = f"{plural} {', '.join(missing)} {verb} missing; the header has {header}"
     if set(missing) <= {"wavelength_nm", "side"}:
-        text += f"; if all rows share one, pass {' and '.join(missing)} to read_csv"
+        text += f"; if the value is the same in all rows, pass {' and '.join(missing)} to read_csv"
     raise refusal(table.source, text)

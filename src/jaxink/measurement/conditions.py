@@ -1,10 +1,10 @@
-"""Rows of equal directions that differ in a further column: repeats, or several conditions in one file.
+"""Rows with equal directions that differ in another column: repeats, or several conditions in one file.
 
-Values of a direction that was measured twice tell of the noise, if nothing else was changed. A further column
-either records what happened (a time, the number of a run, a remark) or states a condition (the lit side, the
-polarisation). Its name tells where it holds one of the words below. If not, its values do: a condition is
-set to the same few values again and again, so that at most of the directions at which the column differs,
-it takes the same ones. Readings scatter instead, and whole numbers from 1 count the repeats.
+Repeated values of a direction measure the noise only if nothing else was changed. Another column is either a
+record (a time, a run number, a remark) or a condition (the illuminated side, the polarisation). Its name
+decides if it contains one of the words below. Otherwise its values decide: a condition has the same few
+values again and again, that is, the same set of values at most of the directions where the column varies.
+Readings scatter instead, and integers from 1 count the repeats.
 """
 
 import re
@@ -18,52 +18,17 @@ from jaxink.measurement.pairs import stated_groups
 from jaxink.measurement.table import refusal
 
 _CONDITIONS = {"lit", "illuminated", "polarisation", "polarization", "polariser", "polarizer"}
-_RECORDS = {
-    *(
-        "repeat",
-        "repeats",
-        "repetition",
-        "replicate",
-        "run",
-        "scan",
-        "pass",
-        "sweep",
-        "frame",
-        "shot",
-        "cycle",
-    ),
-    *("series", "index", "number", "no", "nr", "id", "row", "file", "filename", "operator"),
-    *("time", "timestamp", "datetime", "date", "day", "hour"),
-    *(
-        "comment",
-        "comments",
-        "note",
-        "notes",
-        "remark",
-        "remarks",
-        "mask",
-        "masked",
-        "flag",
-        "quality",
-        "valid",
-    ),
-}
+_RECORDS = """
+    repeat repeats repetition replicate run scan pass sweep frame shot cycle series index number no nr id row
+    file filename operator time timestamp datetime date day hour comment comments note notes remark remarks
+    mask masked flag quality valid
+"""
 
 
 def refuse_several_conditions(path, data: GonioData) -> None:
-    """Refuse a file whose rows of equal directions were measured under different conditions.
+    """Reject a file in which rows with equal directions were measured under different conditions.
 
-    Parameters
-    ----------
-    path
-        The file, for the message.
-    data
-        What was read from it.
-
-    Raises
-    ------
-    InputRefusedError
-        Naming the column, two rows, and what differs.
+    The message names the file, the column, two such rows and their values.
     """
     group = stated_groups(data)
     if np.unique(group).size == group.size:
@@ -75,9 +40,9 @@ def refuse_several_conditions(path, data: GonioData) -> None:
         first, second = (_shown(value) for value in values[list(pair)].tolist())
         raise refusal(
             path,
-            f"{first} in row {data.row[pair[0]]} and {second} here, at equal angles, wavelength and side: "
-            "two conditions, which cannot be fitted together; keep the rows of one. Where these are repeats "
-            "of one measurement, name the column 'repeat'",
+            f"the cell is {second}, but {first} in row {data.row[pair[0]]}, at equal angles, wavelength and "
+            "side; different conditions cannot be fitted together, so keep the rows of one of them, or name "
+            "the column 'repeat' if these are repeats of one measurement",
             data.row[pair[1]],
             name,
         )
@@ -85,14 +50,14 @@ def refuse_several_conditions(path, data: GonioData) -> None:
 
 def _shown(value: str | float) -> str:
     if value == "" or value != value:
-        return "a blank cell"
+        return "empty"
     return f"'{value}'" if isinstance(value, str) else f"{value:g}"
 
 
 def _pair(name: str, values: np.ndarray, group: Int[np.ndarray, " points"]) -> tuple[int, int] | None:
     """Two rows of one direction that differ in a condition."""
     words = set(re.split(r"[^a-z]+", name.lower()))
-    if words & _RECORDS:
+    if words & set(_RECORDS.split()):
         return None
     held, label = np.unique(values, return_inverse=True)
     label = label.reshape(-1)
@@ -111,7 +76,7 @@ def _pair(name: str, values: np.ndarray, group: Int[np.ndarray, " points"]) -> t
 
 
 def _differing(group, label) -> list[np.ndarray]:
-    """Rows, ascending, of each group with more than one label."""
+    """Rows, in ascending order, of each group with more than one label."""
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
     several = np.maximum.reduceat(label[order], starts) > np.minimum.reduceat(label[order], starts)

@@ -1,4 +1,4 @@
-"""One goniometer measurement as a frozen, checked set of arrays."""
+"""A goniometer measurement as an immutable, checked set of arrays."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt32
@@ -20,6 +20,7 @@ from jaxink.measurement.scans import SAME, Scan, scan_numbers
 if TYPE_CHECKING:
     import xarray
 
+Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
@@ -33,8 +34,8 @@ class GonioData:
     Parameters
     ----------
     theta_i_deg, theta_o_deg
-        Polar angles of incidence and of view in 0 ... 90 degrees, each from the outward normal of
-        the side that the light enters from or leaves on, shape ``(points,)``.
+        Polar angles of incidence and of view, 0 to 90 degrees, each from the outward normal of the side on
+        which the light enters or leaves, shape ``(points,)``.
     phi_deg
         Azimuth of the outgoing direction minus that of the direction towards the source, in
         (-180, 180] degrees.
@@ -45,28 +46,28 @@ class GonioData:
     bsdf_per_sr
         Radiance over irradiance in 1/sr, without the cosine.
     sigma_per_sr
-        Standard deviation of each value in 1/sr, or None where it is not known.
+        Standard deviation of each value in 1/sr, or None if unknown.
     extra
         Other columns of the file, numbers or text, each of shape ``(points,)``.
     row
-        Row of the source file on which each point stands; 1 is the first line of the file.
+        Line of the source file of each point; 1 is the first line of the file.
     mask
-        Why a point does not enter a fit, as bits of ``masks.MASK_FLAGS``; 0 where it does.
+        Reasons to exclude a point from fits, as bits of ``masks.MASK_FLAGS``; 0 if it is used.
     source
         Name of the file.
     notes
-        Sentences on everything that was handled on the way.
+        Sentences on everything that was changed while reading.
     attrs
-        What else is known of the measurement, such as the name of the sample: text or numbers.
+        Further information, such as the name of the sample: text or numbers.
 
     Raises
     ------
     InputRefusedError
-        An array is empty, of another length, not finite or out of its range.
+        If an array is empty, of another length, not finite or out of range.
     """
 
-    # Its types say what it holds. What it is given it converts, or refuses in a sentence: while testing,
-    # no one else refuses it before. Methods are checked.
+    # The types describe the fields. The constructor converts its arguments or rejects them with a sentence,
+    # so the type checker of the tests must not reject them first; methods are checked.
     __no_type_check__ = True
 
     theta_i_deg: Float[np.ndarray, " points"]
@@ -77,8 +78,9 @@ class GonioData:
     bsdf_per_sr: Float[np.ndarray, " points"]
     sigma_per_sr: Float[np.ndarray, " points"] | None = None
     extra: Mapping[str, np.ndarray] = field(default_factory=dict)
-    row: Int[np.ndarray, " points"] | None = None
-    mask: UInt32[np.ndarray, " points"] | None = None
+    # Of None, the file's first rows, and no mask, are made at once: no reader meets it.
+    row: Int[np.ndarray, " points"] = cast("np.ndarray", None)
+    mask: UInt32[np.ndarray, " points"] = cast("np.ndarray", None)
     source: str = ""
     notes: tuple[str, ...] = ()
     attrs: Mapping[str, str | int | float] = field(default_factory=dict)
@@ -126,8 +128,8 @@ class GonioData:
 
     def _check_ranges(self):
         ranges = [
-            ("theta_i_deg", "in 0 ... 90", lambda x: (x >= 0) & (x <= 90)),
-            ("theta_o_deg", "in 0 ... 90", lambda x: (x >= 0) & (x <= 90)),
+            ("theta_i_deg", "between 0 and 90", lambda x: (x >= 0) & (x <= 90)),
+            ("theta_o_deg", "between 0 and 90", lambda x: (x >= 0) & (x <= 90)),
             ("phi_deg", "in (-180, 180]", lambda x: (x > -180) & (x <= 180)),
             ("wavelength_nm", "positive", lambda x: x > 0),
             ("sigma_per_sr", "positive", lambda x: x > 0),
@@ -145,19 +147,25 @@ class GonioData:
         return np.where(self.is_transmission, "T", "R")
 
     @property
-    def directions(self) -> tuple[np.ndarray, ...]:
-        """Columns that say what each value belongs to, in the order in which a forward model takes them."""
-        names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission")
-        return tuple(getattr(self, name) for name in names)
+    def directions(self) -> Columns:
+        """Angles, wavelength and side of each point, in the order in which a forward model takes them."""
+        angles = self.theta_i_deg, self.theta_o_deg, self.phi_deg
+        return *angles, self.wavelength_nm, self.is_transmission
+
+    @property
+    def used_directions(self) -> Columns:
+        """Those of the points that no mask excludes."""
+        theta_i, theta_o, phi, wavelength, is_transmission = (column[self.used] for column in self.directions)
+        return theta_i, theta_o, phi, wavelength, is_transmission
 
     @property
     def used(self) -> Bool[np.ndarray, " points"]:
-        """True where no mask excludes the point."""
-        return self.mask == 0
+        """True if no mask excludes the point."""
+        return np.equal(self.mask, 0)
 
     @cached_property
     def scan_index(self) -> Int[np.ndarray, " points"]:
-        """Number of the scan of each point: by side, wavelength, incidence, whatever the row order."""
+        """Number of the scan of each point, ordered as `scans`, whatever the order of the rows."""
         return scan_numbers(self.is_transmission, self.wavelength_nm, self.theta_i_deg)
 
     @cached_property
@@ -165,9 +173,8 @@ class GonioData:
         """The scans: reflection first, then by wavelength, then by incidence."""
         _, first = np.unique(self.scan_index, return_index=True)
         columns = (self.side[first], self.wavelength_nm[first], self.theta_i_deg[first])
-        used = np.bincount(self.scan_index, weights=self.used).astype(int)
-        columns += (np.bincount(self.scan_index), used)
-        rows = zip(*(column.tolist() for column in columns), strict=True)
+        points, used = (np.bincount(self.scan_index, weights=w).astype(int) for w in (None, self.used))
+        rows = zip(*(column.tolist() for column in (*columns, points, used)), strict=True)
         return tuple(Scan(index, *row) for index, row in enumerate(rows))
 
     def select(
@@ -178,12 +185,12 @@ class GonioData:
         theta_i_deg: float | Sequence[float] | None = None,
         used_only: bool = False,
     ) -> "GonioData":
-        """The points of some wavelengths, sides or incidences.
+        """Points with given wavelengths, sides or angles of incidence.
 
         Parameters
         ----------
         wavelength_nm, theta_i_deg
-            One value or several, each of which the data must hold; None keeps all.
+            One value or several, each of which must occur in the data; None keeps all.
         side
             ``"R"`` or ``"T"``; None keeps both.
         used_only
@@ -192,7 +199,7 @@ class GonioData:
         Raises
         ------
         InputRefusedError
-            The data hold no such value, or nothing is left.
+            If a value does not occur, or no point remains.
         """
         if side not in (None, "R", "T"):
             raise self._refusal(f"side is {side!r}; it must be 'R' or 'T'")
@@ -205,13 +212,13 @@ class GonioData:
                 here = np.abs(values - value) <= SAME
                 if not here.any():
                     held = ", ".join(f"{v:g}" for v in np.unique(values))
-                    raise self._refusal(f"no point has {name} {value:g}; there are {held}")
+                    raise self._refusal(f"no point has {name} {value:g}; the data have {held}")
                 chosen |= here
             keep &= chosen
         if side is not None:
             keep &= self.is_transmission == (side == "T")
         if not keep.any():
-            raise self._refusal("no point is left by this selection of side, wavelength and incidence")
+            raise self._refusal("no point has this combination of side, wavelength_nm and theta_i_deg")
         return self._at(keep)
 
     def _at(self, keep) -> "GonioData":
@@ -223,25 +230,25 @@ class GonioData:
         return self.replace(**changes)
 
     def replace(self, **changes) -> "GonioData":
-        """The same measurement with some fields changed, and checked again."""
+        """Copy with some fields changed, checked again."""
         return dataclasses.replace(self, **changes)
 
     def with_masks(self, limits: MaskLimits | None = None, user=None) -> "GonioData":
         """Mask points by geometry, by sign and by the user's choice.
 
-        Geometric masks of an earlier call are replaced; the user's masks add up.
+        Geometric masks of an earlier call are replaced; the user's masks accumulate.
 
         Parameters
         ----------
         limits
-            Where the geometric masks begin; None: as `MaskLimits` has it.
+            Limits of the geometric masks; None: the defaults of `MaskLimits`.
         user
-            True where the user excludes the point, shape ``(points,)``.
+            True for points that the user excludes, shape ``(points,)``.
 
         Raises
         ------
         InputRefusedError
-            ``user`` has another shape, or no point is left.
+            If ``user`` has another shape, or no point remains.
         """
         masked = self.replace(mask=self.mask_bits(limits, user))
         if not masked.used.any():
@@ -250,7 +257,7 @@ class GonioData:
         return masked
 
     def mask_bits(self, limits: MaskLimits | None = None, user=None) -> UInt32[np.ndarray, " points"]:
-        """Bits that `with_masks` would set, where none need be left."""
+        """Bits that `with_masks` sets; all points may be masked."""
         user = np.zeros(len(self), bool) if user is None else np.asarray(user)
         if user.shape != (len(self),) or user.dtype != bool:
             raise InputRefusedError(
@@ -260,7 +267,7 @@ class GonioData:
         return bits | np.where(user, USER.bit, self.mask & USER.bit).astype(np.uint32)
 
     def equals(self, other: "GonioData") -> bool:
-        """True where every array, note and attribute of the two is exactly the same."""
+        """True if all arrays, notes and attributes of the two are identical."""
         return all(
             _same(getattr(self, entry.name), getattr(other, entry.name)) for entry in dataclasses.fields(self)
         )
@@ -268,51 +275,36 @@ class GonioData:
     def to_dataset(self) -> "xarray.Dataset":
         """The data as an xarray Dataset along dimension ``point``.
 
-        Returns
-        -------
-        xarray.Dataset
-            Coordinates theta_i_deg, theta_o_deg, phi_deg [degree], wavelength_nm [nm], is_transmission,
-            row; variables bsdf_per_sr, sigma_per_sr [1/sr] if known, mask, and one variable
-            ``extra_<n>_<name>`` for each kept column.
+        Coordinates: theta_i_deg, theta_o_deg, phi_deg [degree], wavelength_nm [nm], is_transmission, row.
+        Variables: bsdf_per_sr, sigma_per_sr [1/sr] if known, mask, ``extra_<n>_<name>`` for other columns.
         """
         return netcdf.dataset_of(self)
 
     @classmethod
     def from_dataset(cls, dataset: "xarray.Dataset", called: str = "the Dataset") -> "GonioData":
-        """The data of a Dataset that `to_dataset` made.
+        """Inverse of `to_dataset`.
 
         Parameters
         ----------
         dataset
             The Dataset.
         called
-            How to call it in an error, the file for instance.
+            Name of the Dataset in messages, such as its file.
 
         Raises
         ------
         InputRefusedError
-            The Dataset is not of this schema, of a later version, or lacks a variable.
+            If the Dataset has another schema or version, or lacks a variable.
         """
         fields = netcdf.fields_of(dataset, called)
         try:
             return cls(**fields)
         except InputRefusedError as problem:
-            # The measurement itself knows only the name of the file that it once came from.
+            # The measurement itself only knows the name of its original file.
             raise problem if called in str(problem) else InputRefusedError(f"{called}: {problem}") from None
 
     def to_netcdf(self, path: str | Path) -> None:
-        """Write the data to a netCDF 4 file, whole or not at all; `read_netcdf` reads it.
-
-        Parameters
-        ----------
-        path
-            The file, suffix .nc; one that exists is replaced.
-
-        Raises
-        ------
-        InputRefusedError
-            The suffix is another, the folder does not exist, or it cannot be written to.
-        """
+        """Write a netCDF 4 file for `read_netcdf`, completely or not at all; see `write_dataset`."""
         write_dataset(self.to_dataset(), path)
 
 

@@ -1,4 +1,4 @@
-"""Points that shall not enter a fit, each with the reason."""
+"""Masks: points that are excluded from fits, and why."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from jaxtyping import Float, UInt32
 
 from jaxink.errors import InputRefusedError
 
-# A point exactly at the limit stays, whatever the last digit of the trigonometry.
+# A point exactly at the limit is kept despite rounding.
 _ROUNDING_DEG = 1e-9
 
 
@@ -22,7 +22,7 @@ class MaskFlag:
     name
         Its name in counts and files.
     sentence
-        What it says of the point.
+        The reason in words.
     """
 
     bit: int
@@ -41,22 +41,22 @@ MASK_FLAGS = (NEGATIVE, SPECULAR, UNDEVIATED, RETRO, GRAZING, USER)
 
 @dataclass(frozen=True)
 class MaskLimits:
-    """Where the geometric masks begin; None switches one off.
+    """Limits of the geometric masks; None switches a mask off.
 
-    The defaults suit smooth faces, whose regular peaks are not part of a BSDF. Where a rough face is
-    to be fitted, its lobe is data: give None for the two peaks.
+    The defaults suit smooth faces, whose regular (specular or directly transmitted) peaks are not part of a
+    BSDF. To fit the lobe of a rough face, switch both peak masks off.
 
     Parameters
     ----------
     specular_half_angle_deg, undeviated_half_angle_deg, retro_half_angle_deg
-        Points nearer than this to the direction are masked, by the angle between the directions.
+        Points at a smaller angle to the direction are masked.
     grazing_theta_o_deg
         Points with a larger polar angle of view are masked.
 
     Raises
     ------
     InputRefusedError
-        A limit is outside 0 ... 90 degrees.
+        If a limit is not between 0 and 90 degrees.
     """
 
     specular_half_angle_deg: float | None = 2.5
@@ -67,7 +67,7 @@ class MaskLimits:
     def __post_init__(self):
         for name, value in vars(self).items():
             if value is not None and not 0 <= value <= 90:
-                raise InputRefusedError(f"{name} is {value}; it must lie in 0 ... 90 or be None.")
+                raise InputRefusedError(f"{name} is {value}; it must be between 0 and 90, or None.")
 
 
 def angular_distance_deg(
@@ -76,18 +76,7 @@ def angular_distance_deg(
     theta_b_deg: Float[np.ndarray, " points"],
     phi_b_deg: Float[np.ndarray, " points"] | float,
 ) -> Float[np.ndarray, " points"]:
-    """Angle between two directions of one hemisphere, in degrees.
-
-    Parameters
-    ----------
-    theta_a_deg, phi_a_deg, theta_b_deg, phi_b_deg
-        Polar angles and azimuths of the two, shape ``(points,)``.
-
-    Returns
-    -------
-    angle
-        In 0 ... 180; from the chord (haversine formula), hence exact also near 0.
-    """
+    """Angle between two directions a and b, 0 to 180 degrees, by the haversine formula, accurate near 0."""
     half_polar = np.sin(np.deg2rad(theta_a_deg - theta_b_deg) / 2) ** 2
     half_azimuth = np.sin(np.deg2rad(phi_a_deg - phi_b_deg) / 2) ** 2
     sines = np.sin(np.deg2rad(theta_a_deg)) * np.sin(np.deg2rad(theta_b_deg))
@@ -97,22 +86,7 @@ def angular_distance_deg(
 def mask_bits(
     directions: tuple[np.ndarray, ...], bsdf_per_sr: Float[np.ndarray, " points"], limits: MaskLimits
 ) -> UInt32[np.ndarray, " points"]:
-    """Why points are masked by their geometry and their sign.
-
-    Parameters
-    ----------
-    directions
-        As of `jaxink.measurement.GonioData.directions`.
-    bsdf_per_sr
-        Their values.
-    limits
-        Where the geometric masks begin.
-
-    Returns
-    -------
-    UInt32[np.ndarray, " points"]
-        Bits of `MASK_FLAGS`.
-    """
+    """Bits of `MASK_FLAGS` by geometry and sign; ``directions`` as in `GonioData.directions`."""
     theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
     forward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 180.0)
     backward = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0)
@@ -132,12 +106,12 @@ def mask_bits(
 
 
 def mask_counts(mask: UInt32[np.ndarray, " points"]) -> dict[str, int]:
-    """Number of points under each flag; a point may stand under several."""
+    """Number of points with each flag; a point may have several."""
     return {flag.name: int((mask & flag.bit > 0).sum()) for flag in MASK_FLAGS}
 
 
 def mask_names(mask: UInt32[np.ndarray, " points"]) -> list[str]:
-    """Names of the flags of each point, separated by blanks; empty where it is used."""
+    """Names of the flags of each point, separated by spaces; empty if it is used."""
     return [" ".join(flag.name for flag in MASK_FLAGS if bits & flag.bit) for bits in mask.tolist()]
 
 

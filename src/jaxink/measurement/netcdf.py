@@ -1,4 +1,4 @@
-"""Fields of a measurement as an xarray Dataset, and exactly back."""
+"""Lossless conversion between the fields of a measurement and an xarray Dataset."""
 
 import json
 import re
@@ -39,12 +39,9 @@ _VALUES = (
     Variable("bsdf_per_sr", _POINT, "sr-1", "radiance over irradiance, cosine not included", "bsdf_per_sr"),
     Variable(_SIGMA, _POINT, "sr-1", "standard deviation of bsdf_per_sr", _SIGMA),
 )
-# Variables that there must be, with the kinds of their types.
-_NEEDED = {v.name: "f" for v in (*_COORDINATES, _VALUES[0])} | {
-    "is_transmission": "iub",
-    "row": "iu",
-    "mask": "iu",
-}
+# Required variables, with the kinds of their types.
+_NEEDED = {v.name: "f" for v in (*_COORDINATES, _VALUES[0])}
+_NEEDED |= {"is_transmission": "iub", "row": "iu", "mask": "iu"}
 
 
 def dataset_of(data: Any) -> "xarray.Dataset":
@@ -79,7 +76,7 @@ def dataset_of(data: Any) -> "xarray.Dataset":
 
 
 def fields_of(dataset: "xarray.Dataset", called: str) -> dict[str, Any]:
-    """Fields of a `GonioData`; arguments and refusals as of `GonioData.from_dataset`."""
+    """Fields of a `GonioData`; arguments and errors as for `GonioData.from_dataset`."""
     _SCHEMA.require(dataset, called)
     names = _NEEDED | ({_SIGMA: "f"} if _SIGMA in dataset.variables else {})
     columns = {name: values_of(dataset, name, _POINT, called, kinds) for name, kinds in names.items()}
@@ -92,8 +89,8 @@ def fields_of(dataset: "xarray.Dataset", called: str) -> dict[str, Any]:
 
 
 def _extra(dataset: "xarray.Dataset", called: str) -> dict[str, np.ndarray]:
-    """Kept columns in their order, by the names that they had."""
-    numbered = [(re.match(r"extra_(\d{1,6})_", str(name)), name) for name in dataset.data_vars]
+    """Extra columns in their original order, by their original names."""
+    numbered = [(re.match(r"extra_(\d{1,6})_", name), name) for name in map(str, dataset.data_vars)]
     ordered = sorted((int(found[1]), name) for found, name in numbered if found)
     return {
         _attribute(dataset[name].attrs, "column", str, called): values_of(

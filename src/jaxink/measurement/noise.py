@@ -1,9 +1,9 @@
-"""Noise of a measurement from what must agree in it: repeats, mirror images, reciprocal pairs.
+"""Noise of a measurement, estimated from values that must agree: repeats, mirror images, reciprocal pairs.
 
-No model of the sample enters, so a misfit can never pass for noise. Every estimate is the root mean
-square of relative differences d = (a - b) / mean, scaled so that independent errors of relative standard
-deviation s give s. Differences beyond 5 robust standard deviations (1.4826 times the median of |d|) are
-left out and counted, where there are at least 20; that cuts 6e-7 of Gaussian errors.
+No model of the sample is used, so a misfit is never mistaken for noise. Every estimate is the root mean
+square of relative differences d = (a - b) / mean, scaled such that independent errors of relative standard
+deviation s give s. If there are at least 20 differences, those beyond 5 robust standard deviations (1.4826
+times the median of |d|) are excluded and counted; this removes 6e-7 of Gaussian errors.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def _inliers(differences: Differences) -> np.ndarray:
         here = differences.scan_a == scan
         if here.sum() >= ROBUST_FROM:
             median[here] = np.median(size[here])
-    # Where more than half of the rounded readings agree exactly there is no scale to judge by.
+    # If more than half of the rounded readings agree exactly, there is no scale to judge by.
     return (size <= _OUTLIER * 1.4826 * median) | (median == 0)
 
 
@@ -59,29 +59,21 @@ def _source(name: str, differences: Differences, scans: tuple[Scan, ...]) -> Noi
 
 
 def _scan_relative(reciprocal: Differences, within: NoiseSource) -> float:
-    """Factor of a scan, from the variance between scans beyond that within, 0 below 2 standard errors."""
+    """Standard deviation of scan factors, from excess variance between scans; 0 below 2 standard errors."""
     kept = reciprocal.only(_inliers(reciprocal))
     if kept.weight.size < MINIMUM_PAIRS:
         return 0.0
     expected = within.relative**2 * kept.spread
     excess = float(np.mean(kept.relative**2 * kept.spread - expected))
     error = np.sqrt(2 * np.sum(expected**2) / kept.weight.size**2 + 2 * np.mean(expected) ** 2 / within.pairs)
-    # Each of the two scans brings its own factor, hence the half.
+    # Half, because each of the two scans has its own factor.
     return float(np.sqrt(excess / 2)) if excess > 2 * error else 0.0
 
 
 def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
-    """Agreement of phi with -phi in each scan.
+    """Agreement of phi with -phi in each scan that has mirror pairs, without masked points.
 
-    Parameters
-    ----------
-    data
-        The measurement; masked points do not enter.
-
-    Returns
-    -------
-    scatter
-        One for each scan that has mirror pairs; empty for in-plane data.
+    The result is empty for in-plane data.
     """
     used = without_copies(data)
     _, means = repeat_differences(used)
@@ -89,25 +81,24 @@ def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
 
 
 def estimate_noise(data: GonioData) -> NoiseEstimate:
-    """Relative noise of a measurement from what must agree in it.
+    """Relative noise of a measurement, estimated from values that must agree.
 
     Parameters
     ----------
     data
-        The measurement; masked points and exact copies of rows do not enter.
+        The measurement; masked points and exact copies of rows are not used.
 
     Returns
     -------
     NoiseEstimate
-        Taken from the first of repeats, mirror pairs and reciprocal pairs that has
-        ``MINIMUM_PAIRS``, else from the one with most pairs. ``floor_per_sr`` is 0: pairs do not
-        part it from the relative noise.
+        From the first of repeats, mirror pairs and reciprocal pairs that has ``MINIMUM_PAIRS``, otherwise
+        from the one with most pairs. ``floor_per_sr`` is 0, as pairs cannot separate it from relative noise.
 
     Notes
     -----
-    Mirror pairs assume a sample without a direction of its own, reciprocal pairs f(i, o) = f(o, i) in
-    reflection. What breaks them, such as a tilted sample, is contained in the estimate. Readings
-    that agree exactly in all pairs are copies made by the instrument's program and are passed over.
+    Mirror pairs assume an azimuthally isotropic sample, reciprocal pairs f(i, o) = f(o, i) in reflection.
+    Violations, such as by a tilted sample, are included in the estimate. Readings that agree exactly in all
+    pairs are copies made by the instrument's software and are ignored.
     """
     used = without_copies(data)
     repeats, means = repeat_differences(used)
@@ -120,8 +111,8 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
     telling = [source for source in sources if source.pairs and source.relative > 0]
     if not telling:
         text = (
-            "No repeat, mirror or reciprocal pair tells of the noise; give column sigma_per_sr or a "
-            "noise model."
+            "There are no repeat, mirror or reciprocal pairs to estimate the noise from; give column "
+            "sigma_per_sr or a noise model."
         )
         return NoiseEstimate(sources, None, None, text)
     enough = [source for source in telling if source.pairs >= MINIMUM_PAIRS]
@@ -136,7 +127,7 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
 def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
     parts = [f"Relative noise {model.relative:.2%} from {_pairs(adopted)}"]
     if adopted.pairs < MINIMUM_PAIRS:
-        parts[0] += f", which are fewer than {MINIMUM_PAIRS}, so it is uncertain"
+        parts[0] += f", uncertain because they are fewer than {MINIMUM_PAIRS}"
     for source in sources:
         if source is adopted:
             continue
@@ -149,17 +140,17 @@ def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
             verb = "gives" if source.pairs == 1 else "give"
             parts.append(f"{_pairs(source)} {verb} {source.relative:.2%}{few}")
     if adopted.name == "reciprocal":
-        parts.append("a factor of each scan is contained in it")
+        parts.append("this includes a factor of each scan")
     elif model.scan_relative > 0:
-        parts.append(f"the scatter between scans adds a factor of {model.scan_relative:.2%} to each")
+        parts.append(f"in addition, scans differ by a common factor with {model.scan_relative:.2%}")
     elif sources[-1].pairs >= MINIMUM_PAIRS:
-        parts.append("no scatter between scans beyond it was found")
+        parts.append("scans do not scatter beyond it")
     else:
-        parts.append("whether a factor varies from scan to scan, they cannot tell")
+        parts.append("a factor that varies from scan to scan cannot be estimated")
     if data.sigma_per_sr is not None:
         positive = data.used & (data.bsdf_per_sr > 0)
         stated = np.median(data.sigma_per_sr[positive] / data.bsdf_per_sr[positive])
-        parts.append(f"the file itself states {stated:.2%} in the median")
+        parts.append(f"the file states {stated:.2%} (median)")
     return "; ".join(parts) + "."
 
 

@@ -1,4 +1,4 @@
-"""Noise of a measurement: its model, and what the pairs of a measurement say of it."""
+"""Noise of a measurement: the model, and estimates from pairs of values."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ _DIFFER = 1e-3
 
 @dataclass(frozen=True)
 class NoiseModel:
-    """Standard deviation of a value: a relative part and a floor, and a factor common to a scan.
+    """Standard deviation of a value: a relative part, a floor, and a factor common to a scan.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class NoiseModel:
     Raises
     ------
     InputRefusedError
-        One is negative or not finite, or relative part and floor are both zero.
+        If one is negative or not finite, or both the relative part and the floor are zero.
     """
 
     relative: float
@@ -50,7 +50,7 @@ class NoiseModel:
 
 @dataclass(frozen=True)
 class ScanScatter:
-    """What the pairs of one scan say.
+    """Estimate from the pairs of one scan.
 
     Parameters
     ----------
@@ -59,10 +59,10 @@ class ScanScatter:
     pairs
         Number of independent differences.
     relative
-        Relative standard deviation of one value: rms of the differences / sqrt(2).
+        Relative standard deviation of one value: root mean square of the differences / sqrt(2).
     mean_difference
-        Mean relative difference, phi > 0 less phi < 0 for mirror pairs: a misalignment of the
-        azimuth shows here. It is part of ``relative``.
+        Mean relative difference, for mirror pairs phi > 0 minus phi < 0, which reveals a misaligned azimuth.
+        It is included in ``relative``.
     """
 
     scan: Scan
@@ -82,11 +82,11 @@ class NoiseSource:
     pairs
         Number of independent differences; k repeats of a direction count k - 1.
     relative
-        Relative standard deviation of one value, nan without pairs.
+        Relative standard deviation of one value, NaN without pairs.
     outliers
-        Differences left out.
+        Number of excluded differences.
     scans
-        The same by scan; a reciprocal pair counts in both of its scans.
+        Estimates by scan; a reciprocal pair counts in both of its scans.
     """
 
     name: str
@@ -98,18 +98,18 @@ class NoiseSource:
 
 @dataclass(frozen=True)
 class NoiseEstimate:
-    """Noise that a measurement says of itself.
+    """Noise estimated from the measurement alone.
 
     Parameters
     ----------
     sources
-        Repeats, mirror and reciprocal pairs, in the order of trust.
+        Repeats, mirror and reciprocal pairs, in the order of preference.
     adopted
-        Name of the one that was taken, None if no pair was found.
+        Name of the source that was used, None if no pair was found.
     model
         The noise model, None if no pair was found.
     sentence
-        What was taken, and why.
+        What was used, and why.
     """
 
     sources: tuple[NoiseSource, ...]
@@ -118,18 +118,10 @@ class NoiseEstimate:
     sentence: str
 
     def relative_of(self, data: GonioData) -> Float[np.ndarray, " points"]:
-        """Relative standard deviation of each point: of its own scan where that differs from the others.
+        """Relative standard deviation of each point of the measurement; NaN without a model.
 
-        Parameters
-        ----------
-        data
-            The measurement that was judged.
-
-        Returns
-        -------
-        Float[np.ndarray, " points"]
-            The model's, unless the adopted pairs lie within scans, every scan has 20 or more, and their
-            variances differ (Bartlett 1937, at 0.001); nan without a model.
+        It is that of the point's own scan if the adopted pairs lie within scans, every scan has at least 20,
+        and their variances differ (Bartlett 1937, level 0.001); otherwise that of the model.
         """
         model = np.full(len(data), np.nan if self.model is None else self.model.relative)
         if self.adopted not in ("repeats", "mirror"):
@@ -146,13 +138,13 @@ class NoiseEstimate:
         return np.array([by_scan.get(index, np.nan) for index in data.scan_index.tolist()])
 
     def source(self, name: str) -> NoiseSource:
-        """The kind of pairs of that name."""
+        """Estimate from one kind of pairs, by name."""
         return next(source for source in self.sources if source.name == name)
 
 
 def _variances_differ(pairs: np.ndarray, variance: np.ndarray) -> bool:
-    """Bartlett's test of equal variances, of differences whose mean is known to be 0."""
-    # Reading a file needs no scipy.
+    """Bartlett's test of equal variances, for differences whose mean is known to be 0."""
+    # Imported late because reading a file needs no scipy.
     from scipy.special import chdtrc
 
     if np.any(variance <= 0):

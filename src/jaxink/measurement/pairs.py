@@ -13,14 +13,14 @@ ANGLE_TOLERANCE_DEG = 0.05
 
 @dataclass(frozen=True)
 class DirectionMeans:
-    """Mean of the repeats of each direction, and the scans and angle labels it belongs to."""
+    """Mean over the repeats of each direction, with its scan and angle labels."""
 
     value: np.ndarray
     count: np.ndarray
     scan: np.ndarray
     keys: np.ndarray  # labels of side, wavelength, theta_i, theta_o, |phi|
     sign: np.ndarray  # of phi; 0 in the plane of incidence
-    along_normal: np.ndarray  # True where either direction is the normal
+    along_normal: np.ndarray  # True if either direction is the normal
 
 
 @dataclass(frozen=True)
@@ -34,23 +34,14 @@ class Differences:
     spread: np.ndarray  # 1/n_a + 1/n_b by which the square was divided
 
     def only(self, keep) -> "Differences":
-        """The differences where ``keep`` is True."""
+        """The differences for which ``keep`` is True."""
         return Differences(*(values[keep] for values in vars(self).values()))
 
 
 def direction_groups(data: GonioData) -> Int[np.ndarray, " points"]:
-    """Number of the pair of directions of each point: equal for repeats.
+    """Number of the pair of directions of each point, equal for repeats.
 
-    Parameters
-    ----------
-    data
-        The measurement. Angles within ``ANGLE_TOLERANCE_DEG`` are equal, and along the normal of
-        exit every azimuth is.
-
-    Returns
-    -------
-    group
-        Shape ``(points,)``.
+    Angles within ``ANGLE_TOLERANCE_DEG`` are equal; along the normal of exit all azimuths are.
     """
     keys, sign = _direction_keys(data)
     _, group = np.unique(np.column_stack([keys, sign]), axis=0, return_inverse=True)
@@ -58,14 +49,14 @@ def direction_groups(data: GonioData) -> Int[np.ndarray, " points"]:
 
 
 def stated_groups(data: GonioData) -> Int[np.ndarray, " points"]:
-    """As `direction_groups`, but along the normal of exit the azimuth that is stated counts, too."""
+    """As `direction_groups`, but stated azimuths count also along the normal of exit."""
     columns = [direction_groups(data), _labels(np.abs(data.phi_deg)), np.sign(data.phi_deg).astype(int)]
     _, group = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
     return group.reshape(-1)
 
 
 def _labels(values: np.ndarray) -> np.ndarray:
-    """Numbers the distinct values, those within the tolerance of the first of them alike."""
+    """Number the distinct values; those within the tolerance of the first one get the same number."""
     distinct, inverse = np.unique(values, return_inverse=True)
     labels, start, label = np.empty(distinct.size, int), -np.inf, -1
     for index, value in enumerate(distinct):
@@ -89,7 +80,7 @@ def _direction_keys(data: GonioData) -> tuple[np.ndarray, np.ndarray]:
 
 
 def without_copies(data: GonioData) -> GonioData:
-    """Used, positive points without exact copies: a copied row would pass for a perfect repeat."""
+    """Used, positive points without exact copies, which would look like perfect repeats."""
     keep = data.used & (data.bsdf_per_sr > 0)
     rows = [data.theta_i_deg, data.theta_o_deg, data.phi_deg, data.wavelength_nm, data.bsdf_per_sr]
     numeric = np.column_stack([*rows, data.is_transmission])
@@ -100,7 +91,7 @@ def without_copies(data: GonioData) -> GonioData:
     is_first = np.zeros(len(data), bool)
     is_first[first] = True
     keep &= is_first
-    # Scan numbers must stay those of the whole measurement, so masks are set instead of rows cut.
+    # Masking instead of removing rows keeps the scan numbers of the whole measurement.
     return data.replace(mask=np.where(keep, 0, 1))
 
 
@@ -122,11 +113,13 @@ def repeat_differences(data: GonioData) -> tuple[Differences, DirectionMeans]:
         i, j = np.triu_indices(size, 1)
         a.append(order[start + i])
         b.append(order[start + j])
-        # All pairs give the sample variance; together they weigh its size - 1 degrees of freedom.
+        # All pairs give the sample variance; together they have the weight of size - 1 degrees of freedom.
         weight.append(np.full(i.size, 2.0 / size))
-    a, b, weight = (np.concatenate(part) if part else np.empty(0, int) for part in (a, b, weight))
-    relative = (value[b] - value[a]) / mean[group[a]] / np.sqrt(2)
-    differences = Differences(relative, weight.astype(float), scan[a], scan[b], np.full(a.size, 2.0))
+    first_of, second_of = (np.concatenate(part) if part else np.empty(0, int) for part in (a, b))
+    relative = (value[second_of] - value[first_of]) / mean[group[first_of]] / np.sqrt(2)
+    weights = np.concatenate(weight) if weight else np.empty(0)
+    twice = np.full(first_of.size, 2.0)
+    differences = Differences(relative, weights, scan[first_of], scan[second_of], twice)
     along_normal = np.minimum(data.theta_i_deg, data.theta_o_deg)[here] <= ANGLE_TOLERANCE_DEG
     means = DirectionMeans(mean, count, scan[first], keys[first], sign[first], along_normal[first])
     return differences, means
@@ -150,7 +143,7 @@ def _matches(wanted: np.ndarray, keys: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def mirror_differences(means: DirectionMeans) -> Differences:
-    """Differences f(phi) - f(-phi): zero on a sample without a direction of its own."""
+    """Differences f(phi) - f(-phi), zero for an azimuthally isotropic sample."""
     plus, minus = np.flatnonzero(means.sign > 0), np.flatnonzero(means.sign < 0)
     a, b = _matches(means.keys[plus], means.keys[minus])
     return _differences(means, plus[a], minus[b])
@@ -159,8 +152,8 @@ def mirror_differences(means: DirectionMeans) -> Differences:
 def reciprocal_differences(means: DirectionMeans) -> Differences:
     """Differences f(i, o) - f(o, i) in reflection; in transmission the partner enters from the other side.
 
-    Mirror images are averaged first, and along a normal all azimuths, where the azimuth means nothing
-    on a sample without a direction of its own.
+    Mirror images are averaged first, as are all azimuths along a normal, where the azimuth has no meaning
+    for an azimuthally isotropic sample.
     """
     reflected = np.flatnonzero(means.keys[:, 0] == 0)
     keys = means.keys[reflected].copy()

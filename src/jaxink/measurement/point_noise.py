@@ -1,4 +1,4 @@
-"""Noise of the used points of a measurement: from the file, as declared, or from the data's own pairs."""
+"""Noise of the used points of a measurement: from the file, as declared, or estimated from pairs."""
 
 import dataclasses
 
@@ -12,16 +12,16 @@ from jaxink.measurement.noise import estimate_noise
 
 @dataclasses.dataclass(frozen=True)
 class Noise:
-    """Declared noise of a measurement; None where nothing is declared.
+    """Declared noise of a measurement.
 
     Parameters
     ----------
     relative, floor_per_sr
-        Independent for each point: sigma^2 = (relative f)^2 + floor^2.
+        Independent for each point: sigma^2 = (relative f)^2 + floor^2; ``relative`` is None if not declared.
     scan_relative
         Standard deviation of the unknown common factor of each scan.
     use_file_sigma
-        Whether the sigma column of a file, where it has one, goes before ``relative`` and ``floor``.
+        Whether a sigma column of the file takes precedence over ``relative`` and ``floor_per_sr``.
     """
 
     relative: float | None = None
@@ -43,8 +43,8 @@ class FitNoise:
     origin
         Sentence for reports.
     known
-        False where neither the file nor a declaration nor the data's own pairs tell: chi-square and standard
-        errors then mean nothing and are not given.
+        False if neither the file nor a declaration nor pairs give the noise: chi-square and standard errors
+        are then meaningless and not given.
     """
 
     sigma_per_sr: Float[np.ndarray, " points"]
@@ -56,17 +56,10 @@ class FitNoise:
 def noise_of(data: GonioData, declared: Noise) -> FitNoise:
     """Noise of the used points: from the file, as declared, or estimated from pairs; never from a misfit.
 
-    Parameters
-    ----------
-    data
-        The measurement; only used points count.
-    declared
-        What the sample file says of it.
-
     Raises
     ------
     InputRefusedError
-        If a declared standard deviation is 0 at some point.
+        If the declared standard deviation is 0 at some point.
     """
     bsdf = data.bsdf_per_sr[data.used]
     if data.sigma_per_sr is not None and declared.use_file_sigma:
@@ -75,7 +68,8 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
         sigma = np.hypot(declared.relative * bsdf, declared.floor_per_sr)
         if not np.all(sigma > 0):
             raise InputRefusedError(
-                "noise.relative and noise.floor_per_sr give a sigma of 0 at some points; declare a floor."
+                "noise.relative and noise.floor_per_sr give a standard deviation of 0 at some points; give a "
+                "noise.floor_per_sr above 0."
             )
         origin = f"declared: {declared.relative:.3g} of the value, floor {declared.floor_per_sr:.3g} /sr"
         return FitNoise(sigma, declared.scan_relative, origin)
@@ -83,13 +77,13 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
 
 
 def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
-    """From pairs of the data; the factor of a scan is at least the declared one."""
+    """Noise from pairs of the data; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
     if estimate.model is None:
         sigma = np.full(bsdf.shape, np.median(np.abs(bsdf)))
         return FitNoise(sigma, 0.0, "unknown: " + estimate.sentence, known=False)
     relative, origin = estimate.relative_of(data)[data.used], estimate.sentence
     if np.ptp(relative) > 0:
-        span = f"{100 * relative.min():.2f} ... {100 * relative.max():.2f} %"
-        origin += f" Scans differ, {span}: each is taken by itself."
+        span = f"{100 * relative.min():.2f} to {100 * relative.max():.2f} %"
+        origin += f" The noise differs between scans ({span}), so each has its own value."
     return FitNoise(relative * np.abs(bsdf), max(estimate.model.scan_relative, scan_relative), origin)

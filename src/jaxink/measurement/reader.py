@@ -1,8 +1,9 @@
-"""Reading a measurement file: each slip is handled and said, or refused with row and column."""
+"""Reading a measurement file: defects are corrected and reported, or rejected with row and column."""
 
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,19 +22,19 @@ _CSV_SUFFIXES = (".csv", ".txt", ".tsv")
 
 
 def read(path, **overrides) -> GonioData:
-    """Read a measurement by the suffix of its file.
+    """Read a measurement; the suffix of the file determines the format.
 
     Parameters
     ----------
     path
         A ``.csv``, ``.txt`` or ``.tsv`` table, or a ``.nc`` file of ``GonioData.to_netcdf``.
     **overrides
-        As of ``read_csv``; a netCDF file takes none.
+        Keyword arguments of ``read_csv``; none for a netCDF file.
 
     Raises
     ------
     InputRefusedError
-        The file cannot be read as a BSDF measurement.
+        If the file cannot be read as a BSDF measurement.
     """
     path = Path(path)
     require_readable(path, MOST_BYTES, "measurement file")
@@ -42,24 +43,18 @@ def read(path, **overrides) -> GonioData:
         return read_csv(path, **overrides)
     if suffix == ".nc":
         if overrides:
-            text = f"a netCDF file is complete and takes no {', '.join(overrides)}"
-            raise refusal(path, text)
+            raise refusal(path, f"a netCDF file is complete; do not give {', '.join(overrides)}")
         return read_netcdf(path)
-    raise refusal(path, f"the suffix '{suffix}' is not one of {', '.join(_CSV_SUFFIXES)}, .nc")
+    raise refusal(path, f"the suffix is '{suffix}'; it must be one of {', '.join(_CSV_SUFFIXES)}, .nc")
 
 
 def read_netcdf(path: str | Path) -> GonioData:
-    """Read a measurement that `GonioData.to_netcdf` wrote.
-
-    Returns
-    -------
-    GonioData
-        Equal to what was written, to the last bit.
+    """Read a measurement written by `GonioData.to_netcdf`, identical to the last bit.
 
     Raises
     ------
     InputRefusedError
-        The file is missing, no netCDF file, or not of this schema.
+        If the file is missing, not a netCDF file, or has another schema.
     """
     path = Path(path)
     return GonioData.from_dataset(read_dataset(path, MOST_BYTES, "measurement file"), str(path))
@@ -73,34 +68,34 @@ def read_csv(
     sample: str | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> GonioData:
-    """Read a tidy CSV table: one row is one BSDF value of one pair of directions.
+    """Read a tidy CSV table: each row is the BSDF value of one pair of directions.
 
-    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are needed,
-    sigma_per_sr is optional, others are kept. Rows keep their order. Those of equal directions are repeats,
-    unless another column says that conditions differed (`jaxink.measurement.conditions`): then refused.
+    Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are required,
+    sigma_per_sr is optional, others are kept. Rows keep their order. Rows with equal directions are repeats;
+    if another column says that conditions differed (`jaxink.measurement.conditions`), they are rejected.
 
     Parameters
     ----------
     path
         The file.
     wavelength_nm
-        The wavelength of all rows, where the file does not state it.
+        Wavelength of all rows, if the file does not state it.
     side
-        ``"R"`` or ``"T"`` for all rows, where the file does not state it.
+        ``"R"`` or ``"T"`` for all rows, if the file does not state it.
     sample
-        Which sample to take, where column ``sample`` holds several.
+        The sample to read, if column ``sample`` contains several.
     columns
-        The file's name of a known column, for instance ``{"theta_o_deg": "detector angle"}``.
+        Names of known columns in the file, for instance ``{"theta_o_deg": "detector angle"}``.
 
     Returns
     -------
     GonioData
-        With ``notes`` on everything that was handled, and negative values masked.
+        With ``notes`` on everything that was changed, and negative values masked.
 
     Raises
     ------
     InputRefusedError
-        With file, row and column, what is wrong and what would be right.
+        If the file is invalid; the message names file, row and column.
     """
     table = read_table(path)
     supplied = tuple(n for n, v in (("wavelength_nm", wavelength_nm), ("side", side)) if v is not None)
@@ -130,15 +125,15 @@ def read_csv(
 def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:
     if "sample" not in extra:
         if sample is not None:
-            raise refusal(table.source, f"has no column sample to take '{sample}' from")
+            raise refusal(table.source, f"has no column sample from which to select '{sample}'")
         return table, {}
     cells = table.column(extra["sample"])
     held = list(dict.fromkeys(cells))
     if sample is None and len(held) > 1:
-        text = f"holds {len(held)} samples; choose one by sample=..., of {', '.join(held)}"
+        text = f"contains {len(held)} samples; select one with sample=..., of {', '.join(held)}"
         raise refusal(table.source, text, column="sample")
     if sample is not None and sample not in held:
-        text = f"holds no sample '{sample}'; there are {', '.join(held)}"
+        text = f"does not contain sample '{sample}'; it must be one of {', '.join(held)}"
         raise refusal(table.source, text, column="sample")
     chosen = held[0] if sample is None else sample
     keep = np.array([cell == chosen for cell in cells])
@@ -147,7 +142,7 @@ def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, s
     return kept, {"sample": chosen}
 
 
-def _angles(table: TextTable, known, notes) -> dict[str, np.ndarray]:
+def _angles(table: TextTable, known, notes) -> dict[str, Any]:
     angles = {name: checks.numbers(table, known[name], name) for name in ANGLES}
     checks.refuse_radians(table, angles)
     for name in ("theta_i_deg", "theta_o_deg"):
@@ -164,15 +159,15 @@ def _wavelength(table: TextTable, known, given, notes) -> np.ndarray:
     stated = name in known and any(table.column(known[name]))
     if not stated:
         if given is None:
-            text = "the column is empty; give wavelength_nm=... to state the wavelength of all rows"
+            text = "the column is empty; give wavelength_nm=... for all rows"
             raise refusal(table.source, text, column=name)
-        notes.append(f"The file states no wavelength; {given:g} nm was given by the caller.")
+        notes.append(f"The file states no wavelength; the caller gave {given:g} nm.")
         return np.full(len(table.rows), given)
     values = checks.numbers(table, known[name], name)
     values = checks.wavelengths(table.source, values, table.lines)
     if given is not None and (values != given).any():
         line = table.lines[np.argmax(values != given)]
-        text = f"the file states {values[values != given][0]:g}, the caller {given:g}; give one"
+        text = f"the file states {values[values != given][0]:g}, but the caller gives {given:g}; remove one"
         raise refusal(table.source, text, line, name)
     return values
 
@@ -185,12 +180,12 @@ def _side(table: TextTable, known, given, notes) -> np.ndarray:
         if given is None:
             text = "the column is empty; give side='R' or side='T' for all rows"
             raise refusal(table.source, text, column="side")
-        notes.append(f"The file states no side; '{given}' was given by the caller.")
+        notes.append(f"The file states no side; the caller gave '{given}'.")
         return np.full(len(table.rows), given == "T")
     values = checks.sides(table, known["side"], notes)
     other = values != (given == "T")
     if given is not None and other.any():
-        text = f"the file states {'RT'[int(values[other][0])]}, the caller {given}; give one"
+        text = f"the file states {'RT'[int(values[other][0])]}, but the caller gives {given}; remove one"
         raise refusal(table.source, text, table.lines[np.argmax(other)], "side")
     return values
 
@@ -200,7 +195,7 @@ def _sigma(table: TextTable, known, notes) -> np.ndarray | None:
     if name not in known:
         return None
     if not any(table.column(known[name])):
-        notes.append("Column sigma_per_sr is empty, so the noise is not known.")
+        notes.append("Column sigma_per_sr is empty and was ignored.")
         return None
     return checks.sigmas(table, _per_sr(table, known, name))
 
@@ -210,7 +205,7 @@ def _per_sr(table: TextTable, known, name: str) -> np.ndarray:
 
 
 def _extra(cells: list[str]) -> np.ndarray:
-    """Numbers where all filled cells are; labels such as 007, and what no float holds, stay text."""
+    """Numbers if all non-empty cells are; labels such as 007 and numbers beyond the float range stay text."""
     filled = [cell for cell in cells if cell]
     number = re.compile(r"[+-]?(0|[1-9]\d*|(0|[1-9]\d*)?\.\d+|(0|[1-9]\d*)\.)([eE][+-]?\d+)?")
     if not filled or not all(number.fullmatch(cell) for cell in filled):
@@ -232,7 +227,7 @@ def _order_notes(data: GonioData) -> list[str]:
     changes = int((np.diff(data.scan_index) != 0).sum())
     if changes + 1 == len(data.scans):
         return []
-    return ["The rows of a scan do not stand together; the order of the file was kept."]
+    return ["The rows of a scan are not consecutive; the order of the file was kept."]
 
 
 def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
@@ -244,18 +239,18 @@ def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
         which = "1 direction was" if several == 1 else f"{several} directions were"
         rows = data.row[group == np.unique(group)[np.argmax(counts > 1)]]
         notes.append(
-            f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all were kept, as repeats."
+            f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all rows were kept as repeats."
         )
-    seen, copies = {}, []
+    seen, copies = dict[tuple[str, ...], int](), []
     for line, row in zip(table.lines, table.rows, strict=True):
         first = seen.setdefault(row, line)
         if first != line:
             copies.append((first, line))
     if copies:
         first, line = copies[0]
-        which = "1 row is" if len(copies) == 1 else f"{len(copies)} rows are"
+        which = "1 row is a copy" if len(copies) == 1 else f"{len(copies)} rows are copies"
         notes.append(
-            f"{which} a copy of another in every cell (rows {first} and {line}); "
-            "all were kept, but copies tell nothing of the noise."
+            f"{which} of another in every cell (rows {first} and {line}); all were kept, but copies are not "
+            "used to estimate the noise."
         )
     return notes

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-# Angles and wavelengths closer than this are one: far below any goniometer, far above rounding.
+# Angles and wavelengths that differ by less are equal: far below any goniometer's steps, far above rounding.
 SAME = 1e-6
 
 
@@ -16,13 +16,13 @@ class Scan:
     Parameters
     ----------
     index
-        Its number in ``GonioData.scan_index``.
+        Number in ``GonioData.scan_index``.
     side
         ``"R"`` or ``"T"``.
     wavelength_nm, theta_i_deg
-        What the points share.
+        Common to all its points.
     points, used
-        How many points there are, and how many of them no mask excludes.
+        Number of points, and of those that no mask excludes.
     """
 
     index: int

@@ -13,7 +13,7 @@ from jaxink.files.reading import read_bounded, utf8_text
 
 # A few million rows.
 _MOST_BYTES = 300_000_000
-# Each that is kept becomes a variable of the result.
+# Every column that is kept becomes a variable of the result.
 _MOST_COLUMNS = 1000
 
 _SIGNATURES = {
@@ -31,17 +31,17 @@ class TextTable:
     Parameters
     ----------
     source
-        The file as the user named it.
+        The file as named by the user.
     names
-        Column names of the header, blanks at their ends removed.
+        Column names of the header, stripped of white space.
     rows
         Cells of each row, as text.
     lines
-        Line of the file on which each row stands, the first line being 1, shape ``(rows,)``.
+        Line number of each row in the file, from 1, shape ``(rows,)``.
     header_line
-        Line of the file on which the header stands.
+        Line number of the header.
     notes
-        Sentences on what was handled.
+        Sentences on what was changed.
     """
 
     source: str
@@ -52,12 +52,12 @@ class TextTable:
     notes: tuple[str, ...]
 
     def column(self, index: int) -> list[str]:
-        """Cells of one column, blanks at their ends removed."""
+        """Cells of one column, stripped of white space."""
         return [row[index].strip() for row in self.rows]
 
 
 def refusal(source, text, row=None, column=None) -> InputRefusedError:
-    """The error that names file, row and column, then says what is wrong and what would be right."""
+    """Error with a message that names file, row and column before the text."""
     place = [str(source)]
     if row is not None:
         place.append(f"row {row}")
@@ -69,45 +69,32 @@ def refusal(source, text, row=None, column=None) -> InputRefusedError:
 def read_table(path) -> TextTable:
     """Read a delimited text file without interpreting its cells.
 
-    Parameters
-    ----------
-    path
-        The file: UTF-8, a header row, cells separated by commas, semicolons or tabs.
-
-    Raises
-    ------
-    InputRefusedError
-        The file is missing, empty, not text, or its rows differ in length.
+    The file is UTF-8 text with a header row and cells separated by commas, semicolons or tabs. It is rejected
+    if it is missing, empty, not text, or if its rows differ in length.
     """
     path = Path(path)
     notes: list[str] = []
     lines, comments = _without_comments(_decoded_lines(path, notes), notes)
     filled = [number for number, line in enumerate(lines) if line.strip()]
     if not filled:
-        kind = "holds only comments" if comments else "is empty"
-        raise refusal(path, f"{kind}; a header row and data rows are needed")
+        kind = "contains only comments" if comments else "is empty"
+        raise refusal(path, f"{kind}; it must have a header row and data rows")
     if any(not lines[number].strip() for number in range(filled[0], filled[-1])):
-        notes.append("Blank or comment lines between the rows were left out; row numbers count them.")
+        notes.append("Blank or comment lines between the rows were skipped; row numbers count them.")
     delimiter = _delimiter(path, lines[filled[0]], filled[0] + 1, notes)
     numbers, rows = _parsed(path, lines, delimiter)
     if not rows:
-        raise refusal(path, "holds separators only; a header row and data rows are needed")
+        raise refusal(path, "contains only separators; it must have a header row and data rows")
     header, *rows = rows
     if len(header) > _MOST_COLUMNS:
-        raise refusal(path, f"has {len(header)} columns; {_MOST_COLUMNS} are read at most", numbers[0])
+        raise refusal(path, f"has {len(header)} columns; at most {_MOST_COLUMNS} are allowed", numbers[0])
     _check_lengths(path, header, rows, numbers[1:], delimiter)
     names = tuple(name.strip() for name in header)
     _check_header(path, names, numbers[0], comments)
     if not rows:
         raise refusal(path, "has a header but no data rows")
-    return TextTable(
-        str(path),
-        names,
-        tuple(tuple(row) for row in rows),
-        np.array(numbers[1:]),
-        numbers[0],
-        tuple(notes),
-    )
+    cells = tuple(tuple(row) for row in rows)
+    return TextTable(str(path), names, cells, np.array(numbers[1:]), numbers[0], tuple(notes))
 
 
 def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
@@ -116,30 +103,28 @@ def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
         if content.startswith(signature):
             raise refusal(path, sentence)
     if content.startswith(codecs.BOM_UTF8):
-        notes.append("A byte order mark at the start of the file was left out.")
+        notes.append("The byte-order mark at the start of the file was ignored.")
     text = utf8_text(content, str(path))
     if "\0" in text:
         row = text[: text.index("\0")].count("\n") + 1
-        raise refusal(path, "holds a zero byte, so it is a binary file and not CSV text", row)
+        raise refusal(path, "contains a zero byte; it is a binary file, not CSV text", row)
     return io.StringIO(text, newline=None).read().split("\n")
 
 
 def _without_comments(lines, notes):
-    """Comment lines are emptied rather than removed, so that line numbers stay those of the file."""
+    """Comment lines are emptied rather than removed, to keep the line numbers of the file."""
     comments = [line for line in lines if line.lstrip().startswith("#")]
     if comments:
-        count = len(comments)
-        verb = "lines start" if count > 1 else "line starts"
-        notes.append(f"{count} comment {verb} with '#' and did not enter.")
+        plural, verb = ("lines", "were") if len(comments) > 1 else ("line", "was")
+        notes.append(f"{len(comments)} comment {plural} starting with '#' {verb} skipped.")
     return ["" if line.lstrip().startswith("#") else line for line in lines], comments
 
 
 def _delimiter(path, header: str, row: int, notes: list[str]) -> str:
     counts = {delimiter: header.count(delimiter) for delimiter in _DELIMITERS}
-    delimiter = max(counts, key=counts.get)
+    delimiter = max(counts, key=lambda delimiter: counts[delimiter])
     if counts[delimiter] == 0:
-        text = "the header holds no comma; separate the columns by commas"
-        raise refusal(path, text, row)
+        raise refusal(path, "the header contains no comma; separate the columns by commas", row)
     if delimiter != ",":
         notes.append(f"The columns are separated by {_DELIMITERS[delimiter]} instead of commas.")
     return delimiter
@@ -164,16 +149,16 @@ def _check_lengths(path, header, rows, numbers, delimiter):
             continue
         hint = ""
         if delimiter == "," and len(row) > len(header):
-            hint = " (a decimal comma? write 0.5 and not 0,5)"
-        text = f"has {len(row)} cells where the header has {len(header)}{hint}"
+            hint = "; if it has decimal commas, write 0.5 instead of 0,5"
+        text = f"has {len(row)} cells, but the header has {len(header)}{hint}"
         raise refusal(path, text, number)
 
 
 def _check_header(path, names, line, comments):
     if all(_is_number(name) for name in names if name):
-        text = "holds numbers where the column names should stand; add a header row"
+        text = "contains numbers instead of column names; add a header row"
         if any(comment.lower().count("theta_") >= 2 for comment in comments):
-            text += ", or remove the '#' before the one that is there"
+            text += ", or remove the '#' before the existing one"
         raise refusal(path, text, line)
 
 

@@ -52,7 +52,8 @@ def require_float64() -> None:
     """
     require_safe_jaxlib()
     claim_process()
-    if not jax.config.jax_enable_x64:
+    # JAX makes the attributes of its configuration at run time.
+    if not jax.config.jax_enable_x64:  # type: ignore[attr-defined]
         raise PrecisionError(
             "jaxink needs 64-bit floats and JAX is in 32 bits: call "
             'jax.config.update("jax_enable_x64", True) before, or work inside '

@@ -21,7 +21,7 @@ from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 
@@ -119,7 +119,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         data,
         noise_of(data, sample.noise),
         _sizes(fit, sample, options),
-        Scene.of(*(column[used] for column in data.directions), data.row[used]),
+        Scene.of(*data.used_directions, time=data.row[used]),
         options.catalogue,
         options.screen,
         options.fit.accuracy,
@@ -132,9 +132,12 @@ def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverC
     reduced, far = fit.merit.reduced_chi_square, options.policy.far_reduced_chi_square
     if options.fit.config is not None or reduced is None or reduced < far:
         return fit.config
-    used = fit.data.used
-    directions = (column[used] for column in fit.data.directions)
-    return ForwardModel(sample, *directions, None, options.fit.accuracy, options.fit.layer_method).config
+    return ForwardModel(
+        sample,
+        *fit.data.used_directions,
+        accuracy=options.fit.accuracy,
+        layer_method=options.fit.layer_method,
+    ).config
 
 
 def _structure(stage: Stage, points: Points) -> StructureResult:

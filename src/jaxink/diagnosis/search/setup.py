@@ -11,7 +11,7 @@ from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend, und
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # Slots beyond those of the declared sample's free parameters, so that all stages share a program.
 _FURTHER_SLOTS = 6

@@ -20,7 +20,7 @@ from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
 
