@@ -173,12 +173,12 @@ def test_report_is_plain_and_complete(pair, tmp_path):
         "z",
         "p_raw",
         "p_adjusted",
-        "absorbed_fraction",
+        "degenerate_fraction",
         "detection_limit",
         "strength",
         "class",
     }
-    assert all(asked | {"refit_drop"} <= set(row) for row in report["candidates"])
+    assert all(asked | {"refit_delta_chi_square"} <= set(row) for row in report["candidates"])
 
 
 @pytest.fixture(scope="module")

@@ -69,7 +69,7 @@ def step_table(diagnosis: "Diagnosis") -> Table:
     for s in diagnosis.steps:
         strength = with_uncertainty(s.strength, s.standard_error)
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
-        deltas = (f"{s.predicted_drop:.4g}", f"{s.actual_drop:.4g}")
+        deltas = (f"{s.predicted_delta_chi_square:.4g}", f"{s.actual_delta_chi_square:.4g}")
         table.add_row(s.effect, strength, s.unit, *deltas, gain, ", ".join(s.members[1:]))
     return table
 
@@ -106,11 +106,11 @@ def candidate_table(diagnosis: "Diagnosis") -> Table:
             row.effect,
             rounded(row.z),
             rounded(row.p_adjusted, 2),
-            rounded(row.predicted_drop, 4),
-            rounded(row.refit_drop, 4),
+            rounded(row.predicted_delta_chi_square, 4),
+            rounded(row.refit_delta_chi_square, 4),
             rounded(row.strength, 4),
             row.unit,
-            percent(row.absorbed_fraction),
+            percent(row.degenerate_fraction),
             "added" if row.effect in added else row.status.replace("_", " "),
             style="bold" if row.effect in added else "",
         )

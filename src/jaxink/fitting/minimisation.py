@@ -1,4 +1,4 @@
-"""Fit a sample to a measurement: searches from several starts, larger sizes where asked, profiles."""
+"""Fit a sample to a measurement: several starts, refinement of the resolution, and profiles."""
 
 import dataclasses
 from collections.abc import Callable
@@ -24,13 +24,13 @@ from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
 from jaxink.solver.config import SolverConfig
 
-# A standard error beyond this share of the range, or a correlation beyond this, asks for a profile.
+# A profile is computed for a larger standard error, as a share of the range, or a larger correlation.
 _WIDE = 0.1
 _CORRELATED = 0.98
-# A search along a profile that ends by so much in chi-square below the minimum has found a lower one.
+# A search along a profile that ends this much lower in chi-square has found a lower minimum.
 _LOWER = 1e-3
 _MOST_LOWER_MINIMA = 3
-# The sizes that a solution asks for are at rest after one refinement, unless it moves far.
+# The resolution converges after one refinement, unless the solution moves far.
 _MOST_REFINEMENTS = 2
 
 
@@ -40,25 +40,25 @@ def fit(
     options: FitOptions | None = None,
     progress: Progress | None = None,
 ) -> FitResult:
-    """Find the free parameters of a sample from a measurement.
+    """Fit the free parameters of a sample to a measurement.
 
-    Works in 64 bits whatever the session's setting, and leaves that setting as it was.
+    Computes with 64 bits whatever the session's setting, which is restored.
 
     Parameters
     ----------
     data
-        Measurement, or the file to read it from.
+        Measurement, or its file.
     sample
         Sample, or its file.
     options
-        Choices; None for the defaults.
+        None for the defaults.
     progress
-        Called with what is done, the step and the loss.
+        Called with the task, the step and the loss.
 
     Raises
     ------
     InputRefusedError
-        If data or sample cannot be used.
+        Data or sample are invalid.
     """
     options = FitOptions() if options is None else options
     require_kind("options", options, FitOptions)
@@ -73,7 +73,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     noise = noise_of(data, sample.noise)
     if options.objective == "chi_square" and not noise.known:
         raise InputRefusedError(
-            f"{data.source or 'the measurement'}: its noise is not known ({noise.origin}) Declare it in "
+            f"{data.source or 'the measurement'}: its noise is unknown ({noise.origin}) Declare it in "
             "[noise] of the sample file, or choose another objective."
         )
     objective = make_objective(
@@ -96,7 +96,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
 
 
 def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> SolverConfig | None:
-    """Sizes that the solution asks for, where they exceed those it was found with."""
+    """Resolution needed at the solution, if it exceeds that of the fit."""
     if options.config is not None:
         return None
     model = cast(ForwardModel, objective.model)
@@ -108,7 +108,7 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
 def _search(
     objective: Objective, sample: Sample, options: FitOptions, progress: Progress
 ) -> tuple[GradientSearch | None, list[Search], tuple[Search, ...]]:
-    """Search from several starts: the gradient engine if any, the searches, and the scan, if any, as one."""
+    """Search from several starts: gradient engine if any, searches, and the scan, if any, as one."""
     free = sample.parameters.free
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     if options.method == "simplex":
@@ -128,7 +128,7 @@ def _search(
 def _search_on(
     objective: Objective, unit: np.ndarray, options: FitOptions, progress: Progress
 ) -> tuple[GradientSearch | None, Search]:
-    """Go on, with larger sizes, from what was found."""
+    """Continue from a solution at a higher resolution."""
     if options.method == "simplex":
         return None, SimplexSearch(objective).run(unit, _named(progress, "simplex"))
     engine = GradientSearch(objective)
@@ -157,7 +157,7 @@ def _covariance(best: Search) -> Covariance | None:
 
 
 def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> Found:
-    """Profiles of the weak parameters, or all; starts again where one of them finds a lower minimum."""
+    """Profiles of the weak parameters, or of all; repeated if one of them finds a lower minimum."""
     along: list[Search] = []
     for _ in range(_MOST_LOWER_MINIMA):
         profiles = _profiles(engine, found, which, progress)

@@ -37,11 +37,13 @@ def draw_candidates(
     figure.write_title(title)
     axes = figure.panel(_LEFT, _BOTTOM, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
     axes.set_xscale("log")
+    largest = 10 * _LEAST
     for i, row in enumerate(rows):
-        _draw_bar(axes, i - _BAR / 2, row.predicted_drop, PREDICTED)
-        _draw_bar(axes, i + _BAR / 2, row.refit_drop, REFITTED)
-    largest = max(drop or 0 for row in rows for drop in (row.predicted_drop, row.refit_drop))
-    axes.set_xlim(_LEAST, max(largest, 10 * _LEAST) * 2)
+        predicted, refitted = row.predicted_delta_chi_square, row.refit_delta_chi_square
+        _draw_bar(axes, i - _BAR / 2, predicted, PREDICTED)
+        _draw_bar(axes, i + _BAR / 2, refitted, REFITTED)
+        largest = max(largest, predicted, refitted or 0)
+    axes.set_xlim(_LEAST, largest * 2)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_yticks(range(len(rows)), [row.effect for row in rows])
     axes.yaxis.set_minor_locator(NullLocator())

@@ -100,7 +100,7 @@ def steps(diagnosis: "Diagnosis") -> str:
         strength = _with_unit(with_uncertainty(s.strength, s.standard_error), s.unit)
         rows.append(
             [str(i + 1), s.effect, s.form.statement, strength, terms, others]
-            + [number(s.predicted_drop), number(s.actual_drop), gain]
+            + [number(s.predicted_delta_chi_square), number(s.actual_delta_chi_square), gain]
         )
     heads = [
         "step",
@@ -202,14 +202,14 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
         number(row.z, 3),
         chance(row.p_raw),
         chance(row.p_adjusted),
-        share(row.absorbed_fraction),
+        share(row.degenerate_fraction),
         number(row.detection_limit, 3),
         row.detection_limit_unit,
         number(row.strength),
         row.unit,
         ", ".join(row.members) if len(row.members) > 1 else "",
-        number(row.predicted_drop),
-        number(row.refit_drop),
+        number(row.predicted_delta_chi_square),
+        number(row.refit_delta_chi_square),
         row.status.replace("_", " "),
         row.reason,
     ]
@@ -238,7 +238,7 @@ def remains(diagnosis: "Diagnosis") -> str:
         parts.append(paragraph("Readings that must agree within the stated noise:"))
         heads = ["readings", "pairs", "scatter of a reading", "noise of a reading", "p"]
         pairs = (
-            [c.kind, str(c.pairs), share(c.relative), share(c.stated), chance(c.p_value)]
+            [c.kind, str(c.pairs), share(c.relative), share(c.expected), chance(c.p_value)]
             for c in diagnosis.consistency
         )
         parts.append(table(heads, pairs))
