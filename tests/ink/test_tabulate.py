@@ -128,7 +128,7 @@ def test_standard_errors_are_those_of_finite_differences_and_of_draws(example_re
         stacks = ink_stacks(ink, model, dict(zip(names, point, strict=True)))
         stack = jax.tree.map(lambda x: x[0], stacks)
         regular = jnp.stack(regular_power(stack, directions.sin_incidence)).ravel()
-        return jnp.concatenate([diffuse_bsdf(stack, directions, model.config), regular])
+        return jnp.concatenate([diffuse_bsdf(stack, directions, model.config, model.plan), regular])
 
     tabulated = np.concatenate(
         [of_fit.bsdf_standard_error_per_sr[c, 0, i, o, p] for c in (0, 1)]

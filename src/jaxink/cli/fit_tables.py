@@ -131,9 +131,9 @@ def merit_lines(result: "FitResult") -> list[str]:
     """Figures of merit, each with its reference; m measured, s predicted."""
     m, lines = result.merit, []
     if m.chi_square is not None:
-        line = f"chi-square {m.chi_square:.5g} for {m.degrees_of_freedom} degrees of freedom"
+        line = f"chi-square {m.chi_square:.5g} with {m.degrees_of_freedom} degrees of freedom"
         if m.reduced_chi_square is not None:
-            line += f": reduced {m.reduced_chi_square:.3f}, probability {m.probability:.3g}"
+            line += f" (reduced {m.reduced_chi_square:.3f}, p = {m.probability:.3g})"
         lines.append(line)
     lines += [
         f"absolute RMSD of pi f: {m.rmsd_absolute_pi:.4g} = {m.rmsd_absolute_pi_percent:.3g} % of the "

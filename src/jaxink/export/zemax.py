@@ -58,7 +58,7 @@ def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str
     lines = [
         *comments(table, w),
         f"# component {component}: {kind} of light from side {component[2]} to side {component[3]}",
-        "# AngleOfIncidence: of the specular or refracted direction, from the normal on the side of leaving",
+        "# AngleOfIncidence: angle of the specular or refracted direction, from the normal on the exit side",
         "Source Measured",
         "Symmetry PlaneSymmetrical",
         "SpectralContent Monochrome",

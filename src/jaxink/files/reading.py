@@ -123,4 +123,4 @@ def _near(path: Path) -> str:
     except OSError:
         return ""
     near = difflib.get_close_matches(path.name, names, n=1)
-    return f"; did you mean {near[0]}" if near else ""
+    return f"; the most similar name there is {near[0]}" if near else ""

@@ -117,7 +117,7 @@ def _refuse_misspelt(table, known, extra, supplied):
     for name in extra:
         near = difflib.get_close_matches(name.lower(), absent, n=1, cutoff=0.75)
         if near:
-            raise refusal(table.source, f"the name is unknown; did you mean {near[0]}", column=name)
+            raise refusal(table.source, f"the name is unknown; the most similar is {near[0]}", column=name)
 
 
 def _refuse_missing(table, known, supplied):

@@ -127,7 +127,7 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
 def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
     parts = [f"Relative noise {model.relative:.2%} from {_pairs(adopted)}"]
     if adopted.pairs < MINIMUM_PAIRS:
-        parts[0] += f", uncertain because they are fewer than {MINIMUM_PAIRS}"
+        parts[0] += f" (uncertain: fewer than {MINIMUM_PAIRS} pairs)"
     for source in sources:
         if source is adopted:
             continue

@@ -271,7 +271,7 @@ def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str)
                 [f"{component}, {words}", f"{c.wavelength_nm:g} nm", f"{number(c.rms_percent, 3)} %"]
                 + [f"{c.largest_percent:+.3g} %", where]
             )
-    heads = ["component", "wavelength", "rms change", "largest change", "at"]
+    heads = ["component", "wavelength", "rms change", "largest change", "directions"]
     text = (
         "Change of the BSDF from the declared to the extended model, over all directions up to "
         f"{LARGEST_THETA_DEG:g}° from the normal on either side."

@@ -1,4 +1,4 @@
-"""What the experimenter knows of a sample; no JAX is needed to read it."""
+"""What the experimenter knows about a sample; reading it does not need JAX."""
 
 from jaxink.measurement import Noise
 from jaxink.sample.archive import sample_from_dict, sample_to_dict

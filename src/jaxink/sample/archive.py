@@ -1,4 +1,4 @@
-"""A sample as plain data, for result files, and back."""
+"""Conversion between a sample and plain data for result files."""
 
 import math
 from typing import Any
@@ -10,37 +10,18 @@ from jaxink.sample.description import Sample
 from jaxink.sample.parameters import Parameter, ParameterTable
 from jaxink.sample.soundness import require_sound
 
-# A tied parameter has no value of its own, and a range may have no ends.
+# A tied parameter has no value, and a range may be unbounded.
 NULLS = {"value": math.nan, "minimum": -math.inf, "maximum": math.inf}
 _RULES = Rules(NULLS, {ParameterTable: (tuple[Parameter, ...], ParameterTable)})
 
 
 def sample_to_dict(sample: Sample) -> dict[str, Any]:
-    """Plain data of a sample: strings, numbers, lists and None only; infinite ranges are None.
-
-    Parameters
-    ----------
-    sample
-        The sample.
-    """
+    """Plain data of a sample: strings, numbers, lists and None only; infinite ranges are None."""
     return as_plain(sample) | {"parameters": as_plain(tuple(sample.parameters.values()))}
 
 
 def sample_from_dict(plain: Any, key: str = "sample") -> Sample:
-    """Sample from the data of `sample_to_dict`.
-
-    Parameters
-    ----------
-    plain
-        The data.
-    key
-        How they are called in a refusal.
-
-    Raises
-    ------
-    InputRefusedError
-        Naming the key, if they are not the data of a sample.
-    """
+    """Sample from the data of `sample_to_dict`; invalid data are rejected, with ``key`` as their name."""
     sample = decode(Sample, plain, key, _RULES)
     try:
         require_sound(sample)

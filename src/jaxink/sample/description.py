@@ -1,4 +1,4 @@
-"""A sample as the experimenter knows it: layers, surroundings, instrument, noise, parameters."""
+"""Description of a sample: layers, surroundings, instrument, noise, parameters."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from jaxink.sample.roughness import Roughness
 
 @dataclasses.dataclass(frozen=True)
 class Layer:
-    """One layer of the sample; its numbers live in the parameter table.
+    """One layer of the sample; its numbers are in the parameter table.
 
     Parameters
     ----------
@@ -24,11 +24,11 @@ class Layer:
     phase_function
         For a scattering layer: a key of `schema.PHASE_FUNCTIONS`.
     opaque
-        Whether nothing comes out behind it.
+        Whether no light leaves on its far side.
     phase_table
         For ``tabulated``: ("angle_deg" or "moments", abscissae or None, values).
     roughness
-        Faces that are declared rough.
+        The rough faces.
     radius_table
         For ``mie``: tabulated radii in nm and their relative numbers, or None.
     populations
@@ -46,13 +46,13 @@ class Layer:
 
     @property
     def particles(self) -> dict[str, tuple[tuple[float, ...], tuple[float, ...]] | None]:
-        """Table of radii, or None, of each kind of Mie particles, by the stem of its parameters' names."""
+        """Table of radii, or None, of each kind of Mie particles, by the prefix of its parameters' names."""
         further = {f"{self.name}.{p.name}": p.radius_table for p in self.populations}
         return {self.name: self.radius_table, **further}
 
     @property
     def scatters(self) -> bool:
-        """Whether light is scattered in it."""
+        """Whether the layer scatters light."""
         return self.kind == "scattering"
 
 
@@ -63,9 +63,9 @@ class Backing:
     Parameters
     ----------
     side
-        Of `schema.BACKING_SIDES`.
+        One of `schema.BACKING_SIDES`.
     contact
-        Whether it touches the last layer optically; otherwise the surroundings are between.
+        Whether it is in optical contact with the last layer; otherwise the surroundings are in between.
     """
 
     side: str
@@ -74,7 +74,7 @@ class Backing:
 
 @dataclasses.dataclass(frozen=True)
 class Sample:
-    """What is known of a sample and of its measurement.
+    """Everything that is known about a sample and its measurement.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ class Sample:
     wavelengths_nm
         Wavelengths whose rows are used; empty: all of the file.
     source_half_angle_deg, detector_half_angle_deg
-        Cones of the instrument; 0 is a perfect one.
+        Cones of the instrument; 0 for an ideal one.
     beam_diameter_mm, detector_diameter_mm
-        Beam, across it, and disc on the sample that the detector sees; None: all light is seen, wherever it
-        comes out.
+        Diameters of the beam (across it) and of the disc on the sample that the detector sees; None: all
+        light is collected.
     detector_mode
-        Of `schema.DETECTOR_MODES`: ``spectrometer`` if white light falls on the sample and the detector
-        resolves wavelengths, ``broadband`` if the light has one wavelength and the detector sees all; None if
-        that is not known. Only fluorescence asks.
+        One of `schema.DETECTOR_MODES`: ``spectrometer`` for white light on the sample and a detector that
+        resolves wavelengths, ``broadband`` for light of one wavelength and a detector that sees all; None if
+        unknown. Used for fluorescence only.
     illumination
         Spectrum of the light on the sample: wavelengths in nm and relative powers, or None.
     noise
@@ -106,7 +106,7 @@ class Sample:
     dispersions
         Refractive indices given as functions of the wavelength.
     backing
-        What stands behind it, or None.
+        Reflector behind the sample, or None.
     """
 
     layers: tuple[Layer, ...]
@@ -126,26 +126,21 @@ class Sample:
     illumination: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
-        """Values that hold at one wavelength, by plain name.
+        """Values at one wavelength by plain name ``layer.quantity``, with dispersions evaluated.
 
         Parameters
         ----------
         values
-            Value of every parameter; traced ones are welcome.
+            Value of every parameter, possibly traced.
         wavelength_nm
             One of the wavelengths at which the parameters are given.
-
-        Returns
-        -------
-        dict[str, Any]
-            ``layer.quantity``, whether the file gives one value, one for each wavelength or a dispersion.
         """
         at = f"@{wavelength_nm:g}"
         plain = {n.removesuffix(at): v for n, v in values.items() if "@" not in n or n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
 
     def varies(self, name: str) -> bool:
-        """Whether a fit, a tie or the wavelength may change a quantity, by its plain name."""
+        """Whether a quantity, given by its plain name, is free, tied or dependent on the wavelength."""
         return any(
             p.free or p.tie is not None or "@" in p.name
             for p in self.parameters.values()

@@ -23,7 +23,7 @@ from jaxink.sample.quantity import Quantity
 
 @dataclasses.dataclass(frozen=True)
 class Dispersion:
-    """A refractive index against the wavelength; its coefficients are parameters ``name.coefficient``.
+    """A refractive index as a function of wavelength; its coefficients are parameters ``name.coefficient``.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class Dispersion:
     formula
         A key of `schema.DISPERSIONS`.
     lowest, highest
-        What the index may be.
+        Range of the index.
     wavelength_nm, value
-        Of a table, by ascending wavelength; else empty.
+        The table, by ascending wavelength, if there is one.
     """
 
     name: str
@@ -45,20 +45,7 @@ class Dispersion:
     value: tuple[float, ...] = ()
 
     def index(self, values: Mapping[str, Any], wavelength_nm: float) -> Any:
-        """Refractive index at a wavelength.
-
-        Parameters
-        ----------
-        values
-            Values of parameters by name; traced ones are welcome.
-        wavelength_nm
-            Wavelength in vacuum, a known number.
-
-        Returns
-        -------
-        Any
-            The index.
-        """
+        """Refractive index at a vacuum wavelength (not traced), from parameter values (possibly traced)."""
         get = {key: values[f"{self.name}.{key}"] for key in schema.DISPERSIONS[self.formula]}
         if self.formula == "cauchy":
             return cauchy_index(wavelength_nm, get["a"], get["b_um2"], get["c_um4"])
@@ -71,37 +58,24 @@ class Dispersion:
         return tabulated_index(wavelength_nm, self.wavelength_nm, self.value) + get["offset"]
 
     def check(self, table: ParameterTable, wavelengths_nm: tuple[float, ...]) -> None:
-        """Refuse a dispersion that has no sensible index at some wavelength, at the start or in a fit.
-
-        Parameters
-        ----------
-        table
-            The parameters.
-        wavelengths_nm
-            Wavelengths at which the index is wanted.
-
-        Raises
-        ------
-        InputRefusedError
-            Naming the wavelength and the coefficients.
-        """
+        """Reject a dispersion with an invalid index at some wavelength, at the start or within a fit."""
         names = [f"{self.name}.{key}" for key in schema.DISPERSIONS[self.formula]]
         free = [table[name] for name in names if table[name].free]
         for wavelength in wavelengths_nm:
             if self.formula == "table" and not self.wavelength_nm[0] <= wavelength <= self.wavelength_nm[-1]:
                 raise InputRefusedError(
                     f"{self.name} is given from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm, "
-                    f"but {wavelength:g} nm is asked for; give a table that holds every wavelength."
+                    f"but is needed at {wavelength:g} nm; extend the table to all wavelengths in use."
                 )
             if self.formula == "sellmeier":
                 self._check_resonances(table, wavelength)
-            # The formulas are monotone in each coefficient: their extremes lie in the corners of the ranges.
+            # The formulas are monotonic in each coefficient: their extremes are at the ends of the ranges.
             for ends in itertools.product(*((p.minimum, p.maximum) for p in free)):
                 corner = {p.name: end for p, end in zip(free, ends, strict=True)}
                 self._check_range(table.values_with(corner), wavelength, names)
 
     def _check_resonances(self, table: ParameterTable, wavelength: float) -> None:
-        """No resonance lies at the wavelength, nor may a fit move one across it."""
+        """Reject a resonance at the wavelength, or one that a fit could move across it."""
         start, square = table.values_with({}), (wavelength / 1000) ** 2
         for key in ("c1_um2", "c2_um2", "c3_um2"):
             name = f"{self.name}.{key}"
@@ -109,8 +83,8 @@ class Dispersion:
             ends = (parameter.minimum, parameter.maximum) if parameter.free else (start[name], start[name])
             if ends[0] <= square <= ends[1]:
                 raise InputRefusedError(
-                    f"{name} may be {square:g} um^2, a resonance at the very wavelength of {wavelength:g} "
-                    "nm; keep it, and its range, on one side of that."
+                    f"{name} may become {square:g} um^2, which puts a resonance at the wavelength "
+                    f"{wavelength:g} nm; keep its value and range on one side of that."
                 )
 
     def _check_range(self, values, wavelength, names):
@@ -120,33 +94,18 @@ class Dispersion:
             given = ", ".join(f"{name.rsplit('.', 1)[1]} = {values[name]:g}" for name in names)
             raise InputRefusedError(
                 f"{self.name} gives {said} at {wavelength:g} nm with {given}; it must lie between "
-                f"{self.lowest:g} and {self.highest:g}: change the coefficients, or narrow their ranges."
+                f"{self.lowest:g} and {self.highest:g}; change the coefficients or narrow their ranges."
             )
 
 
 def read_dispersion(
     name: str, given: dict[str, Any], quantity: Quantity
 ) -> tuple[Dispersion, list[Parameter]]:
-    """Read an index that is given as a dispersion.
-
-    Parameters
-    ----------
-    name
-        Name of the index.
-    given
-        Its table in the file.
-    quantity
-        What the index may be.
-
-    Returns
-    -------
-    Dispersion, list[Parameter]
-        The dispersion and its coefficients.
-    """
+    """Dispersion and coefficients of the index ``name`` from its table in the file."""
     if not quantity.dispersive:
         raise InputRefusedError(
-            f"{name} has a dispersion, which only refractive indices have; give a number, or one for each "
-            "wavelength with per_wavelength."
+            f"{name} has a dispersion, which only refractive indices may have; give a number, or one for "
+            "each wavelength with per_wavelength."
         )
     formula = choice(given, "dispersion", tuple(schema.DISPERSIONS), name)
     coefficients = schema.DISPERSIONS[formula]
@@ -160,8 +119,8 @@ def read_dispersion(
         entry = parameter_entry(value, each, coefficient)
         if "per_wavelength" in entry:
             raise InputRefusedError(
-                f"{each} has per_wavelength, but a dispersion already says what the index is at each "
-                "wavelength; remove it."
+                f"{each} has per_wavelength, but the dispersion already gives the index at each wavelength; "
+                "remove it."
             )
         parameters.append(parameter_of(each, entry, coefficient))
     wavelengths, values = _columns(name, given) if columns else ((), ())
@@ -173,8 +132,8 @@ def _columns(name: str, given: dict[str, Any]) -> tuple[tuple[float, ...], tuple
     wavelengths, values = (given.get(key, []) for key in schema.DISPERSION_TABLE)
     for key, column in zip(schema.DISPERSION_TABLE, (wavelengths, values), strict=True):
         if not is_list_of_numbers(column, 2):
-            raise InputRefusedError(f"{name}: {key} must be a list of two numbers or more.")
+            raise InputRefusedError(f"{name}: {key} must be a list of at least two numbers.")
     require_equally_many(name, wavelength_nm=wavelengths, value=values)
     if wavelengths[0] <= 0 or any(b <= a for a, b in itertools.pairwise(wavelengths)):
-        raise InputRefusedError(f"{name}: wavelength_nm must ascend, from a number above 0.")
+        raise InputRefusedError(f"{name}: wavelength_nm must be positive and in ascending order.")
     return tuple(map(float, wavelengths)), tuple(map(float, values))

@@ -1,4 +1,4 @@
-"""TOML files within bounds: their text, and the tables that it describes."""
+"""Reading TOML files within bounds."""
 
 import re
 import tomllib
@@ -11,7 +11,7 @@ from jaxink.files.reading import read_bounded, utf8_text
 _MOST_BYTES = 4_000_000
 _DEEPEST = 30
 _LARGEST_INTEGER = 2**63
-# Strings and comments, whole even where their end is missing, and the signs that nest or end a key.
+# Strings and comments, complete even without their end, and the characters that nest or end a key.
 _SIGNS = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)'
     r"|'''(?:[^']|'(?!''))*+(?:'''|\Z)"
@@ -24,12 +24,12 @@ _SIGNS = re.compile(
 
 
 def text_of(path: Path, what: str) -> str:
-    """Text of a file that describes ``what``, or a sentence."""
+    """Text of a file that describes ``what``."""
     return utf8_text(read_bounded(path, _MOST_BYTES, f"{what} file"), str(path))
 
 
 def document_of(text: str, source: str) -> dict[str, Any]:
-    """The tables of a TOML text, or a sentence."""
+    """The tables of a TOML text; messages name the ``source``."""
     try:
         _require_shallow(text)
         document = tomllib.loads(text)
@@ -39,16 +39,16 @@ def document_of(text: str, source: str) -> dict[str, Any]:
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
     except ValueError:
-        # An integer of so many digits that Python does not convert it.
+        # An integer with more digits than Python converts.
         raise InputRefusedError(f"{source}: {_TOO_LARGE}") from None
     return document
 
 
-_TOO_LARGE = "has an integer of more than 64 bits; write a decimal number, such as 1e20."
+_TOO_LARGE = "has an integer of more than 64 bits; write it as a decimal number, such as 1e20."
 
 
 def _require_shallow(text: str) -> None:
-    """Refuse, before the parser takes minutes or fails, what is nested deeper than can be meant."""
+    """Reject excessive nesting before the parser takes minutes or fails."""
     n_open = n_dots = 0
     for sign in _SIGNS.finditer(text):
         match text[sign.start()]:
@@ -63,12 +63,12 @@ def _require_shallow(text: str) -> None:
         if n_open + n_dots > _DEEPEST:
             row = text.count("\n", 0, sign.start()) + 1
             raise InputRefusedError(
-                f"row {row} is nested more than {_DEEPEST} deep; nothing in this file is meant to be."
+                f"row {row} is nested more than {_DEEPEST} levels deep; remove superfluous brackets or dots."
             )
 
 
 def _require_small_integers(document: dict[str, Any]) -> None:
-    """Refuse integers that TOML does not have: they become no float, and cannot be told in decimal digits."""
+    """Reject integers beyond the range of TOML, which may not be convertible to floats or decimal digits."""
     waiting: list[tuple[str, Any]] = list(document.items())
     while waiting:
         name, value = waiting.pop()

@@ -15,35 +15,21 @@ from jaxink.files.reading import read_bounded, utf8_text
 from jaxink.sample.entries import bounded
 from jaxink.sample.schema import PITCH_UM
 
-# A map of some 11 000 heights squared.
+# A map of about 11 000 by 11 000 heights.
 _MOST_BYTES = 1_000_000_000
 
 
 def read_heights(given: Any, where: str, folder: Path) -> Real[np.ndarray, "..."]:
-    """Heights of a file: two axes, or one for a profile.
+    """Heights in um of a file in the folder: two axes, or one for a profile; NaN for empty cells.
 
-    Parameters
-    ----------
-    given
-        Name of the file, as written.
-    where
-        Key, for messages.
-    folder
-        Where it is looked for.
-
-    Returns
-    -------
-    Real[np.ndarray, "..."]
-        In um; not a number where a cell is empty.
+    ``given`` is the file name as in the sample file, ``where`` the key for messages.
     """
     if not isinstance(given, str):
         raise InputRefusedError(f"{where} is {given!r}; it must name a file of heights in um, {_either()}.")
     path = folder / given
     reader = _READERS.get(path.suffix)
     if reader is None:
-        raise InputRefusedError(
-            f"{where} names {path}; its suffix must be {_either()}, which name the format."
-        )
+        raise InputRefusedError(f"{where} names {path}; its suffix must be {_either()}.")
     try:
         values = reader(read_bounded(path, _MOST_BYTES, "file of heights"), str(path))
     except InputRefusedError as problem:
@@ -52,21 +38,11 @@ def read_heights(given: Any, where: str, folder: Path) -> Real[np.ndarray, "..."
 
 
 def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, float]:
-    """Distance of neighbouring heights in um: one, or one along y and one along x.
-
-    Parameters
-    ----------
-    pitch
-        As written.
-    where
-        Key, for messages.
-    n_axes
-        Of the heights.
-    """
+    """Distance between neighbouring heights in um: one number, or one along y and one along x."""
     each = pitch if isinstance(pitch, list) else [pitch]
     if len(each) not in (1, n_axes):
         raise InputRefusedError(
-            f"{where} is {pitch}; give one number, or one along y and one along x for a map."
+            f"{where} is {pitch}; give one number or, for a map, one along y and one along x."
         )
     first, *second = (bounded(p, PITCH_UM, where) for p in each)
     return (first, second[0]) if second else first
@@ -79,29 +55,29 @@ def _either() -> str:
 def _npy_heights(content: bytes, path: str) -> Real[np.ndarray, "..."]:
     file = io.BytesIO(content)
     try:
-        # NumPy warns of what Python 2 wrote, and of types that it will give up.
+        # NumPy warns about files written by Python 2 and about deprecated types.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             version = np.lib.format.read_magic(file)
             readers = np.lib.format.read_array_header_1_0, np.lib.format.read_array_header_2_0
             shape, by_columns, dtype = readers[version[0] - 1](file)
-    # The head is a piece of Python, which fails in all the ways that Python's parser does.
+    # The header is a Python expression, which can fail in all the ways of Python's parser.
     except Exception as problem:
         raise InputRefusedError(f"{path}: is not a readable .npy file ({problem}).") from None
     if dtype.kind not in "fiu" or len(shape) > 2 or min(shape, default=0) < 0:
-        raise InputRefusedError(f"{path}: must hold one array of real numbers, of one or two axes.")
+        raise InputRefusedError(f"{path}: must contain an array of real numbers with one or two axes.")
     claimed, held = math.prod(shape) * dtype.itemsize, len(content) - file.tell()
     if claimed != held:
         raise InputRefusedError(
-            f"{path}: an array of the shape {shape} takes {claimed} bytes, but {held} follow its head; write "
-            "the file anew."
+            f"{path}: an array of shape {shape} needs {claimed} bytes, but {held} follow the header; write "
+            "the file again."
         )
     values = np.frombuffer(content, dtype, offset=file.tell())
     return values.reshape(shape, order="F" if by_columns else "C")
 
 
 def _csv_heights(content: bytes, path: str) -> Float[np.ndarray, "rows columns"]:
-    """Comma-separated heights without a head; an empty cell is a height that is not known."""
+    """Comma-separated heights without a header; empty cells are unknown heights."""
     rows: list[list[float]] = []
     reader = csv.reader(io.StringIO(utf8_text(content, path), newline=""))
     try:
@@ -110,14 +86,14 @@ def _csv_heights(content: bytes, path: str) -> Float[np.ndarray, "rows columns"]
                 continue
             if rows and len(cells) != len(rows[0]):
                 raise InputRefusedError(
-                    f"{path}, row {number} has {len(cells)} cells, but those before have {len(rows[0])}; "
-                    "every row needs as many."
+                    f"{path}, row {number}: has {len(cells)} cells, but the rows before have {len(rows[0])}; "
+                    "all rows must have equally many."
                 )
             rows.append([_cell(cell, f"{path}, row {number}", k + 1) for k, cell in enumerate(cells)])
     except csv.Error as problem:
         raise InputRefusedError(f"{path}, row {reader.line_num}: is not CSV text ({problem}).") from None
     if not rows:
-        raise InputRefusedError(f"{path}: is empty.")
+        raise InputRefusedError(f"{path}: is empty; it must contain heights in um.")
     return np.array(rows)
 
 
@@ -126,8 +102,8 @@ def _cell(cell: str, where: str, column: int) -> float:
         return float(cell) if cell.strip() else math.nan
     except ValueError:
         raise InputRefusedError(
-            f"{where}, column {column}: {cell!r} is no number; the file holds heights in um only, separated "
-            "by commas, without a head."
+            f"{where}, column {column}: {cell!r} is not a number; the file must contain only heights in um, "
+            "separated by commas, without a header."
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""The layers of a sample file."""
+"""Reading the layers of a sample file."""
 
 from pathlib import Path
 from typing import Any
@@ -14,12 +14,11 @@ from jaxink.sample.roughness import read_roughness
 
 
 def layer_tables(document: dict[str, Any]) -> list[dict[str, Any]]:
-    """The tables of the layers, or a sentence."""
+    """The tables of the layers."""
     tables = document.get("layers")
     if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
         raise InputRefusedError(
-            "there are no layers; write one [[layers]] table for each, in the order in which light "
-            "meets them."
+            "there are no layers; write a [[layers]] table for each, in the order in which light meets them."
         )
     return tables
 
@@ -30,18 +29,13 @@ def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: Para
     Parameters
     ----------
     position
-        Of the layer, from 0.
+        Position of the layer, from 0.
     table
-        What the file says.
+        The layer's table in the file.
     folder
-        Where files that it names are looked for.
+        Folder of files that the table names.
     numbers
-        Takes the numbers.
-
-    Raises
-    ------
-    InputRefusedError
-        Naming the layer and the key.
+        Collects the parameters.
     """
     name = table.get("name")
     if not isinstance(name, str) or not name.isidentifier():
@@ -67,7 +61,7 @@ def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: Para
 def _mie_layer(
     name: str, table: dict[str, Any], thickness: dict[str, Quantity], numbers: ParameterReader
 ) -> dict[str, Any]:
-    """Further fields of a layer of Mie particles."""
+    """Fields of a layer with Mie particles."""
     where = f"layer '{name}'"
     radii = radius_table(table, where)
     given = {k: q for k, q in schema.MIE_LAYER.items() if k in table}
@@ -87,7 +81,7 @@ def _mie_layer(
 
 
 def particle_quantities(quantities: dict[str, Quantity], table: dict[str, Any]) -> dict[str, Quantity]:
-    """Quantities of one kind of particles: what the file has of the size distribution decides."""
+    """Quantities of one kind of particles, depending on the keys of the size distribution in the file."""
     distribution = {k: q for k, q in schema.SIZE_DISTRIBUTION.items() if k in table}
     both = quantities | distribution
     return {k: q for k, q in both.items() if k != "radius_nm" or "radii_nm" not in table}
@@ -96,13 +90,13 @@ def particle_quantities(quantities: dict[str, Quantity], table: dict[str, Any]) 
 def _layer_with_coefficients(
     name: str, table: dict[str, Any], thickness: dict[str, Quantity], numbers: ParameterReader
 ) -> dict[str, Any]:
-    """Further fields of a layer whose coefficients the file gives."""
+    """Fields of a layer whose coefficients are given in the file."""
     where, opaque = f"layer '{name}'", "thickness_um" not in thickness
     for key in schema.COEFFICIENTS:
         if opaque and key in table:
             raise InputRefusedError(
-                f"{where} is opaque, so {key} alone has no effect; give single_scattering_albedo, "
-                "which is scattering / (scattering + absorption)."
+                f"{where} is opaque and has {key}; give single_scattering_albedo = scattering / (scattering "
+                "+ absorption) instead, because only the ratio matters."
             )
     phase = table["phase_function"]
     quantities = (
@@ -118,13 +112,13 @@ def _phase_table(table: dict[str, Any], where: str) -> tuple[str, tuple[float, .
     by_angle, by_moments = "phase_value" in table, "moments" in table
     if by_angle == by_moments:
         raise InputRefusedError(
-            f"{where} has a tabulated phase function: give either moments = [1, ...] or angle_deg and "
+            f"{where} has a tabulated phase function; give either moments = [1, ...], or angle_deg and "
             "phase_value."
         )
     columns: list[Any] = [table.get(k) for k in (("angle_deg", "phase_value") if by_angle else ("moments",))]
     for column in columns:
         if not is_list_of_numbers(column):
-            raise InputRefusedError(f"{where}: the table of the phase function must be numbers.")
+            raise InputRefusedError(f"{where}: the table of the phase function must contain numbers only.")
     if by_moments:
         return "moments", (), tuple(map(float, columns[0]))
     require_equally_many(where, angle_deg=columns[0], phase_value=columns[1])

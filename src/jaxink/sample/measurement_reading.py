@@ -1,4 +1,4 @@
-"""What a sample file says of the light, the instrument, the noise, the masks and the weights."""
+"""Reading the light, instrument, noise, masks and weights of a sample file."""
 
 import itertools
 from typing import Any
@@ -21,18 +21,18 @@ Illumination = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def read_wavelengths(document: dict[str, Any]) -> tuple[float, ...]:
-    """Wavelengths that a file names, in nm, ascending; none where it is silent."""
+    """Wavelengths of the file in nm, ascending; empty if there are none."""
     given = document.get("wavelength_nm", [])
     given = given if isinstance(given, list) else [given]
     lowest, highest = schema.WAVELENGTH_NM.lowest, schema.WAVELENGTH_NM.highest
     if not all(is_number(w) and lowest <= w <= highest for w in given):
         raise InputRefusedError(
-            f"wavelength_nm is {given}; it must be a number or a list of numbers, in nanometres "
-            f"({lowest:g} ... {highest:g})."
+            f"wavelength_nm is {given}; it must be a number or a list of numbers between {lowest:g} and "
+            f"{highest:g}, in nanometres."
         )
-    # As the names of parameters tell them apart.
+    # Names of parameters distinguish wavelengths by six digits.
     if len({f"{w:g}" for w in given}) != len(given):
-        raise InputRefusedError(f"wavelength_nm names a wavelength twice, to six digits: {given}.")
+        raise InputRefusedError(f"wavelength_nm is {given}; the wavelengths must differ within six digits.")
     return tuple(sorted(float(w) for w in given))
 
 
@@ -47,8 +47,8 @@ def read_instrument(document: dict[str, Any]) -> dict[str, Any]:
     illumination = _illumination(table.get("illumination"))
     if (settings["beam_diameter_mm"] is None) != (settings["detector_diameter_mm"] is None):
         raise InputRefusedError(
-            "[instrument] has one of beam_diameter_mm and detector_diameter_mm; give both, or neither if "
-            "the detector sees all light, wherever it comes out."
+            "[instrument] has only one of beam_diameter_mm and detector_diameter_mm; give both, or neither "
+            "if the detector collects all light."
         )
     return settings | {"detector_mode": mode, "illumination": illumination}
 
@@ -62,11 +62,11 @@ def _illumination(given: Any) -> Illumination | None:
     lists = is_list_of_numbers(waves, 2) and is_list_of_numbers(power) and len(waves) == len(power)
     if not lists or min(*waves, *power) < 0:
         raise InputRefusedError(
-            "instrument.illumination: wavelength_nm and power must be two lists of equally many numbers, "
-            "two or more, none negative."
+            "instrument.illumination: wavelength_nm and power must be two equally long lists of at least two "
+            "numbers, none negative."
         )
     if any(b <= a for a, b in itertools.pairwise(waves)):
-        raise InputRefusedError("instrument.illumination: wavelength_nm must ascend.")
+        raise InputRefusedError("instrument.illumination: wavelength_nm must be in ascending order.")
     return tuple(map(float, waves)), tuple(map(float, power))
 
 
@@ -89,7 +89,7 @@ def read_weights(document: dict[str, Any]) -> tuple[tuple[float | None, str | No
     """Incidence in degrees or None, side or None, and weight of each table."""
     tables = document.get("weights", [])
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):
-        raise InputRefusedError("weights must be [[weights]] tables.")
+        raise InputRefusedError("weights must be a list of [[weights]] tables.")
     result = []
     for table in tables:
         only(table, schema.WEIGHTS | schema.WEIGHTS_ENTRIES, "[[weights]]")
@@ -105,7 +105,7 @@ def read_weights(document: dict[str, Any]) -> tuple[tuple[float | None, str | No
 
 
 def _numbers(table: dict[str, Any], quantities: dict[str, Quantity], where: str) -> dict[str, Any]:
-    """Plain settings; None where the file is silent and there is no default."""
+    """Plain numbers; None if the key is absent and has no default."""
     given = {key: table.get(key, quantity.default) for key, quantity in quantities.items()}
     return {
         key: None if value is None else bounded(value, quantities[key], f"{where}.{key}")

@@ -1,6 +1,6 @@
-"""What a sample file may say of the measurement, and of its numbers in general.
+"""Keys of a sample file that describe the measurement, and its numbers in general.
 
-`docs/tables.py` writes the tables of docs/sample-file.md from here.
+`docs/tables.py` generates the tables of docs/sample-file.md from these.
 """
 
 import math
@@ -11,50 +11,49 @@ SCHEMA_VERSION = 1
 WAVELENGTH_NM = Quantity("nm", 100.0, 1e5, meaning="wavelength in vacuum")
 TOP = {
     "schema_version": Entry(f"{SCHEMA_VERSION}", "required", "version of this format"),
-    "title": Entry("text", "empty", 'for people; "simulated" in it is repeated in the figures'),
+    "title": Entry("text", "empty", 'for people; if it contains "simulated", the figures say so'),
     "wavelength_nm": Entry(
         f"number or list, {WAVELENGTH_NM.lowest:g} ... {WAVELENGTH_NM.highest:g}",
         "all of the measurement",
-        "rows of other wavelengths are left out; needed where a parameter has `per_wavelength`",
+        "rows with other wavelengths are omitted; required if a parameter has `per_wavelength`",
     ),
-    "lit_side": Entry("name", "the first layer", "only a check: layers are listed from the lit side on"),
+    "lit_side": Entry("name", "the first layer", "check only: layers are listed from the illuminated side"),
     "surroundings": Entry("table", "air on both sides", "see below"),
-    "layers": Entry("tables", "required", "at least one of them scattering"),
-    "backing": Entry("table", "nothing behind", "see below"),
+    "layers": Entry("tables", "required", "at least one must be scattering"),
+    "backing": Entry("table", "none", "see below"),
     "instrument": Entry("table", "ideal", "see below"),
     "noise": Entry("table", "from the measurement", "see below"),
-    "masks": Entry("table", "see below", "which points do not enter the fit"),
+    "masks": Entry("table", "see below", "points that are excluded from the fit"),
     "weights": Entry("tables", "none", "weights of residuals"),
 }
-# Of what is known of a free parameter from elsewhere.
+# Independent knowledge of a free parameter.
 PRIOR = {
     "mean": Quantity("", -math.inf, math.inf, meaning="of the parameter"),
     "standard_deviation": Quantity("", 0.0, math.inf, meaning="of the parameter"),
 }
-# What a number may be instead of itself.
+# Keys of a table in place of a number.
+_SWITCH = "`true` or `false`"
 NUMBER = {
-    "value": Entry(
-        "number", "middle of the range if free, else required", "the fixed value, or the start of the fit"
-    ),
-    "free": Entry("`true` or `false`", "`false`", "whether the fit may change it"),
+    "value": Entry("number", "middle of the range if free, else required", "fixed value or start of the fit"),
+    "free": Entry(_SWITCH, "`false`", "whether the fit may change it"),
     "min": Entry("number", "required if free", "lower bound of the fit, within the range of the quantity"),
     "max": Entry("number", "required if free", "upper bound of the fit, within the range of the quantity"),
-    "unit": Entry("text", "that of its name", "only a check: another unit is refused, never converted"),
+    "unit": Entry("text", "that in its name", "check only: any other unit is rejected, never converted"),
     "tie": Entry(
         "expression",
         "none",
-        "an expression that gives the value: numbers, names of parameters, `+ - * / **` and brackets; up to "
+        "expression that determines the value: numbers, parameter names, `+ - * / **` and brackets; up to "
         "100 operations, powers from -100 to 100, finite real values",
     ),
     "prior": Entry(
         "`{ " + ", ".join(f"{key} = ..." for key in PRIOR) + " }`",
         "none",
-        "knowledge of a free parameter from elsewhere, one more residual of chi-square",
+        "independent knowledge of a free parameter; adds a term to chi-square",
     ),
     "per_wavelength": Entry(
-        "`true` or `false`",
+        _SWITCH,
         "`false`",
-        "a value of its own at each of `wavelength_nm`: `value` is a list by ascending wavelength, or one "
+        "separate values at each of `wavelength_nm`: `value` is a list by ascending wavelength, or one "
         "number for all",
     ),
 }
@@ -72,20 +71,20 @@ INSTRUMENT = {
         "mm", 1e-3, 1e4, otherwise="none", meaning="diameter of the disc on the sample that the detector sees"
     ),
 }
-# What the detector sees of light that the sample sends back at another wavelength.
+# How the detector responds to fluorescence.
 DETECTOR_MODES = ("spectrometer", "broadband")
 ILLUMINATION = ("wavelength_nm", "power")
 LIGHT_ENTRIES = {
     "detector_mode": Entry(
         quoted(DETECTOR_MODES),
         "none",
-        '`"spectrometer"`: light of all wavelengths falls on the sample and the detector resolves them; '
-        '`"broadband"`: light of one wavelength falls on it and the detector sees all',
+        '`"spectrometer"`: light of all wavelengths is incident and the detector resolves them; '
+        '`"broadband"`: light of one wavelength is incident and the detector sees all',
     ),
     "illumination": Entry(
         "`{ " + ", ".join(f"{key} = [...]" for key in ILLUMINATION) + " }`",
         "none",
-        "spectrum of the light, in any unit of power per nm",
+        "spectrum of the incident light, in any unit of power per nm",
     ),
 }
 NOISE = {
@@ -94,17 +93,16 @@ NOISE = {
         0.0,
         1.0,
         otherwise="none",
-        meaning="part of the value; without it sigma comes from the file, else from repeats and pairs in the "
-        "data",
+        meaning="relative part; without it, sigma is taken from the file or estimated from repeats and pairs",
     ),
     "floor_per_sr": Quantity("1/sr", 0.0, math.inf, 0.0, meaning="constant part"),
     "scan_relative": Quantity("", 0.0, 1.0, 0.0, meaning="common factor of each scan"),
 }
 NOISE_ENTRIES = {
     "use_file_sigma": Entry(
-        "`true` or `false`",
+        _SWITCH,
         "`true`",
-        "whether the column `sigma_per_sr` of the measurement, where it has one, goes before `relative` and "
+        "whether a column `sigma_per_sr` of the measurement takes precedence over `relative` and "
         "`floor_per_sr`",
     )
 }
@@ -119,13 +117,13 @@ MASKS = {
     "retro_half_angle_deg": Quantity(
         "deg", 0.0, 90.0, 2.5, meaning="in reflection, nearer than this to the source"
     ),
-    "grazing_theta_o_deg": Quantity("deg", 0.0, 90.0, 90.0, meaning="polar angle of view larger than this"),
+    "grazing_theta_o_deg": Quantity("deg", 0.0, 90.0, 90.0, meaning="at polar angles of view above this"),
 }
 SIDES = ("R", "T")
 WEIGHTS = {
-    "theta_i_deg": Quantity("deg", 0.0, 90.0, otherwise="all", meaning="incidence"),
+    "theta_i_deg": Quantity("deg", 0.0, 90.0, otherwise="all", meaning="angle of incidence"),
     "weight": Quantity(
-        "", 0.0, math.inf, meaning="factor of the squared residuals; those of several tables multiply"
+        "", 0.0, math.inf, meaning="factor of the squared residuals; factors of several tables multiply"
     ),
 }
 WEIGHTS_ENTRIES = {"side": Entry(quoted(SIDES), "both", "side of the sample")}

@@ -1,4 +1,4 @@
-"""The numbers of a sample file: each becomes a parameter, one for each wavelength, or a dispersion."""
+"""Reading the numbers of a sample file: parameters, one for each wavelength if needed, and dispersions."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ class ParameterReader:
     Parameters
     ----------
     wavelengths_nm
-        Those that the file names, ascending.
+        Wavelengths of the file, ascending.
     """
 
     def __init__(self, wavelengths_nm: tuple[float, ...]):
@@ -24,22 +24,7 @@ class ParameterReader:
         self.dispersions: list[Dispersion] = []
 
     def read(self, owner: str, quantities: dict[str, Quantity], table: dict[str, Any]) -> None:
-        """Read the numbers of one table.
-
-        Parameters
-        ----------
-        owner
-            First part of their names.
-        quantities
-            What they may be.
-        table
-            What the file says.
-
-        Raises
-        ------
-        InputRefusedError
-            A number is missing or not allowed.
-        """
+        """Read the numbers of one table; ``owner`` is the first part of their names."""
         for key, quantity in quantities.items():
             self._read_one(f"{owner}.{key}", key, quantity, table)
 
@@ -62,19 +47,16 @@ class ParameterReader:
         wavelengths, values = self.wavelengths_nm, entry.get("value")
         if not wavelengths:
             raise InputRefusedError(
-                f"{name} has per_wavelength = true, but the file names no wavelengths; write "
+                f"{name} has per_wavelength = true, but the file gives no wavelengths; write "
                 "wavelength_nm = [...] at the top."
             )
         values = values if isinstance(values, list) else [values] * len(wavelengths)
         if len(values) != len(wavelengths):
             raise InputRefusedError(
-                f"{name} has {len(values)} values for {len(wavelengths)} wavelengths; give one for "
-                "each, by ascending wavelength, or a single one."
+                f"{name} has {len(values)} values for {len(wavelengths)} wavelengths; give one for each in "
+                "ascending order of wavelength, or a single one."
             )
         common = {k: v for k, v in entry.items() if k not in ("per_wavelength", "value")}
-        return [
-            parameter_of(
-                f"{name}@{wavelength:g}", common | ({} if value is None else {"value": value}), quantity
-            )
-            for wavelength, value in zip(wavelengths, values, strict=True)
-        ]
+        each = [common if value is None else common | {"value": value} for value in values]
+        pairs = zip(wavelengths, each, strict=True)
+        return [parameter_of(f"{name}@{wavelength:g}", one, quantity) for wavelength, one in pairs]

@@ -1,4 +1,4 @@
-"""The flat table of parameters: value, free or fixed, range, unit, tie, prior."""
+"""The table of parameters: value, free or fixed, range, unit, tie, prior."""
 
 import dataclasses
 import graphlib
@@ -16,12 +16,12 @@ SCALES = ("linear", "log", "one_minus")
 
 @dataclasses.dataclass(frozen=True)
 class Prior:
-    """Gaussian knowledge of a parameter from elsewhere.
+    """Independent, Gaussian knowledge of a parameter.
 
     Parameters
     ----------
     mean, standard_deviation
-        In the parameter's own unit.
+        In the unit of the parameter.
     """
 
     mean: float
@@ -35,9 +35,9 @@ class Parameter:
     Parameters
     ----------
     name
-        Dotted name, ``layer.quantity``, or ``layer.quantity@wavelength`` where each wavelength has its own.
+        Dotted name, ``layer.quantity``, or ``layer.quantity@wavelength`` if it depends on the wavelength.
     value
-        Fixed value, or the start of a fit.
+        Fixed value, or start of a fit.
     free
         Whether a fit may change it.
     minimum, maximum
@@ -45,21 +45,21 @@ class Parameter:
     unit
         Unit, empty for a pure number.
     tie
-        Expression of other parameters that gives the value, or None.
+        Expression of other parameters that determines the value, or None.
     prior
-        Knowledge from elsewhere, or None.
+        Independent knowledge, or None.
     scale
         How a fit divides the range between minimum and maximum: ``linear``, ``log`` (equal ratios), or
-        ``one_minus`` (equal ratios of the distance to 1). Scattering and 1 - g act as a product: on these
-        scales the valley between them is straight, and a fit takes it in a few steps.
+        ``one_minus`` (equal ratios of the distance to 1). Scattering and 1 - g act as a product; on these
+        scales the valley of the misfit is straight, and a fit follows it in a few steps.
     multimodal
-        Whether the misfit has many minima along it, as along the radius of a sphere with its resonances: a
+        Whether the misfit may have many minima along it, as along the radius of a sphere with resonances; a
         fit then scans the range first.
 
     Raises
     ------
     InputRefusedError
-        If value or range are not numbers, the tie is no text, the range is empty, or there is no such scale.
+        If value or range are not numbers, the tie is not a string, the range is empty, or the scale unknown.
     """
 
     name: str
@@ -76,19 +76,19 @@ class Parameter:
     def __post_init__(self):
         if self.tie is not None:
             require_kind(f"tie of {self.name}", self.tie, str)
-        # What is tied has no value of its own.
+        # The value of a tied parameter is not used.
         for quantity in ("value", "minimum", "maximum")[self.tie is not None :]:
             require_number(f"{quantity} of {self.name}", getattr(self, quantity))
         if not self.minimum <= self.maximum:
             raise InputRefusedError(
-                f"the range of {self.name}, {self.minimum:g} to {self.maximum:g}, is empty; "
-                "minimum must not be above maximum."
+                f"the range of {self.name} is {self.minimum:g} to {self.maximum:g}; minimum must not exceed "
+                "maximum."
             )
         require_one_of(f"scale of {self.name}", self.scale, SCALES)
 
     @property
     def is_fixed(self) -> bool:
-        """Whether neither a fit nor another parameter changes it."""
+        """Whether it is neither free nor tied."""
         return not self.free and self.tie is None
 
 
@@ -98,12 +98,12 @@ class ParameterTable(Mapping[str, Parameter]):
     Parameters
     ----------
     parameters
-        The parameters; names must differ, and ties must not form a circle.
+        The parameters; names must differ, and ties must not be circular.
 
     Raises
     ------
     InputRefusedError
-        For a tie that cannot be evaluated, or ties that form a circle.
+        If a tie cannot be evaluated, or ties are circular.
     """
 
     def __init__(self, parameters: list[Parameter] | tuple[Parameter, ...]):
@@ -114,7 +114,7 @@ class ParameterTable(Mapping[str, Parameter]):
             tied = parameter.tie is not None
             if tied and not parameter.minimum <= values[name] <= parameter.maximum:
                 raise InputRefusedError(
-                    f"the tie of {name}, '{parameter.tie}', gives {values[name]:g}; it must lie between "
+                    f"the tie of {name}, '{parameter.tie}', gives {values[name]:g}; it must be between "
                     f"{parameter.minimum:g} and {parameter.maximum:g}."
                 )
 
@@ -139,13 +139,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return tuple(p for p in self._by_name.values() if p.free)
 
     def require_ranges(self) -> None:
-        """Refuse a table with a value outside its range; rounding counts as inside.
-
-        Raises
-        ------
-        InputRefusedError
-            Names the first such parameter.
-        """
+        """Reject a table with a value outside its range by more than rounding."""
         for p in self._by_name.values():
             inside = p.minimum <= p.value <= p.maximum
             if p.tie is None and not (inside or np.isclose(p.value, (p.minimum, p.maximum), 1e-9, 0).any()):
@@ -154,22 +148,17 @@ class ParameterTable(Mapping[str, Parameter]):
                 )
 
     def values_with(self, free_values: Mapping[str, Any]) -> dict[str, Any]:
-        """Values of all parameters, ties evaluated.
+        """Values of all parameters, with ties evaluated.
 
         Parameters
         ----------
         free_values
-            Values by name that replace those of the table; traced ones are welcome.
-
-        Returns
-        -------
-        dict[str, Any]
-            Value of every parameter.
+            Values by name, possibly traced, that replace those of the table.
 
         Raises
         ------
         InputRefusedError
-            For a name that does not exist, or a tie that gives no number.
+            If a name does not exist, or a tie does not give a number.
         """
         for name in free_values:
             if name not in self._by_name:
@@ -184,20 +173,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return {name: values[name] for name in self._by_name}
 
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
-        """Table with one parameter changed.
-
-        Parameters
-        ----------
-        name
-            Its name.
-        **changes
-            Fields of `Parameter` to replace.
-
-        Raises
-        ------
-        InputRefusedError
-            For a name that does not exist.
-        """
+        """Table with some fields of one `Parameter` replaced."""
         if name not in self._by_name:
             raise InputRefusedError(f"parameter {name}, {unknown_name(name, self)}")
         return ParameterTable(
@@ -206,17 +182,17 @@ class ParameterTable(Mapping[str, Parameter]):
 
 
 def _order_of_ties(ties: Mapping[str, str]) -> tuple[str, ...]:
-    """Names of what is tied, each after those that its tie needs."""
+    """Names of the tied parameters, each after those that its tie uses."""
     needed = {name: _told(name, names_in, tie) & ties.keys() for name, tie in ties.items()}
     try:
         return tuple(graphlib.TopologicalSorter(needed).static_order())
     except graphlib.CycleError as problem:
         circle = ", ".join(dict.fromkeys(problem.args[1]))
-        raise InputRefusedError(f"the ties of {circle} refer to each other in a circle.") from None
+        raise InputRefusedError(f"the ties of {circle} are circular; remove one of them.") from None
 
 
 def _told(name: str, function: Callable, *arguments: Any) -> Any:
-    """A function of a tie, whose refusal also names the parameter."""
+    """Result of a function of a tie; error messages also name the parameter."""
     try:
         return function(*arguments)
     except InputRefusedError as problem:

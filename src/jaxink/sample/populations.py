@@ -1,4 +1,4 @@
-"""Several kinds of particles in one layer, and their tables of sizes."""
+"""Further kinds of particles in a layer, and tables of sizes."""
 
 import dataclasses
 from collections import Counter
@@ -14,7 +14,7 @@ RadiusTable = tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclasses.dataclass(frozen=True)
 class Population:
-    """A further kind of Mie particles in a layer; its parameters are called ``layer.name.quantity``.
+    """A further kind of Mie particles in a layer; its parameters are named ``layer.name.quantity``.
 
     Parameters
     ----------
@@ -29,17 +29,7 @@ class Population:
 
 
 def population_tables(table: dict[str, Any], layer: str, taken) -> list[dict[str, Any]]:
-    """Tables of the further populations of a layer, their names checked.
-
-    Parameters
-    ----------
-    table
-        The layer's table.
-    layer
-        Its name.
-    taken
-        Keys of the layer, which a population may not be named as.
-    """
+    """Tables of the further populations of a layer, with valid names that are not keys of the layer."""
     tables, where = table.get("populations", []), f"layer '{layer}'"
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):
         raise InputRefusedError(
@@ -55,73 +45,44 @@ def population_tables(table: dict[str, Any], layer: str, taken) -> list[dict[str
                 'and underscores, such as name = "filler".'
             )
         if names[name] > 1:
-            raise InputRefusedError(
-                f"{where}: two populations are named '{name}'; give each a name of its own."
-            )
+            raise InputRefusedError(f"{where}: two populations are named '{name}'; their names must differ.")
         if name in taken:
             raise InputRefusedError(
-                f"{where}: a population is named '{name}', which is a key of the layer; name it otherwise."
+                f"{where}: a population is named '{name}', which is a key of the layer; choose another name."
             )
     return tables
 
 
 def radius_table(table: dict[str, Any], where: str) -> RadiusTable | None:
-    """Tabulated sizes of one kind of particles, or None where the file gives a radius.
-
-    Parameters
-    ----------
-    table
-        Table of the layer or of the population.
-    where
-        What to call it in messages.
-
-    Returns
-    -------
-    tuple or None
-        Radii in nm and relative numbers.
-    """
+    """Radii in nm and relative numbers of one kind of particles, or None without a table of sizes."""
     radii, weights = (table.get(key) for key in schema.RADIUS_TABLE)
     if radii is None and weights is None:
         return None
     if radii is None or weights is None:
-        raise InputRefusedError(f"{where}: radii_nm and number_weights go together; give both, or radius_nm.")
+        raise InputRefusedError(f"{where} has one of radii_nm and number_weights; give both, or radius_nm.")
     for key in ("radius_nm", *schema.SIZE_DISTRIBUTION):
         if key in table:
-            raise InputRefusedError(
-                f"{where} has both radii_nm and {key}; the table says all, so remove {key}."
-            )
+            raise InputRefusedError(f"{where} has both radii_nm and {key}; remove one of them.")
     lowest, highest = schema.MIE["radius_nm"].lowest, schema.MIE["radius_nm"].highest
     for key, column, least in (("radii_nm", radii, lowest), ("number_weights", weights, 0.0)):
         most = highest if key == "radii_nm" else float("inf")
         if not isinstance(column, list) or not all(is_number(v) and least <= v <= most for v in column):
             raise InputRefusedError(
-                f"{where}: {key} must be a list of numbers within {least:g} ... {most:g}."
+                f"{where}: {key} must be a list of numbers between {least:g} and {most:g}."
             )
     require_equally_many(where, radii_nm=radii, number_weights=weights)
     if not 1 <= len(radii) <= schema.MOST_TABULATED_RADII or not any(weights):
         raise InputRefusedError(
-            f"{where}: radii_nm needs 1 ... {schema.MOST_TABULATED_RADII} radii, at least one with a "
-            "number_weight above 0."
+            f"{where}: radii_nm must have 1 to {schema.MOST_TABULATED_RADII} radii, at least one with a "
+            "value in number_weights above 0."
         )
     return tuple(map(float, radii)), tuple(map(float, weights))
 
 
 def check_volume(layer: str, particles: list[str], table: ParameterTable) -> None:
-    """Refuse more particles than there is room for, at the start or in a fit.
+    """Reject particles that could together exceed the densest packing of spheres, at the start or in a fit.
 
-    Parameters
-    ----------
-    layer
-        Its name.
-    particles
-        What the names of each kind's parameters begin with.
-    table
-        The parameters.
-
-    Raises
-    ------
-    InputRefusedError
-        If they take more than the densest packing of spheres together.
+    ``particles`` are the prefixes of the parameter names of each kind.
     """
     start, most = table.values_with({}), schema.MIE["volume_fraction"].highest
     total = 0.0
@@ -130,6 +91,6 @@ def check_volume(layer: str, particles: list[str], table: ParameterTable) -> Non
         total += max(p.maximum if p.free else start[p.name] for p in given)
     if len(particles) > 1 and total > most:
         raise InputRefusedError(
-            f"layer '{layer}': its particles may take {total:g} of the volume together, but equal spheres "
-            f"leave room for {most:g} at most; lower their volume_fraction, or its max."
+            f"layer '{layer}': the volume fractions of all particles may add up to {total:g}, but spheres "
+            f"fill at most {most:g}; reduce volume_fraction or its max."
         )

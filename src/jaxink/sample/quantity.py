@@ -1,4 +1,4 @@
-"""Kinds of keys that a sample file has; what they mean is declared with them, for the documentation."""
+"""Kinds of keys of a sample file, with their meanings for the documentation."""
 
 import dataclasses
 
@@ -12,15 +12,15 @@ class Quantity:
     unit
         Unit, empty for a pure number.
     lowest, highest
-        What physics allows, inclusive.
+        Physically possible range, inclusive.
     default
-        Value if the file is silent; None: there is no number then.
+        Value if the key is absent, or None.
     scale, multimodal
-        Of a parameter, for fits, see `Parameter`.
+        See `Parameter`.
     dispersive
         Whether it may be given as a dispersion, see `DISPERSIONS`.
     otherwise
-        What holds without a default, in words.
+        What applies without a default, in words.
     meaning
         For the documentation.
     """
@@ -38,17 +38,7 @@ class Quantity:
 
 @dataclasses.dataclass(frozen=True)
 class Entry:
-    """One key of the file that is no single number, for the documentation.
-
-    Parameters
-    ----------
-    values
-        What it may be.
-    default
-        What holds if the file is silent.
-    meaning
-        What it says.
-    """
+    """One key of the file that is not a single number: valid values, default and meaning, in words."""
 
     values: str
     default: str
@@ -56,5 +46,5 @@ class Entry:
 
 
 def quoted(words: tuple[str, ...]) -> str:
-    """Words as a file writes them, one or the other."""
+    """Alternatives as written in a file."""
     return " or ".join(f'`"{word}"`' for word in words)

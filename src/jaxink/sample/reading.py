@@ -1,4 +1,4 @@
-"""Sample files: read, checked, and turned into a `Sample`; everything unknown is refused."""
+"""Reading and checking sample files; anything unknown is rejected."""
 
 from collections import Counter
 from pathlib import Path
@@ -29,19 +29,19 @@ def load_sample(path: str | Path) -> Sample:
     Parameters
     ----------
     path
-        TOML file, as `docs/sample-file.md` describes it.
+        TOML file as described in `docs/sample-file.md`.
 
     Raises
     ------
     InputRefusedError
-        Naming the file and the key, what is wrong and what would be right.
+        If the file is invalid; the message names the file and the key.
     """
     path = Path(path)
     return parse_sample(text_of(path, "sample"), str(path), path.parent)
 
 
 def parse_sample(text: str, source: str = "sample", folder: str | Path | None = None) -> Sample:
-    """Read the text of a sample file; see `load_sample`.
+    """Parse the text of a sample file; see `load_sample`.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def parse_sample(text: str, source: str = "sample", folder: str | Path | None = 
     source
         Name for messages.
     folder
-        Where files that it names are looked for; None: the working folder.
+        Folder of files that the text names; None: the working folder.
     """
     document = document_of(text, source)
     try:
@@ -64,7 +64,7 @@ def _sample(document: dict[str, Any], folder: Path) -> Sample:
     version = document.get("schema_version")
     if version is True or version != SCHEMA_VERSION:
         raise InputRefusedError(
-            f"schema_version is {version!r}; this jaxink reads {SCHEMA_VERSION}, so write "
+            f"schema_version is {version!r}; this version of jaxink reads {SCHEMA_VERSION}, so write "
             f"`schema_version = {SCHEMA_VERSION}` at the top."
         )
     numbers = ParameterReader(read_wavelengths(document))
@@ -96,7 +96,7 @@ def _sample(document: dict[str, Any], folder: Path) -> Sample:
 
 
 def _backing(document: dict[str, Any], last: Layer, numbers: ParameterReader) -> Backing | None:
-    """A reflector behind the sample."""
+    """The reflector behind the sample, if any."""
     if "backing" not in document:
         return None
     table = table_of(document, "backing")
@@ -105,36 +105,33 @@ def _backing(document: dict[str, Any], last: Layer, numbers: ParameterReader) ->
     contact = true_or_false(table, "contact", False, "backing.contact")
     if contact and "side" in table and side != "both":
         raise InputRefusedError(
-            'backing.contact is true, so the backing cannot be taken away: write side = "both" or '
-            "leave it out."
+            'backing.contact is true, so the backing cannot be removed; set side = "both" or omit it.'
         )
     if last.opaque:
         raise InputRefusedError(
-            f"there is a [backing] behind the opaque layer '{last.name}', which lets no light come to "
-            "it; take it out, or give the layer a thickness."
+            f"[backing] is behind the opaque layer '{last.name}', so no light reaches it; remove it, or give "
+            "the layer a thickness."
         )
     numbers.read("backing", schema.BACKING, table)
     return Backing("both" if contact else side, contact)
 
 
 def _check_layers(layers: tuple[Layer, ...], has_backing: bool, lit: Any) -> None:
-    """Refuse layers that are named alike, do not scatter, or stand in the wrong order."""
+    """Reject layers with equal names, without scattering, or in the wrong order."""
     names = [layer.name for layer in layers]
     for name, count in Counter(names).items():
         if count > 1 or name == "surroundings" or (name == "backing" and has_backing):
-            raise InputRefusedError(f"two layers are named '{name}'; give each a name of its own.")
+            raise InputRefusedError(f"a layer is named '{name}', a name already in use; choose another one.")
     if not any(layer.scatters for layer in layers):
-        raise InputRefusedError(
-            'no layer has kind = "scattering"; there is no ink whose properties could be found.'
-        )
+        raise InputRefusedError('no layer has kind = "scattering"; at least one, the ink, must have it.')
     for i, layer in enumerate(layers[:-1]):
         if layer.opaque:
             raise InputRefusedError(
-                f"layer '{layer.name}' is opaque but is not the last one: no light would reach "
-                f"'{names[i + 1]}'."
+                f"layer '{layer.name}' is opaque, so no light reaches '{names[i + 1]}'; only the last layer "
+                "may be opaque."
             )
     if lit != names[0]:
         raise InputRefusedError(
-            f"lit_side is '{lit}' but the first layer is '{names[0]}': list the layers in the order "
-            "in which light meets them."
+            f"lit_side is '{lit}' but the first layer is '{names[0]}'; list the layers in the order in which "
+            "light meets them."
         )

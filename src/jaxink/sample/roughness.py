@@ -1,4 +1,4 @@
-"""How a sample file describes a rough face: by facet slopes, by a spectrum of heights, or by a map."""
+"""Rough faces in a sample file: facet slopes, a power spectrum of heights, or a height map."""
 
 import dataclasses
 from pathlib import Path
@@ -33,15 +33,14 @@ class Roughness:
     face
         ``front_roughness`` (towards the light) or ``back_roughness``.
     density, second_density
-        Facet slopes, of `schema.ROUGHNESS_DENSITIES`, or ``height_map``; the second is None where there is
-        one density only, and the first where light is scattered by a spectrum of heights.
+        For facets: one of `schema.ROUGHNESS_DENSITIES` or ``height_map``, and a second density or None.
     name
         First part of the names of its parameters, such as ``ink.back_roughness``.
     spectrum, amplitude
-        By wave optics: of `schema.SPECTRA`, or ``height_map``, and of `schema.AMPLITUDES`; else None.
+        For wave optics: one of `schema.SPECTRA` or ``height_map``, and one of `schema.AMPLITUDES`.
     nodes
-        Of a map: slopes and logarithms of their density, or logarithms of frequencies (1/um) and of the power
-        spectrum, and the variance of its heights (um^2); else None.
+        For a map: slopes and logarithms of their density, or logarithms of frequencies (1/um) and of the
+        power spectrum; and the height variance (um^2).
     """
 
     face: str
@@ -54,32 +53,32 @@ class Roughness:
 
     @property
     def strength(self) -> str:
-        """Name of the parameter without which the face is smooth."""
+        """Name of the parameter that makes the face smooth if it is 0."""
         if HEIGHT_MAP_WORD in (self.density, self.spectrum):
             return f"{self.name}.height_scale"
         return f"{self.name}.{'height_rms_um' if self.spectrum else 'sigma_deg'}"
 
 
 def read_roughness(layer: str, face: str, given: Any, folder: Path, numbers: ParameterReader) -> Roughness:
-    """A face that is declared rough; its numbers become parameters.
+    """One rough face; its numbers become parameters.
 
     Parameters
     ----------
     layer, face
-        Names of the layer, and of the face.
+        Names of the layer and of the face.
     given
-        What the file says.
+        Its entry in the file.
     folder
-        Where files that it names are looked for.
+        Folder of files that the entry names.
     numbers
-        Takes its numbers.
+        Collects the parameters.
     """
     where = f"{layer}.{face}"
     if not isinstance(given, dict):
         raise InputRefusedError(f'{where} must be {{ density = "...", sigma_deg = ... }}.')
     if "spectrum" in given and "density" in given:
         raise InputRefusedError(
-            f"{where} has both a density (facets) and a spectrum (waves); a face is one or the other."
+            f"{where} has both a density (facets) and a spectrum (wave optics); remove one of them."
         )
     by_waves = "spectrum" in given
     fields, keys, quantities = (_by_waves if by_waves else _by_facets)(given, where)
@@ -91,7 +90,7 @@ def read_roughness(layer: str, face: str, given: Any, folder: Path, numbers: Par
 
 
 def _by_waves(given: dict[str, Any], where: str):
-    """Fields of `Roughness`, keys that go with them, and numbers."""
+    """Fields of `Roughness`, valid keys, and quantities of the numbers."""
     spectrum = choice(given, "spectrum", (*SPECTRA, HEIGHT_MAP_WORD), where)
     amplitude = choice({"amplitude": AMPLITUDES[0]} | given, "amplitude", AMPLITUDES, where)
     fields = {"density": None, "second_density": None, "spectrum": spectrum, "amplitude": amplitude}
@@ -111,8 +110,8 @@ def _by_facets(given: dict[str, Any], where: str):
 
 
 def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):
-    """What the rays or waves need of a measured map."""
-    # Reading a sample needs no JAX, unless it has a map.
+    """Slope density or power spectrum of a measured map."""
+    # Imported late: reading a sample needs JAX only if there is a map.
     from jaxink.numerics.precision import computing
     from jaxink.surfaces.height_map import HeightMap
 

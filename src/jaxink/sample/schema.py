@@ -1,6 +1,6 @@
-"""What a sample file may say of the sample: every table, key, unit, range and meaning in one place.
+"""Keys of a sample file that describe the sample: tables, units, ranges and meanings.
 
-`docs/tables.py` writes the tables of docs/sample-file.md from here.
+`docs/tables.py` generates the tables of docs/sample-file.md from these.
 """
 
 import dataclasses
@@ -11,35 +11,33 @@ FACES = ("front_roughness", "back_roughness")
 OPAQUE = "opaque"
 HEIGHT_MAP_WORD = "height_map"
 SURROUNDINGS = {
-    "index_front": Quantity("", 1.0, 4.0, 1.0, dispersive=True, meaning="refractive index on the lit side"),
+    "index_front": Quantity(
+        "", 1.0, 4.0, 1.0, dispersive=True, meaning="refractive index on the illuminated side"
+    ),
     "index_back": Quantity("", 1.0, 4.0, 1.0, dispersive=True, meaning="refractive index on the far side"),
 }
-# Of an ideally diffuse reflector behind the sample.
-BACKING = {
-    "reflectance": Quantity(
-        "", 0.0, 1.0, meaning="share of the light that it sends back; the parameter `backing.reflectance`"
-    )
-}
-# Which scans see it: those of reflection alone, from the others it was taken away; or it stays.
+# An ideally diffuse reflector behind the sample.
+BACKING = {"reflectance": Quantity("", 0.0, 1.0, meaning="reflectance, the parameter `backing.reflectance`")}
+# Whether it is present in reflection scans only, or always.
 BACKING_SIDES = ("R", "both")
 BACKING_ENTRIES = {
     "side": Entry(
         quoted(BACKING_SIDES),
         f'`"{BACKING_SIDES[0]}"`',
-        '`"R"`: it stands there during the scans in reflection only; `"both"`: it is never taken away, and '
-        "rows of side T are refused",
+        '`"R"`: present during reflection scans only; `"both"`: always present, so rows with side T are '
+        "rejected",
     ),
     "contact": Entry(
         "`true` or `false`",
         "`false`",
-        "`true`: it touches the last layer without an air gap, the last face reflects nothing and "
-        '`index_back` does not matter; goes with `side = "both"`',
+        "`true`: in optical contact with the last layer, so the last face does not reflect and `index_back` "
+        'has no effect; requires `side = "both"`',
     ),
 }
 LAYER_ENTRIES = {
     "name": Entry("letters, digits, underscores", "required", "first part of the names of its parameters"),
     "kind": Entry("`clear` or `scattering`", "required", "a plate or coat, or an ink"),
-    "phase_function": Entry("see below", "required", "scattering layers only"),
+    "phase_function": Entry("see below", "required", "for scattering layers only"),
     **{
         face: Entry('a table, see "Rough faces"', "smooth", f"roughness of the face {where} the light")
         for face, where in zip(FACES, ("towards", "away from"), strict=True)
@@ -53,10 +51,10 @@ CLEAR_LAYER = {
 SCATTERING_LAYER = {
     "refractive_index": Quantity("", 1.0, 4.0, dispersive=True, meaning="of the binder"),
     "thickness_um": Quantity(
-        "um", 0.0, 1e7, scale="log", meaning=f'or `"{OPAQUE}"`: nothing comes out behind; the last layer only'
+        "um", 0.0, 1e7, scale="log", meaning=f'or `"{OPAQUE}"` (last layer only): no light leaves behind it'
     ),
 }
-# How much a layer scatters: by coefficients, or, where only their ratio matters, by the albedo.
+# Coefficients of a layer or, if it is opaque, the albedo.
 COEFFICIENTS = {
     "scattering_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log", meaning="scattering coefficient mu_s"),
     "absorption_per_mm": Quantity("1/mm", 0.0, 1e6, scale="log", meaning="absorption coefficient mu_a"),
@@ -71,26 +69,26 @@ MIE = {
         1e5,
         scale="log",
         multimodal=True,
-        meaning="radius; a gradient fit that frees it scans its range first, where the misfit may have many "
+        meaning="radius; if free, a gradient-based fit first scans its range, as the misfit may have many "
         "minima",
     ),
     "volume_fraction": Quantity("", 0.0, 0.74, scale="log", meaning="volume of spheres over volume of ink"),
     "particle_index": Quantity("", 0.5, 5.0, dispersive=True, meaning="real part of the refractive index"),
     "particle_absorption_index": Quantity("", 0.0, 5.0, 0.0, "log", meaning="imaginary part k >= 0"),
 }
-# Keys that bring a parameter only where a file has them: without them the model is the smaller, quicker one.
-# The first go with every population of a Mie layer, the second with the layer.
+# Keys that add a parameter only if the file has them; without them the model is smaller and faster. The first
+# belong to a population of a Mie layer, the second to the layer.
 SIZE_DISTRIBUTION = {
     "radius_variance_ln": Quantity(
         "",
         0.0,
         0.5,
         0.0,
-        # Scattering first grows and then falls with the variance: more than one value may fit.
+        # Scattering first increases and then decreases with the variance: several values may fit.
         multimodal=True,
         meaning="variance of ln(radius), the squared logarithm of the geometric standard deviation: 0.0091 "
-        "for 1.1, 0.033 for 1.2, 0.069 for 1.3, 0.164 for 1.5; a gradient fit that frees it scans its range "
-        "first",
+        "for 1.1, 0.033 for 1.2, 0.069 for 1.3, 0.164 for 1.5; if free, a gradient-based fit first scans its "
+        "range",
     )
 }
 MIE_LAYER = {
@@ -99,7 +97,7 @@ MIE_LAYER = {
         0.0,
         1.0,
         0.0,
-        meaning="0: particles scatter independently; 1: with the structure factor of hard spheres",
+        meaning="0: independent scattering; 1: full structure factor of hard spheres",
     ),
     "binder_absorption_per_mm": Quantity(
         "1/mm",
@@ -107,7 +105,7 @@ MIE_LAYER = {
         1e6,
         0.0,
         "log",
-        meaning="absorption coefficient of the binder, which fills what the particles leave",
+        meaning="absorption coefficient of the binder, which fills the rest of the volume",
     ),
 }
 # A table of sizes, in place of radius_nm.
@@ -163,30 +161,26 @@ PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
     "mie": MIE,
 }
 PHASE_TABLE = {
-    "moments": Entry("list from 1 on", "none", "Legendre moments without the factor 2l + 1"),
+    "moments": Entry("list starting with 1", "none", "Legendre moments without the factor 2l + 1"),
     "angle_deg": Entry("list of four or more, from 0 to 180", "none", "scattering angles, deg"),
-    "phase_value": Entry(
-        "list of as many, 0 or more",
-        "none",
-        "values there; mean over the sphere 1 within 0.01",
-    ),
+    "phase_value": Entry("list of as many, 0 or more", "none", "values; mean over the sphere 1 within 0.01"),
 }
 # Facet slope densities that a face may declare.
 ROUGHNESS_DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
 AMPLITUDES = ("perturbation", "fresnel")
 FACETS_ENTRIES = {
     "density": Entry(f"see above, or `{HEIGHT_MAP_WORD}`", "required", "density of slopes"),
-    "second_density": Entry("see above", "none", "density of the other slopes"),
+    "second_density": Entry("see above", "none", "density of slopes of the other facets"),
 }
 _SIGMA = Quantity("deg", 0.0, 45.0, scale="log", meaning="angle of the density; 0 is a smooth face")
 ROUGHNESS = {"sigma_deg": _SIGMA}
-# Of a second density that a face may have, with its share.
+# An optional second density.
 SECOND_ROUGHNESS = {
-    "second_sigma_deg": dataclasses.replace(_SIGMA, meaning="its angle"),
-    "second_weight": Quantity("", 0.0, 1.0, meaning="its share"),
+    "second_sigma_deg": dataclasses.replace(_SIGMA, meaning="angle of the second density"),
+    "second_weight": Quantity("", 0.0, 1.0, meaning="fraction of the facets with the second density"),
 }
-# Rough faces by wave optics: power spectra of their heights, with their numbers.
-_HEIGHT = Quantity("um", 0.0, 1e4, scale="log", meaning="root of the height variance")
+# Rough faces in wave optics: power spectra of the heights.
+_HEIGHT = Quantity("um", 0.0, 1e4, scale="log", meaning="root-mean-square height")
 _LENGTH = Quantity("um", 1e-3, 1e6, scale="log", meaning="B: the spectrum bends at the frequency 1/B")
 SPECTRA = {
     "k_correlation": {
@@ -201,13 +195,13 @@ SPECTRA = {
     },
 }
 WAVES_ENTRIES = {
-    "spectrum": Entry(f"one of these, or `{HEIGHT_MAP_WORD}`", "required", "power spectrum of the heights"),
-    "amplitude": Entry(quoted(AMPLITUDES), f'`"{AMPLITUDES[0]}"`', "theory of scattering"),
+    "spectrum": Entry(f"see above, or `{HEIGHT_MAP_WORD}`", "required", "power spectrum of the heights"),
+    "amplitude": Entry(quoted(AMPLITUDES), f'`"{AMPLITUDES[0]}"`', "amplitude factor of the theory"),
 }
-# Of a measured map: the factor of its heights.
-HEIGHT_MAP = {"height_scale": Quantity("", 0.0, 100.0, 1.0, meaning="factor of the map's heights")}
+# A measured map.
+HEIGHT_MAP = {"height_scale": Quantity("", 0.0, 100.0, 1.0, meaning="factor applied to the heights")}
 HEIGHT_MAP_ENTRIES = {
     "heights_um": Entry("`.csv` or `.npy` file", "required", "heights, um"),
-    "pitch_um": Entry("number, or a list of two", "required", "distance of neighbours, um"),
+    "pitch_um": Entry("number, or a list of two", "required", "distance between neighbouring points, um"),
 }
-PITCH_UM = Quantity("um", 1e-6, 1e6, meaning="distance of neighbouring heights")
+PITCH_UM = Quantity("um", 1e-6, 1e6, meaning="distance between neighbouring heights")

@@ -1,4 +1,4 @@
-"""What a sample that no reader has checked must be, so that it can be computed."""
+"""Checks of a sample that was not read from a sample file."""
 
 import itertools
 from collections.abc import Iterator
@@ -13,26 +13,15 @@ from jaxink.sample.schema import HEIGHT_MAP_WORD
 
 
 def require_sound(sample: Sample) -> None:
-    """Refuse a sample whose words are not known, or that lacks a number that its words ask for.
-
-    Parameters
-    ----------
-    sample
-        The sample.
-
-    Raises
-    ------
-    InputRefusedError
-        Naming what is wrong.
-    """
+    """Reject a sample with unknown words, or without a number that it needs."""
     if not any(layer.scatters for layer in sample.layers):
-        raise InputRefusedError("layers has none that scatters; there must be one.")
+        raise InputRefusedError("layers has no scattering layer; there must be at least one.")
     names = [layer.name for layer in sample.layers]
     for name in names:
         if names.count(name) > 1:
-            raise InputRefusedError(f"two layers are named '{name}'; each must have a name of its own.")
+            raise InputRefusedError(f"two layers are named '{name}'; their names must differ.")
     if any(layer.opaque for layer in sample.layers[:-1]):
-        raise InputRefusedError("a layer before the last one is opaque; only the last one may be.")
+        raise InputRefusedError("a layer before the last one is opaque; only the last layer may be.")
     for layer in sample.layers:
         _require_sound_layer(layer)
     for dispersion in sample.dispersions:
@@ -48,7 +37,7 @@ def require_sound(sample: Sample) -> None:
         _require_columns("illumination", sample.illumination, 2)
         _require_ascending("illumination", sample.illumination[0])
     if {key for key, _ in sample.masks} - set(MASKS):
-        raise InputRefusedError(f"masks has keys that are not known; known are: {', '.join(MASKS)}.")
+        raise InputRefusedError(f"masks has unknown keys; valid keys are: {', '.join(MASKS)}.")
     for _, side, _ in sample.weights:
         if side is not None:
             require_one_of("side of weights", side, SIDES)
@@ -61,7 +50,7 @@ def _require_sound_layer(layer: Layer) -> None:
     if layer.scatters:
         require_one_of(f"phase_function of {where}", layer.phase_function, tuple(schema.PHASE_FUNCTIONS))
     if (layer.phase_table is not None) != (layer.phase_function == "tabulated"):
-        raise InputRefusedError(f"{where}: phase_table goes with a tabulated phase function, and it alone.")
+        raise InputRefusedError(f"{where}: phase_table must be given for a tabulated phase function only.")
     if layer.phase_table is not None:
         kind, angles, values = layer.phase_table
         require_one_of(f"phase_table of {where}", kind, ("moments", "angle_deg"))
@@ -79,18 +68,17 @@ def _require_sound_face(face: Roughness, layer: str) -> None:
     if face.name != f"{layer}.{face.face}":
         raise InputRefusedError(f"{face.name} is a face of layer '{layer}'; its name must begin with that.")
     if (face.density is None) == (face.spectrum is None):
-        raise InputRefusedError(f"{face.name} must have a density or a spectrum, and not both.")
+        raise InputRefusedError(f"{face.name} must have either a density or a spectrum.")
     if face.density is not None:
-        require_one_of(
-            f"density of {face.name}", face.density, (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP_WORD)
-        )
+        densities = (*schema.ROUGHNESS_DENSITIES, HEIGHT_MAP_WORD)
+        require_one_of(f"density of {face.name}", face.density, densities)
     else:
         require_one_of(f"spectrum of {face.name}", face.spectrum, (*schema.SPECTRA, HEIGHT_MAP_WORD))
         require_one_of(f"amplitude of {face.name}", face.amplitude, schema.AMPLITUDES)
     if face.second_density is not None:
         require_one_of(f"second_density of {face.name}", face.second_density, schema.ROUGHNESS_DENSITIES)
     if (face.nodes is not None) != (HEIGHT_MAP_WORD in (face.density, face.spectrum)):
-        raise InputRefusedError(f"{face.name}: nodes go with a height map, and with it alone.")
+        raise InputRefusedError(f"{face.name}: nodes must be given for a height map only.")
     if face.nodes is not None:
         _require_columns(f"nodes of {face.name}", face.nodes[:2], 2)
         _require_ascending(f"nodes of {face.name}", face.nodes[0])
@@ -100,23 +88,23 @@ def _require_columns(name: str, columns, least: int) -> None:
     first, second = columns
     if len(first) != len(second) or len(first) < least:
         raise InputRefusedError(
-            f"{name} has columns of {len(first)} and {len(second)} numbers; they must be equally long, and "
-            f"at least {least}."
+            f"{name} has columns of {len(first)} and {len(second)} numbers; they must be equally long, at "
+            f"least {least}."
         )
 
 
 def _require_ascending(name: str, column) -> None:
     if any(b <= a for a, b in itertools.pairwise(column)):
-        raise InputRefusedError(f"the first column of {name} must ascend.")
+        raise InputRefusedError(f"the first column of {name} must be in ascending order.")
 
 
 def _require_numbers(sample: Sample) -> None:
-    """Refuse a sample that lacks a number that its words ask for."""
+    """Reject a sample without a number that it needs."""
     given = {*sample.parameters, *(dispersion.name for dispersion in sample.dispersions)}
     for name in _asked(sample):
         each = [f"{name}@{wavelength_nm:g}" for wavelength_nm in sample.wavelengths_nm] or [name]
         if name not in given and not given.issuperset(each):
-            raise InputRefusedError(f"parameters has no {name}, which the sample needs.")
+            raise InputRefusedError(f"parameters does not contain {name}, which the sample needs.")
 
 
 def _asked(sample: Sample) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Ties: a bounded language of numbers, parameter names, + - * / ** and brackets."""
+"""Ties: expressions of numbers, parameter names, + - * / ** and brackets, of limited size."""
 
 import ast
 import functools
@@ -17,59 +17,43 @@ _LARGEST_EXPONENT = 100
 
 _NUMBER = r"(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
 _NAME = r"[^\W\d]\w*(?:\s*\.\s*[^\W\d]\w*)*"
-# What else Python's parser knows need not come to it, which warns of some of that.
+# Anything else is rejected before Python's parser sees it, because that warns about some of it.
 _LANGUAGE = re.compile(rf"(?:\s|[-+*/()]|{_NUMBER}|{_NAME})*+")
 
 
 class _UnfitError(Exception):
-    """What is wrong with a tie, as a sentence that begins with the tie goes on."""
+    """An invalid tie; the message continues a sentence that begins with the tie."""
 
 
 def evaluate_tie(expression: str, values: Mapping[str, Any]) -> Any:
-    """Value of an expression of parameters; numbers, names, + - * / ** and brackets only.
+    """Value of an expression such as ``2 * ink.radius_nm``: a finite real number, unless it is traced.
 
     Parameters
     ----------
     expression
-        Such as ``2 * ink.radius_nm``.
+        Numbers, parameter names, + - * / ** and brackets only.
     values
-        Values by name; traced ones are welcome.
-
-    Returns
-    -------
-    Any
-        The value; unless it is traced, a finite real number.
+        Values by name, possibly traced.
 
     Raises
     ------
     InputRefusedError
-        For anything else in the expression, more of it than can be meant, a name that does not exist, or a
-        value that is no finite real number.
+        If the expression contains anything else, is too long, names an unknown parameter, or its value is not
+        a finite real number.
     """
     try:
         return _value(_parsed(expression), values)
     except _UnfitError as problem:
         text = str(problem)
     except ZeroDivisionError:
-        text = "divides by zero with the values of the file."
+        text = "divides by zero at the values of the file."
     except OverflowError:
         text = _NOT_FINITE
     raise InputRefusedError(f"the tie '{expression}' {text}") from None
 
 
 def names_in(expression: str) -> set[str]:
-    """All dotted names of an expression, and their stems.
-
-    Parameters
-    ----------
-    expression
-        As `evaluate_tie` takes it.
-
-    Raises
-    ------
-    InputRefusedError
-        As `evaluate_tie`, for what is wrong whatever the values are.
-    """
+    """All dotted names of an expression for `evaluate_tie`, and their stems."""
     try:
         tree = _parsed(expression)
     except _UnfitError as problem:
@@ -77,23 +61,23 @@ def names_in(expression: str) -> set[str]:
     return {name for node in ast.walk(tree) if (name := _dotted_name(node)) is not None}
 
 
-_NOT_FINITE = "gives no finite real number with the values of the file."
-_FOREIGN = "may hold numbers, parameter names, + - * / ** and brackets only."
+_NOT_FINITE = "does not give a finite real number at the values of the file."
+_FOREIGN = "may contain only numbers, parameter names, + - * / ** and brackets."
 
 
 @functools.lru_cache(maxsize=1024)
 def _parsed(expression: str) -> ast.expr:
     if len(expression) > _MOST_CHARACTERS:
-        raise _UnfitError(f"has {len(expression)} characters; {_MOST_CHARACTERS} are allowed.")
+        raise _UnfitError(f"has {len(expression)} characters; at most {_MOST_CHARACTERS} are allowed.")
     if not _LANGUAGE.fullmatch(expression):
         raise _UnfitError(_FOREIGN)
     try:
         tree = ast.parse(expression.strip(), mode="eval").body
     except (SyntaxError, RecursionError, MemoryError):
-        raise _UnfitError("is not an expression.") from None
+        raise _UnfitError("is not a valid expression.") from None
     n_operations = sum(isinstance(node, ast.BinOp | ast.UnaryOp) for node in ast.walk(tree))
     if n_operations > _MOST_OPERATIONS:
-        raise _UnfitError(f"has {n_operations} operations; {_MOST_OPERATIONS} are allowed.")
+        raise _UnfitError(f"has {n_operations} operations; at most {_MOST_OPERATIONS} are allowed.")
     return tree
 
 
@@ -113,7 +97,7 @@ def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
         value = values[name]
     if not isinstance(value, Complex):
         return value
-    # As Python's floats, which raise where NumPy's warn and whole numbers grow without end.
+    # Python floats raise errors, whereas NumPy's warn and integers grow without limit.
     if not isinstance(value, Real) or not math.isfinite(value := float(value)):
         raise _UnfitError(_NOT_FINITE)
     return value
@@ -123,10 +107,10 @@ def _power(base: Any, exponent: Any) -> Any:
     if isinstance(exponent, float):
         if abs(exponent) > _LARGEST_EXPONENT:
             raise _UnfitError(
-                f"raises to the power {exponent:g}; it must lie between -{_LARGEST_EXPONENT} and "
+                f"has the exponent {exponent:g}; it must be between -{_LARGEST_EXPONENT} and "
                 f"{_LARGEST_EXPONENT}."
             )
-        # Whole powers of what is traced are products, with derivatives at 0 and below.
+        # Integer powers of traced values are products, which are differentiable at 0 and below.
         if exponent.is_integer() and not isinstance(base, float):
             exponent = int(exponent)
     return base**exponent

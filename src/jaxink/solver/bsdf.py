@@ -112,12 +112,19 @@ def _interpolated(stack, channels, response, directions, config, kappa):
     shares = jnp.split(_share_of_orders(config.n_orders, degree, everywhere), parts, axis=1)
     into = kappa_in, from_front[0], shares[0]
     to_front, to_back = (kappa_front, from_front[1], shares[1]), (kappa_back, from_back[2], shares[2])
-    reflected = _at_points(response.reflection, grid.kappa, to_front, into, directions)
-    through = _at_points(response.transmission, grid.kappa, to_back, into, directions)
+    pairs = [
+        _at_pairs(response.reflection, grid.kappa, to_front, into),
+        _at_pairs(response.transmission, grid.kappa, to_back, into),
+    ]
+    # One row of pairs after the other, and one series of cosines for both sides: they are what takes time.
+    way_out = directions.outgoing + jnp.where(transmitted, kappa_front.shape[0], 0)
+    series = _cosine_series(config.n_orders, directions.azimuth_rad)
+    smooth = jnp.sum(series * jnp.concatenate(pairs, axis=1)[:, way_out, directions.incidence], axis=0)
     if grid.exposed:
-        sums = [jnp.sqrt(1 - (k / grid.block_index[0]) ** 2) for k in (kappa_front, kappa_in)]
-        reflected = reflected / (sums[0][directions.outgoing] + sums[1][directions.incidence])
-    smooth = jnp.where(transmitted, through, reflected) / (2 * jnp.pi)
+        cosines = [jnp.sqrt(1 - (k / grid.block_index[0]) ** 2) for k in (kappa_front, kappa_in)]
+        reflected = smooth / (cosines[0][directions.outgoing] + cosines[1][directions.incidence])
+        smooth = jnp.where(transmitted, smooth, reflected)
+    smooth = smooth / (2 * jnp.pi)
     if stack.backing is None:
         return smooth
     # Light that comes to the backing, and by reciprocity light from it that is seen, is what the stack
@@ -129,8 +136,8 @@ def _interpolated(stack, channels, response, directions, config, kappa):
     return smooth + jnp.where(transmitted, 0.0, sent * seen)
 
 
-def _at_points(kernel, grid_kappa, out, into, directions):
-    """Interpolate a kernel of the channels to the points and sum its cosine series in azimuth.
+def _at_pairs(kernel, grid_kappa, out, into):
+    """Interpolate a kernel of the channels to pairs of directions.
 
     Order m of the kernel varies as sin^m towards the normal, so that odd orders are smooth in the cosine
     only after one sine has been divided out. Orders that the layers do not send towards the normal are kept
@@ -143,9 +150,13 @@ def _at_points(kernel, grid_kappa, out, into, directions):
     at_out, at_in = jnp.where(odd, kappa_out, 1.0) * share_out, jnp.where(odd, kappa_in, 1.0) * share_in
     smooth = at_nodes[:, :, None] * kernel * at_nodes[:, None, :]
     pairs = jnp.einsum("jo,moi,ki->mjk", to_out, smooth, to_in)
-    pairs = at_out[:, :, None] * pairs * at_in[:, None, :]
-    series = jnp.where(orders == 0, 1.0, 2.0)[:, None] * jnp.cos(orders[:, None] * directions.azimuth_rad)
-    return jnp.sum(series * pairs[:, directions.outgoing, directions.incidence], axis=0)
+    return at_out[:, :, None] * pairs * at_in[:, None, :]
+
+
+def _cosine_series(n_orders, azimuth_rad):
+    """Factor of each azimuthal order at the points."""
+    orders = jnp.arange(n_orders)[:, None]
+    return jnp.where(orders == 0, 1.0, 2.0) * jnp.cos(orders * azimuth_rad)
 
 
 # An order is left out where its bound, relative to what it is elsewhere, falls below this.
