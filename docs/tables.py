@@ -41,7 +41,7 @@ def effects(catalogue: Iterable[type[Effect]]) -> str:
         [f"`{e.name}`", e.group, sign[e.sign], f"{e.usual:g}".replace("inf", "-"), e.statement]
         for e in catalogue
     ]
-    return _markdown(["effect", "group", "strength", "usual size", "what is the case"], rows)
+    return _markdown(["effect", "group", "strength", "usual strength", "meaning"], rows)
 
 
 def _number(key: str, q: Quantity) -> list[str]:

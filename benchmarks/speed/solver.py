@@ -45,14 +45,14 @@ def matched(parameters, points=FIVE, config=W2_SIZES):
     """BSDF of a layer without an index step, as a function of g, albedo and thickness."""
     asymmetry, albedo, thickness = parameters
     layer = ScatteringLayer(1.0, thickness, albedo, HenyeyGreenstein(asymmetry))
-    return diffuse_bsdf(Stack((layer,), 1.0, 1.0, (0,), exposed=True), points, config)
+    return diffuse_bsdf(Stack((layer,), 1.0, 1.0), points, config)
 
 
 def layered(parameters, n_layers):
     """BSDF of several layers of one ink, of index 1.5 in air."""
     asymmetry, albedo, thickness = parameters
     layer = ScatteringLayer(1.5, thickness / n_layers, albedo, HenyeyGreenstein(asymmetry))
-    stack = Stack((layer,) * n_layers, 1.0, 1.0, (0, 1))
+    stack = Stack((layer,) * n_layers, 1.0, 1.0)
     return diffuse_bsdf(stack, FIVE, SolverConfig(12, 14, 40, 16))
 
 

@@ -17,7 +17,9 @@ _HOMES = {
     "jaxink.measurement": ("GonioData", "MaskLimits", "NoiseModel", "estimate_noise", "read"),
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
     "jaxink.model.forward": ("ForwardModel",),
-    "jaxink.solver.stack": ("SolverConfig", "Stack"),
+    "jaxink.solver.config": ("SolverConfig",),
+    "jaxink.solver.stack": ("Stack",),
+    "jaxink.solver.plan": ("plan_channels",),
     "jaxink.solver.resolution": ("choose_sizes",),
     "jaxink.optics.layers": ("ClearLayer", "ScatteringLayer"),
     "jaxink.solver.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
@@ -47,8 +49,10 @@ if TYPE_CHECKING:
     from jaxink.optics.layers import ClearLayer, ScatteringLayer
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
     from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+    from jaxink.solver.config import SolverConfig
+    from jaxink.solver.plan import plan_channels
     from jaxink.solver.resolution import choose_sizes
-    from jaxink.solver.stack import SolverConfig, Stack
+    from jaxink.solver.stack import Stack
 
 __all__ = sorted(_HOME_OF)
 

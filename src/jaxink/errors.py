@@ -75,9 +75,9 @@ def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
 
 def require_integer(name: str, value: object, least: int, most: int | None = None) -> None:
     """Reject anything but an integer between ``least`` and ``most``, inclusive; None: no upper limit."""
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
         raise InputRefusedError(f"{name} is {value!r}; it must be an integer of at least {least}.")
-    if most is not None and value > most:
+    if most is not None and int(value) > most:
         raise InputRefusedError(f"{name} is {value}; it must be at most {most}.")
 
 

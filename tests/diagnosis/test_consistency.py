@@ -37,19 +37,19 @@ def test_readings_within_the_noise_agree():
     assert set(found) == {"mirror", "reciprocal"}
     assert found["mirror"].pairs == 50
     for one in found.values():
-        assert one.stated == pytest.approx(NOISE, rel=1e-6)
+        assert one.expected == pytest.approx(NOISE, rel=1e-6)
         assert one.relative == pytest.approx(NOISE, rel=0.3)
-        assert not one.is_broken
+        assert not one.exceeds_noise
 
 
 def test_a_tilted_sample_breaks_the_symmetry_but_not_the_reciprocity(told):
     data = measured(0.015, 0.0)
-    broken = [c for c in consistency_of(data, noise(data)) if c.is_broken]
+    broken = [c for c in consistency_of(data, noise(data)) if c.exceeds_noise]
     assert [c.kind for c in broken] == ["mirror"]
     told(broken[0].sentence, "+phi", "-phi", numbers=False)
 
 
 def test_factors_of_scans_break_reciprocity_unless_they_are_stated():
     data = measured(0.0, 0.04)
-    assert [c.kind for c in consistency_of(data, noise(data)) if c.is_broken] == ["reciprocal"]
-    assert not any(c.is_broken for c in consistency_of(data, noise(data, 0.04)))
+    assert [c.kind for c in consistency_of(data, noise(data)) if c.exceeds_noise] == ["reciprocal"]
+    assert not any(c.exceeds_noise for c in consistency_of(data, noise(data, 0.04)))

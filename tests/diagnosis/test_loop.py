@@ -27,7 +27,7 @@ from jaxink.fitting.objective import weights_of
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 from tests.samples import PRINTED_INK
 
 # Coarse: the procedure is tested here, and both the data and the fits are made with these sizes.
@@ -173,12 +173,12 @@ def test_report_is_plain_and_complete(pair, tmp_path):
         "z",
         "p_raw",
         "p_adjusted",
-        "absorbed_fraction",
+        "degenerate_fraction",
         "detection_limit",
         "strength",
         "class",
     }
-    assert all(asked | {"refit_drop"} <= set(row) for row in report["candidates"])
+    assert all(asked | {"refit_delta_chi_square"} <= set(row) for row in report["candidates"])
 
 
 @pytest.fixture(scope="module")

@@ -134,9 +134,9 @@ def test_step_strength_and_drop_are_those_of_the_linear_refit(points, jacobian, 
         assert record.z == pytest.approx(record.strength / record.standard_error, rel=1e-9)
         admissible = candidate.sign == 0 or candidate.sign * solution[0] > 0
         drop = before - square[0] if admissible else 0.0
-        assert record.predicted_drop == pytest.approx(drop, rel=1e-6, abs=1e-8)
+        assert record.predicted_delta_chi_square == pytest.approx(drop, rel=1e-6, abs=1e-8)
         rest = np.linalg.lstsq(jacobian, design[:, 0], rcond=None)[1][0]
-        assert record.absorbed_fraction == pytest.approx(1 - rest / (design[:, 0] @ design[:, 0]), abs=1e-9)
+        assert record.degenerate_fraction == pytest.approx(1 - rest / (design[:, 0] @ design[:, 0]), abs=1e-9)
 
 
 def test_best_inner_value_has_the_largest_drop(points, jacobian):
@@ -147,7 +147,7 @@ def test_best_inner_value_has_the_largest_drop(points, jacobian):
     assert found.strength == pytest.approx(2, abs=4 * found.standard_error)
     # The other sign is not admissible, and its best is where it fits least badly.
     wrong = screen(residual, jacobian, [Candidate("lobe", directions, -1)])["lobe"]
-    assert wrong.predicted_drop == 0
+    assert wrong.predicted_delta_chi_square == 0
     assert wrong.p_raw == 1
 
 
@@ -198,10 +198,10 @@ def test_what_the_parameters_imitate_is_never_called(points, jacobian, told):
     ]
     result = screen(50 * inside + rng.standard_normal(len(points)), jacobian, candidates)
     assert result["inside"].status is Testability.NOT
-    assert result["inside"].absorbed_fraction == 1
+    assert result["inside"].degenerate_fraction == 1
     told(result["inside"].reason)
     assert result["nearly"].status is Testability.HARDLY
-    assert result["nearly"].absorbed_fraction == pytest.approx(0.99, abs=0.003)
+    assert result["nearly"].degenerate_fraction == pytest.approx(0.99, abs=0.003)
     told(result["zero"].reason)
     told(result["broken"].reason)
     assert (result["half"].status, result["half"].inner) == (Testability.TESTABLE, 1)

@@ -19,7 +19,7 @@ from jaxink.diagnosis import (
     Testability,
     VerdictCode,
 )
-from jaxink.diagnosis.findings.further_measurements import Further, menu_of
+from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, menu_of
 from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
 from jaxink.effects.geometry import UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
@@ -117,7 +117,7 @@ def test_an_order_within_the_noise_is_no_misfit_but_is_said(told):
 
 def test_a_measurement_that_tells_a_class_apart_is_named(told):
     def sentence(chi_square):
-        further = (Further(("backing", "gain"), "the plane at 75", chi_square),)
+        further = (FurtherMeasurement(("backing", "gain"), "the plane at 75", chi_square),)
         steps = (step(UndeclaredBacking(), "gain"),)
         return judge(Evidence(steps, LEFT[0], *NOISE, LOCATION, (HARD,), further)).sentence
 

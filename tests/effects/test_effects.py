@@ -15,7 +15,7 @@ from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 from tests.samples import PRINTED_INK
 
 SIZES = SolverConfig(10, 8, 16, 8)

@@ -59,7 +59,15 @@ def test_a_class_is_complete_or_a_base(cls):
 def test_every_effect_is_of_one_kind(effect):
     # There is no vector solver, so nothing computes polarisation.
     assert sum(issubclass(effect, kind) for kind in KINDS) == (effect is not Polarisation)
-    assert effect.group in {"instrument", "surface", "volume", "geometry", "constant", "waves", "numerics"}
+    assert effect.group in {
+        "instrument",
+        "surface",
+        "volume",
+        "geometry",
+        "constant",
+        "wave optics",
+        "numerics",
+    }
 
 
 def test_a_model_computes_what_its_readings_look_at():

@@ -10,7 +10,7 @@ from jaxink.fitting import make_objective, prepare_data
 from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
 from jaxink.sample import Noise, Prior, parse_sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SMALL = SolverConfig(8, 6, 16, 2)
 SAMPLE = """

@@ -19,7 +19,8 @@ from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.stack import Stack
 from jaxink.surfaces.slopes import slope_density
 from tests.samples import UNMATCHED
 
@@ -36,7 +37,7 @@ def lobes_of(kind, scale, index_inside):
     with computing():
         nothing = ScatteringLayer(index_inside, 0.0, 1.0, HenyeyGreenstein(0.0))
         density = slope_density(kind, np.rad2deg(np.arctan(scale)))
-        stack = Stack((nothing,), index_inside, 1.0, (0, 2), faces=(None, density))
+        stack = Stack((nothing,), index_inside, 1.0, faces=(None, density))
         stacks = jax.tree.map(lambda x: jnp.asarray(x, float)[None], stack)
         return facet_lobes(stacks, CONFIG, np.linspace(0, 90, 91), 89.9)
 

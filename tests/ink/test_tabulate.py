@@ -51,9 +51,9 @@ def test_the_solver_keeps_the_energy_of_light_from_a_dense_medium(unmatched):
     between = np.sin(np.deg2rad([0.0, 30, 42, 60, 80, 88]))
     with computing():
         stack = jax.tree.map(lambda x: x[0], ink_stacks(ink, model, {}))
-        channels = np.asarray(stack.grid(model.config).kappa) / 1.49
+        channels = np.asarray(model.plan.grid(stack, model.config).kappa) / 1.49
         sines = np.concatenate([channels[channels < 1], between])
-        total = np.asarray(sum(hemispherical_power(stack, sines, model.config)))
+        total = np.asarray(sum(hemispherical_power(stack, sines, model.config, model.plan)))
     assert np.max(np.abs(total[: -len(between)] - 1)) < 1e-10
     assert np.max(np.abs(total[-len(between) :] - 1)) < 1e-4
 
@@ -128,7 +128,7 @@ def test_standard_errors_are_those_of_finite_differences_and_of_draws(example_re
         stacks = ink_stacks(ink, model, dict(zip(names, point, strict=True)))
         stack = jax.tree.map(lambda x: x[0], stacks)
         regular = jnp.stack(regular_power(stack, directions.sin_incidence)).ravel()
-        return jnp.concatenate([diffuse_bsdf(stack, directions, model.config), regular])
+        return jnp.concatenate([diffuse_bsdf(stack, directions, model.config, model.plan), regular])
 
     tabulated = np.concatenate(
         [of_fit.bsdf_standard_error_per_sr[c, 0, i, o, p] for c in (0, 1)]
@@ -212,12 +212,12 @@ def test_layers_that_belong_to_the_ink_and_their_wavelengths():
     stacks = ink_stacks(ink, model, {})
     layer = ScatteringLayer(1.53, 61 * 0.03, 60 / 61, HenyeyGreenstein(0.3))
     for wavelength, absorbed in ((0, 0.04), (1, 0.4)):
-        expected = Stack((ClearLayer(1.45, absorbed), layer), 1.0, 1.49, stacks.block_media)
+        expected = Stack((ClearLayer(1.45, absorbed), layer), 1.0, 1.49)
         found = jax.tree.map(lambda x, w=wavelength: x[w], stacks)
         for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
             np.testing.assert_allclose(one, other)
     # All four indices end a block of channels.
-    assert sorted(stacks.block_media) == [0, 1, 2, 3]
+    assert model.plan.block_media == (0, 1, 2, 3)
 
 
 def test_the_plate_may_lie_behind(unmatched_table, unmatched):
@@ -238,7 +238,7 @@ def test_roughness_stays_with_its_interface():
     assert [face.face for face in turned.layers[0].roughness] == ["back_roughness"]
     # The plate declares the face that it shares with the ink: it is the ink's, and is not left out.
     model = isolated_model(find_ink(sample, ["coat", "ink"]), sample.wavelengths_nm or (550.0,), 1e-2)
-    *others, shared = model.rough_faces
+    *others, shared = model.builder.faces
     assert shared.name == "plate.front_roughness"
     assert others == [None, None]
 

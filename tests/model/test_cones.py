@@ -10,7 +10,7 @@ from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.model.instrument import Cones, cone_rays
 from jaxink.sample import parse_sample
 from jaxink.solver.bsdf import regular_power
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SMALL = SolverConfig(8, 6, 16, 4)
 SAMPLE = parse_sample(
@@ -89,7 +89,7 @@ def test_only_points_within_reach_see_the_peak():
     sample = dataclasses.replace(SAMPLE, source_half_angle_deg=0.5, detector_half_angle_deg=1.0)
     model = ForwardModel(sample, [20.0], [20.0], [180.0], [550.0], [False], SMALL)
     values = {name: jnp.asarray(v, float) for name, v in sample.parameters.values_with({}).items()}
-    reflected, transmitted = regular_power(model.stack(values, 550.0), np.sin(np.deg2rad([20.0])))
+    reflected, transmitted = regular_power(model.builder.stack(values, 550.0), np.sin(np.deg2rad([20.0])))
     whole = 1 / (np.pi * np.sin(np.deg2rad(1.0)) ** 2 * np.cos(np.deg2rad(20)))
     assert peak[0] == pytest.approx(float(reflected[0]) * whole, rel=0.01)
     assert peak[3] == pytest.approx(float(transmitted[0]) * whole, rel=0.01)

@@ -6,7 +6,8 @@ import pytest
 import jaxink
 from jaxink import ForwardModel, SolverConfig, parse_sample
 from jaxink.fitting import FitOptions
-from jaxink.model.volume import MieSizes, mie_sizes, volume_scattering
+from jaxink.model.mie_sizes import MieSizes, mie_sizes
+from jaxink.model.volume import volume_scattering
 from jaxink.particles.mie import MieSphere, mie_coefficients
 from jaxink.particles.structure_factor import InterferingPhaseFunction
 
@@ -123,9 +124,9 @@ def test_plate_that_dispersion_lifts_above_the_ink_at_one_wavelength():
     index = DISPERSED.replace("{ value = 0.004479, free = true, min = 0, max = 0.01 }", "0.004479")
     sample = parse_sample(PLATE.format(index=index) + INK.replace("1.5", "1.49"))
     model = ForwardModel(sample, *points([450.0, 650.0]), config=COARSE)
-    assert set(model.block_media) == {0, 1, 2}
+    assert set(model.plan.block_media) == {0, 1, 2}
     # At one wavelength it is a number like any other: above the ink's, where nothing is ever scattered to.
-    assert set(ForwardModel(sample, *points([450.0]), config=COARSE).block_media) == {0, 2}
+    assert set(ForwardModel(sample, *points([450.0]), config=COARSE).plan.block_media) == {0, 2}
 
 
 def test_wavelengths_outside_a_table_are_refused_by_the_model(refused):

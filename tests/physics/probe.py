@@ -11,7 +11,9 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import plan_channels
+from jaxink.solver.stack import Stack
 
 SMALL = SolverConfig(12, 8, 24, 8)
 # Azimuths of the totals; midpoints integrate all orders below twice their number.
@@ -25,22 +27,22 @@ def ink(refractive_index=1.5, optical_thickness=2.0, albedo=0.9, asymmetry=0.3) 
 
 def matched(optical_thickness=2.0, albedo=0.9, asymmetry=0.3) -> Stack:
     """An ink with the index of its surroundings: no interface at all."""
-    return Stack((ink(1.0, optical_thickness, albedo, asymmetry),), 1.0, 1.0, (0,), exposed=True)
+    return Stack((ink(1.0, optical_thickness, albedo, asymmetry),), 1.0, 1.0)
 
 
 def film(layer: ScatteringLayer, index_front=1.0, index_back=1.0) -> Stack:
     """One ink layer between two half spaces; all three indices may differ."""
-    return Stack((layer,), index_front, index_back, (0, 1, 2))
+    return Stack((layer,), index_front, index_back)
 
 
 def printed(layer: ScatteringLayer, plate_index=1.5, plate_thickness=0.0, behind=False) -> Stack:
     """An ink on a plate in air; the plate is lit first, or lies behind."""
     plate = ClearLayer(plate_index, plate_thickness)
-    return Stack((layer, plate) if behind else (plate, layer), 1.0, 1.0, (0, 1, 2))
+    return Stack((layer, plate) if behind else (plate, layer), 1.0, 1.0)
 
 
 def two_inks(first: ScatteringLayer, second: ScatteringLayer) -> Stack:
-    return Stack((first, second), 1.0, 1.0, (0, 1))
+    return Stack((first, second), 1.0, 1.0)
 
 
 class Light:
@@ -53,7 +55,7 @@ class Light:
 
     def __init__(self, stack: Stack, config: SolverConfig = SMALL):
         directions, share, n_entering = _points(stack, config)
-        self.bsdf = np.asarray(_bsdf(stack, directions, config))
+        self.bsdf = np.asarray(diffuse_bsdf(stack, directions, config))
         n_pairs = 4 * N_PAIRS
         flux, side = self.bsdf[:-n_pairs] * share, directions.is_transmission[:-n_pairs]
         incidence = directions.incidence[:-n_pairs]
@@ -68,7 +70,6 @@ class Light:
         return self.reflectance + self.transmittance + self.specular + self.undeviated
 
 
-_bsdf = eqx.filter_jit(diffuse_bsdf)
 _regular = eqx.filter_jit(regular_power)
 
 
@@ -81,7 +82,7 @@ def pair_angles():
 
 def _points(stack: Stack, config: SolverConfig):
     """Directions, cos(theta_o) dOmega of those that make the totals, and number of entering channels."""
-    grid = stack.grid(config)
+    grid = plan_channels(stack).grid(stack, config)
     kappa, etendue = np.asarray(grid.kappa), np.asarray(grid.etendue_weight)
     front, back = float(stack.index_front), float(stack.index_back)
     entering = np.flatnonzero(kappa < front)

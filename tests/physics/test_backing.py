@@ -13,7 +13,9 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import ClearLayer
 from jaxink.sample import parse_sample
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import plan_channels
+from jaxink.solver.stack import Stack
 from jaxink.surfaces.slopes import slope_density
 from tests.physics.probe import ink, printed
 from tests.physics.simulated import simulated
@@ -25,7 +27,6 @@ ROUGH = Stack(
     (ClearLayer(1.5, 0.0), ink(1.5, albedo=1.0)),
     1.0,
     1.0,
-    (0, 1),
     faces=(None, None, slope_density("beckmann", 10.0)),
 )
 
@@ -36,7 +37,7 @@ def with_backing(stack, reflectance=REFLECTANCE):
 
 def powers_of_channels(stack):
     """Reflectance and transmittance of every channel that the front has, and their weights."""
-    grid = stack.grid(SMALL)
+    grid = plan_channels(stack).grid(stack, SMALL)
     inside = np.asarray(grid.kappa) < float(stack.index_front)
     sines = grid.kappa[inside] / stack.index_front
     powers = (np.asarray(power) for power in hemispherical_power(stack, sines, SMALL))
@@ -72,7 +73,7 @@ def test_reflectance_from_what_the_stack_does_alone():
     [
         (printed(ink(albedo=1.0), 1.6), 1e-10),
         # In optical contact: the medium behind is that of the last layer.
-        (Stack((ink(1.5, albedo=1.0),), 1.0, 1.5, (0, 1)), 1e-10),
+        (Stack((ink(1.5, albedo=1.0),), 1.0, 1.5), 1e-10),
         # A rough interface keeps the power of every channel, but is reciprocal to 3e-6 only at these sizes.
         (ROUGH, 1e-5),
     ],

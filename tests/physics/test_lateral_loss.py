@@ -7,8 +7,9 @@ from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.optics.directions import Directions
 from jaxink.sample import parse_sample
 from jaxink.solver.bsdf import diffuse_bsdf
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.lateral import LateralField, bessel_j0
-from jaxink.solver.stack import SolverConfig, Stack, block_media
+from jaxink.solver.stack import Stack
 from tests.physics.probe import ink, printed
 from tests.physics.simulated import simulated
 from tests.samples import PLATE_AND_INK
@@ -22,7 +23,7 @@ POINTS = Directions.from_degrees(
 
 def seen(beam_radius_mm, detector_radius_mm, thickness_mm):
     lateral = LateralField(beam_radius_mm, detector_radius_mm, [thickness_mm, 0.0])
-    stack = Stack(PLATE.layers, 1.0, 1.0, PLATE.block_media, lateral=lateral)
+    stack = Stack(PLATE.layers, 1.0, 1.0, lateral=lateral)
     return np.asarray(diffuse_bsdf(stack, POINTS, SMALL))
 
 
@@ -98,17 +99,9 @@ def test_simulated_measurement_with_a_small_field(shared_data):
 
 def test_layers_on_both_sides_and_gaps():
     layers = (*PLATE.layers, PLATE.layers[0])
-    stack = Stack(
-        layers,
-        1.0,
-        1.0,
-        block_media([1.0, 1.5, 1.5, 1.5, 1.0], [False, False, True, False, False], [False] * 5),
-    )
+    stack = Stack(layers, 1.0, 1.0)
     field = [LateralField(1.0, 2.0, [d, 0.0, d]) for d in (0.0, 1.0)]
-    none, some = (
-        np.asarray(diffuse_bsdf(Stack(layers, 1.0, 1.0, stack.block_media, lateral=f), POINTS, SMALL))
-        for f in field
-    )
+    none, some = (np.asarray(diffuse_bsdf(Stack(layers, 1.0, 1.0, lateral=f), POINTS, SMALL)) for f in field)
     whole = np.asarray(diffuse_bsdf(stack, POINTS, SMALL))
     share = field[0].seen_directly(
         np.zeros(5), np.zeros(5), np.sqrt(1 - np.sin(np.deg2rad([0, 60, 60, 30, 60])) ** 2)

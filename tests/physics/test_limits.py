@@ -8,7 +8,9 @@ import pytest
 from jaxink.optics.directions import Directions
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import plan_channels
+from jaxink.solver.stack import Stack
 from tests.physics.probe import Light, film, ink, matched, pair_angles, printed, two_inks
 
 
@@ -91,7 +93,7 @@ def test_thin_layer_scatters_once(asymmetry):
 
 def diffusely_lit(stack, config):
     """Reflectance and transmittance for Lambertian illumination from the front."""
-    grid = stack.grid(config)
+    grid = plan_channels(stack).grid(stack, config)
     powers = hemispherical_power(stack, grid.kappa, config)
     return [float(2 * jnp.sum(grid.etendue_weight * power)) for power in powers]
 
@@ -110,7 +112,7 @@ def test_thick_layer_with_little_absorption_approaches_the_two_flux_law(asymmetr
     rest = []
     for loss in (1e-4, 1e-6):
         optics = ink(1.0, OPAQUE_OPTICAL_THICKNESS, 1 - loss, asymmetry)
-        stack = Stack((optics,), 1.0, 1.0, (0,), exposed=True)
+        stack = Stack((optics,), 1.0, 1.0)
         reflected, _ = diffusely_lit(stack, SolverConfig(24, 6, 40, 1))
         rest.append(1 - reflected - 4 * np.sqrt(loss / (3 * (1 - asymmetry))))
     assert abs(rest[0]) < 10 * 1e-4 / (1 - asymmetry)
@@ -119,14 +121,18 @@ def test_thick_layer_with_little_absorption_approaches_the_two_flux_law(asymmetr
 
 # Sizes for narrow peaks, one compiled program for each kind of stack.
 @pytest.mark.parametrize(
-    ("make", "config"),
+    ("make", "config", "plan"),
     [
-        (lambda x: matched(x[2], x[0], x[1]), SolverConfig(58, 6, 74, 50)),
-        (lambda x: film(ink(x[3], x[2], x[0], x[1])), SolverConfig(28, 26, 88, 34)),
+        (lambda x: matched(x[2], x[0], x[1]), SolverConfig(58, 6, 74, 50), None),
+        (
+            lambda x: film(ink(x[3], x[2], x[0], x[1])),
+            SolverConfig(28, 26, 88, 34),
+            plan_channels(film(ink()), free=[1]),
+        ),
     ],
     ids=["matched", "film"],
 )
-def test_positive_everywhere(make, config):
+def test_positive_everywhere(make, config, plan):
     random = np.random.default_rng(0)
     n = 60
     albedo = np.concatenate([np.ones(10), np.zeros(10), 1 - 10 ** random.uniform(-6, 0, n - 20)])
@@ -136,7 +142,11 @@ def test_positive_everywhere(make, config):
     theta_i, theta_o, phi, side = (axis.ravel() for axis in there)
     directions = Directions.from_degrees(theta_i, theta_o, phi, side > 0)
     optics = jnp.asarray(np.column_stack([albedo, asymmetry, thickness, index]))
-    bsdf = jax.jit(lambda o: jax.lax.map(lambda x: diffuse_bsdf(make(x), directions, config), o))(optics)
+
+    def one(x):
+        return diffuse_bsdf(make(x), directions, config, plan)
+
+    bsdf = jax.jit(lambda o: jax.lax.map(one, o))(optics)
     # Where nothing scatters, zero has an absolute rounding, larger the more grazing the nodes are.
     negative = np.argwhere(bsdf < -1e-9 * bsdf.max(axis=1, keepdims=True) - 1e-9 * (albedo == 0)[:, None])
     assert negative.size == 0, optics[negative[:3, 0]]

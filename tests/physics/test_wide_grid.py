@@ -10,8 +10,10 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import ClearLayer, ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import LAYER_METHODS, layer_method
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.plan import ChannelPlan
+from jaxink.solver.stack import Stack
 from tests.physics.probe import pair_angles
 
 CONFIG = SolverConfig(10, 8, 20, 6)
@@ -67,10 +69,15 @@ LAYERS = ORDERS | {"two halves": (half, half)}
 def make_stack(order, x, surroundings=None):
     """Stack of a row of optics in air, or between two media: then all indices may differ."""
     layers = tuple(layer(x) for layer in LAYERS[order])
+    return Stack(layers, *((1.0, 1.0) if surroundings is None else surroundings))
+
+
+def plan_of(order, surroundings=None):
+    """Channels of such a stack, wherever its indices go."""
     if surroundings is None:
         # At most two indices: that of the ink, and that of the plate and the second ink.
-        return Stack(layers, 1.0, 1.0, tuple(range(min(len(set(LAYERS[order])), 2) + 1)))
-    return Stack(layers, *surroundings, tuple(range(len(layers) + 2)))
+        return ChannelPlan(tuple(range(min(len(set(LAYERS[order])), 2) + 1)))
+    return ChannelPlan(tuple(range(len(LAYERS[order]) + 2)))
 
 
 @eqx.filter_jit
@@ -78,9 +85,9 @@ def total_power(order, optics):
     """R + T of light entering by each channel, for every row of optics."""
 
     def one(x):
-        stack = make_stack(order, x)
-        kappa = stack.grid(CONFIG).kappa[: CONFIG.nodes_escaping]
-        return sum(hemispherical_power(stack, kappa, CONFIG))
+        stack, plan = make_stack(order, x), plan_of(order)
+        kappa = plan.grid(stack, CONFIG).kappa[: CONFIG.nodes_escaping]
+        return sum(hemispherical_power(stack, kappa, CONFIG, plan))
 
     return jax.vmap(one)(optics)
 
@@ -112,8 +119,12 @@ def pairs():
 @eqx.filter_jit
 def bsdf_of_pairs(order, optics, surroundings=None, config=CONFIG):
     """BSDF of the pairs, shape ``(optics, 2 sides, 2 ways, pairs)``."""
-    directions = pairs()
-    values = jax.vmap(lambda x: diffuse_bsdf(make_stack(order, x, surroundings), directions, config))(optics)
+    directions, plan = pairs(), plan_of(order, surroundings)
+
+    def one(x):
+        return diffuse_bsdf(make_stack(order, x, surroundings), directions, config, plan)
+
+    values = jax.vmap(one)(optics)
     return values.reshape(len(optics), 2, 2, -1)
 
 

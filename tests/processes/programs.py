@@ -42,7 +42,7 @@ def jacobian():
 
     def bsdf(x):
         layer = ScatteringLayer(1.0, x[0], x[1], HenyeyGreenstein(x[2]))
-        stack = Stack((layer,), 1.0, 1.0, (0,), True)
+        stack = Stack((layer,), 1.0, 1.0)
         return diffuse_bsdf(stack, DIRECTIONS, CONFIG)
 
     return jax.jit(jax.jacfwd(bsdf))

@@ -13,7 +13,8 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
 from jaxink.particles.phase_function import TabulatedByMoments
 from jaxink.solver.bsdf import regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.stack import Stack
 from tests.reference.conftest import (
     MATCHED,
     TOTALS_MATCHED,
@@ -74,7 +75,7 @@ def test_radiance_of_tabulated_phase_functions(case, table):
     layer = ScatteringLayer(1.0, float(rows[0]["tau"]), float(rows[0]["albedo"]), phase)
     directions = Directions.from_degrees(*table_points(rows)[:3], table_points(rows)[3] > 0.5)
     config = MATCHED if name == "Haze-L" else CLOUD
-    compare(predict(Stack((layer,), 1.0, 1.0, (0,), exposed=True), directions, config), rows)
+    compare(predict(Stack((layer,), 1.0, 1.0), directions, config), rows)
 
 
 def test_van_de_hulst_slab(table, matched):

@@ -177,7 +177,10 @@ def test_bars_are_the_falls_of_chi_square(found, plates):
     axes = plates["candidates"].axes[0]
     assert axes.get_xscale() == "log"
     falls = sorted(
-        fall for row in found.candidates for fall in (row.predicted_drop, row.refit_drop) if (fall or 0) > 1
+        fall
+        for row in found.candidates
+        for fall in (row.predicted_delta_chi_square, row.refit_delta_chi_square)
+        if (fall or 0) > 1
     )
     ends = sorted(bar.get_x() + bar.get_width() for bar in axes.patches)
     assert [end for end in ends if end > 1] == pytest.approx(falls, rel=1e-12)

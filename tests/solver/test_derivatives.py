@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
+from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf, plan_channels
 from jaxink.errors import PrecisionError
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.layer_response import LAYER_METHODS, layer_response
@@ -23,10 +23,14 @@ def model(method):
     """
     config = SolverConfig(6, 4, 12, 3, method)
 
-    def bsdf(x):
+    def stack(x):
         ink = ScatteringLayer(x[3], jnp.exp(x[1]), x[0], HenyeyGreenstein(x[2]))
-        stack = Stack((ClearLayer(1.49, 0.02), ink), 1.0, 1.0, (0, 1, 2))
-        return diffuse_bsdf(stack, DIRECTIONS, config)
+        return Stack((ClearLayer(1.49, 0.02), ink), 1.0, 1.0)
+
+    plan = plan_channels(stack([0.9, 0.0, 0.5, 1.5]), free=[2])
+
+    def bsdf(x):
+        return diffuse_bsdf(stack(x), DIRECTIONS, config, plan)
 
     return jax.jit(bsdf), jax.jit(jax.jacfwd(bsdf)), jax.jit(jax.jacrev(bsdf))
 
@@ -100,9 +104,7 @@ def test_stack_of_zero_thickness_has_a_slope_in_it(index, tolerance, method):
     @jax.jit
     def of_thickness(thickness):
         ink = ScatteringLayer(index, thickness, 0.9, HenyeyGreenstein(0.4))
-        matched = index == 1.0
-        stack = Stack((ink,), 1.0, 1.0, (0,) if matched else (0, 1), exposed=matched)
-        return diffuse_bsdf(stack, DIRECTIONS, config)
+        return diffuse_bsdf(Stack((ink,), 1.0, 1.0), DIRECTIONS, config)
 
     slope = np.asarray(jax.jacfwd(of_thickness)(0.0))
     h = 1e-6
@@ -131,6 +133,6 @@ def test_batches_of_parameters_are_the_single_ones():
 
 
 def test_32_bits_raise_a_sentence_instead_of_losing_digits(refused):
-    stack = Stack((ScatteringLayer(1.5, 1.0, 0.9, HenyeyGreenstein(0.5)),), 1.0, 1.0, (0, 1))
+    stack = Stack((ScatteringLayer(1.5, 1.0, 0.9, HenyeyGreenstein(0.5)),), 1.0, 1.0)
     with jax.enable_x64(False), refused("64", kind=PrecisionError):
         jax.grad(lambda s: jnp.sum(diffuse_bsdf(stack, DIRECTIONS, CONFIG)) * s)(1.0)

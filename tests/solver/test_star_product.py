@@ -142,7 +142,25 @@ STACKS = {
 }
 
 
-@pytest.mark.parametrize("elements", STACKS.values(), ids=STACKS)
+def one_way(seed):
+    """A face that is not reciprocal, as a table of a face measured or computed coarsely is not quite."""
+    random = np.random.default_rng(seed)
+    above, below, down, up = (
+        jnp.asarray(share * random.uniform(0, 1 / N, (ORDERS, N, N))) for share in (0.4, 0.4, 0.6, 0.5)
+    )
+    return RoughElement(above, below, down, up, above, below, down)
+
+
+NOT_RECIPROCAL = {
+    "one way behind a plate": (FACE, one_way(15)),
+    "one way in front of a plate": (one_way(15), FACE),
+    "one way between inks": (FACE, PAINT, one_way(15), INK, PLATE),
+}
+
+
+@pytest.mark.parametrize(
+    "elements", [*STACKS.values(), *NOT_RECIPROCAL.values()], ids=[*STACKS, *NOT_RECIPROCAL]
+)
 def test_light_between_the_elements_is_in_balance(elements):
     found = together(elements)
     for part, expected in zip(found[:2], between_elements(elements), strict=True):
@@ -280,11 +298,25 @@ def test_ways_that_are_not_damped_do_not_matter():
 def test_light_between_two_faces_is_damped_by_its_way_to_and_fro():
     # Weak reflections: only the first way to and fro counts, 2 for light from above.
     weak = tuple(jnp.full(N, value) for value in (1e-4, 2e-4, 0.9))
-    damped, way = jnp.exp(-2 * 1.5), jnp.full(N, 1.5)
-    pile = Pile(NOBODY, lambda w: jnp.exp(-w)).with_diagonal(weak).with_diagonal(weak, way)
+    first, second = jnp.full(N, 0.4), jnp.full(N, 1.5)
+    pile = Pile(NOBODY, lambda w: jnp.exp(-w)).with_diagonal(weak, first).with_diagonal(weak, second)
     above, under, through = pile.run
-    np.testing.assert_allclose(above, weak[0] + weak[2] ** 2 * damped * weak[0], rtol=1e-6)
-    # From below the light turns round at the second face without having gone the way of the first.
-    np.testing.assert_allclose(under, weak[1] + weak[2] ** 2 * weak[1], rtol=1e-6)
+    # From either side the light goes through the element that it meets first, and back.
+    np.testing.assert_allclose(above, weak[0] + weak[2] ** 2 * np.exp(-2 * second) * weak[0], rtol=1e-6)
+    np.testing.assert_allclose(under, weak[1] + weak[2] ** 2 * np.exp(-2 * first) * weak[1], rtol=1e-6)
     np.testing.assert_allclose(through, weak[2] ** 2, rtol=1e-6)
-    np.testing.assert_array_equal(pile.way, way)
+    np.testing.assert_allclose(pile.way, first + second, rtol=1e-14)
+
+
+def test_light_that_a_layer_sends_through_a_plate_is_damped_unless_the_plate_is_in_front():
+    way = jnp.full(N, 0.7)
+    ink = add_layer(*INK, NOBODY)
+    pile = Pile(ink, lambda w: jnp.exp(-w), regular=(jnp.zeros(N), jnp.zeros(N), jnp.ones(N))).with_diagonal(
+        PLATE, way
+    )
+    above, under, through = PLATE
+    for is_front, damping in ((True, 1.0), (False, np.exp(-0.7))):
+        expected = add_diagonal((above, under, through * damping), ink)
+        found = pile.closed(is_front).below
+        np.testing.assert_allclose(found.reflection, expected.reflection, rtol=1e-12)
+        np.testing.assert_allclose(found.transmission, expected.transmission, rtol=1e-12)

@@ -1,5 +1,6 @@
 """Rough interfaces inside a stack: energy, reciprocity, the smooth limit, derivatives, and Monte Carlo."""
 
+import dataclasses
 import json
 
 import equinox as eqx
@@ -20,6 +21,7 @@ from jaxink import (
 )
 from jaxink.optics.fresnel import propagating_cosine
 from jaxink.particles.phase_function import HenyeyGreenstein
+from jaxink.solver.plan import plan_channels
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
@@ -37,14 +39,14 @@ def ink(optical_thickness, albedo=1.0, index=1.5):
 def stack_of(order, density, albedo=1.0):
     """Layers with one or two rough faces."""
     if order == "exit face":
-        stack = Stack((PLATE, ink(3.0, albedo)), 1.0, 1.0, (0, 2), False, (None, None, density), (), (0, 3))
+        stack = Stack((PLATE, ink(3.0, albedo)), 1.0, 1.0, (None, None, density))
     elif order == "entry face":
-        stack = Stack((ink(0.5, albedo),), 1.0, 1.0, (0, 1), False, (density, None), (), (0, 2))
+        stack = Stack((ink(0.5, albedo),), 1.0, 1.0, (density, None))
     elif order == "both faces":
-        stack = Stack((ink(1.0, albedo),), 1.0, 1.0, (0, 1), False, (density, density), (), (0, 2))
+        stack = Stack((ink(1.0, albedo),), 1.0, 1.0, (density, density))
     else:
         layers = PLATE, ink(1.0, albedo, 1.6)
-        stack = Stack(layers, 1.0, 1.0, (0, 1, 2), False, (None, density, None), (), (0, 3))
+        stack = Stack(layers, 1.0, 1.0, (None, density, None))
     return stack
 
 
@@ -53,26 +55,28 @@ def _interface(grid, outer, inner, density, sizes):
     return rough_interface(grid, outer, inner, density, CONFIG.n_orders, sizes)
 
 
-def with_known_faces(stack):
+def plan_with_interfaces(stack):
     """The faces computed by one compiled program, with the nodes of a table."""
+    plan = plan_channels(stack)
 
-    def known(k):
-        outer, inner, density, _, sizes = stack.rough_arguments(k, CONFIG)
-        fine = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), sizes.n_outer, coarse_nodes=12)
-        indices = jnp.asarray(outer), jnp.asarray(inner)
-        return _interface(stack.grid(CONFIG), *indices, density, fine)
+    def computed(k):
+        outer, inner = (jnp.asarray(stack.indices[side]) for side in stack.sides(k))
+        n_outer = plan.n_outer(stack, k, CONFIG)
+        fine = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
+        return _interface(plan.grid(stack, CONFIG), outer, inner, stack.faces[k], fine)
 
-    faces = tuple(known(k) if density is not None else None for k, density in enumerate(stack.faces))
-    return eqx.tree_at(lambda s: s.known, stack, faces)
+    interfaces = tuple(face and computed(k) for k, face in enumerate(stack.faces))
+    return dataclasses.replace(plan, interfaces=interfaces)
 
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_energy(order):
     """Without absorption all light comes out again; 26 degrees: the median facet is tilted by 30."""
-    stack = with_known_faces(stack_of(order, slope_density("beckmann", 26.0)))
+    stack = stack_of(order, slope_density("beckmann", 26.0))
+    plan = plan_with_interfaces(stack)
     # At the solver's own channels the power is not interpolated.
-    sines = np.asarray(stack.grid(CONFIG).kappa[: CONFIG.nodes_escaping])
-    reflectance, transmittance = hemispherical_power(stack, sines, CONFIG)
+    sines = np.asarray(plan.grid(stack, CONFIG).kappa[: CONFIG.nodes_escaping])
+    reflectance, transmittance = hemispherical_power(stack, sines, CONFIG, plan)
     np.testing.assert_allclose(reflectance + transmittance, 1.0, atol=1e-9)
     assert np.all(np.asarray(reflectance) > 0.02)
     assert np.all(np.asarray(transmittance) > 0.02)
@@ -82,8 +86,8 @@ def test_energy(order):
 def test_reciprocity(order):
     pairs = np.array([(20.0, 50.0), (50.0, 20.0), (75.0, 35.0), (35.0, 75.0)])
     directions = Directions.from_degrees(pairs[:, 0], pairs[:, 1], np.full(4, 140.0), np.zeros(4, bool))
-    stack = with_known_faces(stack_of(order, slope_density("beckmann", 10.0), 0.9))
-    bsdf = np.asarray(diffuse_bsdf(stack, directions, CONFIG))
+    stack = stack_of(order, slope_density("beckmann", 10.0), 0.9)
+    bsdf = np.asarray(diffuse_bsdf(stack, directions, CONFIG, plan_with_interfaces(stack)))
     np.testing.assert_allclose(bsdf[::2], bsdf[1::2], rtol=3e-3)
 
 
@@ -91,11 +95,12 @@ def test_flat_faces_are_smooth_ones():
     directions = Directions.from_degrees(
         [0.0, 30.0, 60.0] * 2, [40.0, 10.0, 75.0] * 2, [180.0, 0.0, 90.0] * 2, [False] * 3 + [True] * 3
     )
-    smooth = Stack((PLATE, ink(3.0, 0.95)), 1.0, 1.0, (0, 2))
+    smooth = Stack((PLATE, ink(3.0, 0.95)), 1.0, 1.0)
     expected = diffuse_bsdf(smooth, directions, CONFIG)
     for variance, within in ((0.0, 1e-3), (1e-5, 5e-3)):
-        nearly = with_known_faces(stack_of("exit face", Beckmann(variance), 0.95))
-        np.testing.assert_allclose(diffuse_bsdf(nearly, directions, CONFIG), expected, rtol=within)
+        nearly = stack_of("exit face", Beckmann(variance), 0.95)
+        found = diffuse_bsdf(nearly, directions, CONFIG, plan_with_interfaces(nearly))
+        np.testing.assert_allclose(found, expected, rtol=within)
 
 
 def test_derivative_in_the_width():

@@ -10,7 +10,9 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import plan_channels
+from jaxink.solver.stack import Stack
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum, broadened
 from jaxink.surfaces.slopes import Beckmann
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
@@ -41,7 +43,7 @@ def directions(azimuth_rad, transmission=(False, True)):
 def stack(face, front=True, albedo=1.0, optical_thickness=2.0, index=1.5):
     layer = ScatteringLayer(index, optical_thickness, albedo, HenyeyGreenstein(0.5))
     faces = () if face is None else (face, None) if front else (None, face)
-    return Stack((layer,), 1.0, 1.0, (0, 1), False, faces)
+    return Stack((layer,), 1.0, 1.0, faces)
 
 
 def gaussian(height_um, length_um, amplitude="perturbation"):
@@ -76,7 +78,7 @@ def test_flat_surface_is_the_smooth_one():
 def test_no_light_is_lost_or_made(face, front):
     lit = stack(face, front)
     # At the solver's own channels the power is not interpolated.
-    sines = np.asarray(lit.grid(SIZES).kappa[: SIZES.nodes_escaping])
+    sines = np.asarray(plan_channels(lit).grid(lit, SIZES).kappa[: SIZES.nodes_escaping])
     reflected, transmitted = hemispherical_power(lit, sines, SIZES)
     np.testing.assert_allclose(reflected + transmitted, 1.0, atol=1e-9)
 

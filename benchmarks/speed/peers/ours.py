@@ -11,7 +11,8 @@ from jaxink.optics.layers import ScatteringLayer
 from jaxink.particles.mie import mie_sphere
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.stack import Stack
 
 SAMPLE = """
 schema_version = 1
@@ -43,11 +44,7 @@ def _bsdf(slab, config):
     def bsdf(parameters):
         asymmetry, albedo, thickness = parameters
         layer = ScatteringLayer(slab.index, thickness, albedo, HenyeyGreenstein(asymmetry))
-        if slab.index == 1:
-            stack = Stack((layer,), 1.0, 1.0, (0,), exposed=True)
-        else:
-            stack = Stack((layer,), 1.0, 1.0, (0, 1))
-        return diffuse_bsdf(stack, directions, config)
+        return diffuse_bsdf(Stack((layer,), 1.0, 1.0), directions, config)
 
     return bsdf
 

@@ -69,10 +69,9 @@ DIRECTIONS, ENTERS_GRAZING, LEAVES_GRAZING = directions()
 def stack(kind: str, phase_function: PhaseFunction, thickness: float) -> Stack:
     """One layer in air."""
     layer = ScatteringLayer(INDICES[kind], thickness, ALBEDO, phase_function)
-    return Stack((layer,), 1.0, 1.0, (0,) if kind == "matched" else (0, 1), exposed=kind == "matched")
+    return Stack((layer,), 1.0, 1.0)
 
 
-@eqx.filter_jit
 def bsdf(layers, config):
     """BSDF at all directions."""
     return diffuse_bsdf(layers, DIRECTIONS, config)

@@ -64,7 +64,7 @@ def stack_of(rows: list[dict], from_behind: bool = False):
     else:
         phase_function = TabulatedByMoments(phase_moments(name))
     scattering = [ScatteringLayer(1.0, *optics, phase_function) for optics in layers(rows).T]
-    return Stack(tuple(scattering[:: -1 if from_behind else 1]), 1.0, 1.0, (0,), exposed=True)
+    return Stack(tuple(scattering[:: -1 if from_behind else 1]), 1.0, 1.0)
 
 
 def radiances(rows: list[dict], config) -> np.ndarray:

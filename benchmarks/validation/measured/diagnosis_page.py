@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_section
+from jaxink.diagnosis import read_report
 
 MARK = "diagnosis of the measured samples, by benchmarks.validation.measured.diagnosis"
 FOLDER = Path(__file__).parent
@@ -33,7 +34,9 @@ def steps_table(report: dict) -> str:
             )
         )
         gain = f"{step['held_out_gain']:.3g} ± {step['held_out_gain_standard_error']:.2g}"
-        rows.append([step["effect"], " / ".join(step["class"]), f"{step['actual_drop']:.5g}", gain, terms])
+        rows.append(
+            [step["effect"], " / ".join(step["class"]), f"{step['actual_delta_chi_square']:.5g}", gain, terms]
+        )
     header = [
         "added",
         "class",
@@ -66,8 +69,8 @@ def candidates_table(report: dict, key: str, most: int = 6) -> str:
     rows = [
         [
             c["effect"],
-            f"{c['predicted_drop']:.4g}",
-            "-" if c["refit_drop"] is None else f"{c['refit_drop']:.5g}",
+            f"{c['predicted_delta_chi_square']:.4g}",
+            "-" if c["refit_delta_chi_square"] is None else f"{c['refit_delta_chi_square']:.5g}",
         ]
         for c in report[key][:most]
     ]
@@ -131,7 +134,7 @@ def interface_words(report: dict) -> str:
     last = report["steps"][-1]
     if len(last["class"]) > 1:
         words += (
-            f" The last effect lowers chi-square by {last['actual_drop']:.3g} only and is one of "
+            f" The last effect lowers chi-square by {last['actual_delta_chi_square']:.3g} only and is one of "
             f"{len(last['class'])} that the data do not tell apart; it explains nothing."
         )
     return words
@@ -262,7 +265,7 @@ SECTIONS = {"ptfe": ptfe_section, "paint": paint_section, "diffuser": diffuser_s
 def write() -> None:
     """The section, from all that is there."""
     there = [name for name in SECTIONS if (REPORTS / f"{name}.json").exists()]
-    parts = [SECTIONS[name](json.loads((REPORTS / f"{name}.json").read_text())) for name in there]
+    parts = [SECTIONS[name](read_report(REPORTS / f"{name}.json")) for name in there]
     text = f"""## What the models lack
 
 `jaxink diagnose` on the measured samples, each declared as a textbook would

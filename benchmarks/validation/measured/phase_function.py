@@ -26,7 +26,8 @@ from jaxink.optics.directions import Directions
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ScatteringLayer
 from jaxink.particles.phase_function import TabulatedByAngle, TwoTermHenyeyGreenstein
 from jaxink.solver.bsdf import diffuse_bsdf
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.stack import Stack
 
 ANGLES_DEG = np.array([0.0, 20.0, 40.0, 60.0, 80.0, 105.0, 130.0, 155.0, 180.0])
 N_VALUES = ANGLES_DEG.size
@@ -75,7 +76,7 @@ class Study:
         """BRDF for ln of phase function and lack of albedo, index, and variance of the relief's slopes."""
         ln_values, (lack, index, variance) = unknowns[:N_VALUES], unknowns[N_VALUES:]
         layer = ScatteringLayer(index, OPAQUE_OPTICAL_THICKNESS, 1 - jnp.exp(lack), phase_of(ln_values))
-        smooth = diffuse_bsdf(Stack((layer,), 1.0, 1.0, (0, 1)), self.directions, CONFIG)
+        smooth = diffuse_bsdf(Stack((layer,), 1.0, 1.0), self.directions, CONFIG)
         return smooth * oren_nayar(variance, *self.angles)
 
     def fitted(self, free: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ not looked for again, which takes an hour and more. Renews the place in the kept
 docs/measured.md. Fails where the fit is not the one of the report.
 """
 
-import json
 import sys
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 import jaxink
 from benchmarks.validation.measured.diagnosis import SAMPLES, declared, save
 from benchmarks.validation.measured.diagnosis_page import REPORTS, write
-from jaxink.diagnosis import Points, locate
+from jaxink.diagnosis import Points, locate, read_report
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.effects import Scene
 from jaxink.files.encoding import plain
@@ -27,7 +26,7 @@ from jaxink.numerics.precision import computing
 
 def relocate(name: str) -> None:
     """One case."""
-    report = json.loads((REPORTS / f"{name}.json").read_text())
+    report = read_report(REPORTS / f"{name}.json")
     data, sample_file, options = declared(name)
     sample = jaxink.load_sample(SAMPLES / sample_file)
     data = prepare_data(data, sample)

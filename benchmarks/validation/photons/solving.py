@@ -7,7 +7,6 @@ from benchmarks import montecarlo
 from benchmarks.montecarlo import Detectors, Facets, Layer, Result, Sample
 from jaxink.optics.phase_function import PhaseFunction
 from jaxink.particles.phase_function import HenyeyGreenstein, TwoTermHenyeyGreenstein
-from jaxink.solver.stack import block_media
 from jaxink.surfaces.slopes import slope_density
 
 INCIDENCES_DEG = (20.0, 60.0)
@@ -17,12 +16,9 @@ THETA_DEG, PHI_DEG = (5.0, 25.0, 45.0, 65.0, 85.0), (0.0, 110.0, 180.0)
 def stack_of(sample: Sample) -> jaxink.Stack:
     """The same sample for the solver."""
     layers = [_layer_of(layer) for layer in sample.layers]
-    indices = sample.indices.tolist()
-    scatters = [False, *(layer.phase is not None for layer in sample.layers), False]
-    media = block_media(indices, scatters, [False] * len(indices))
     slopes = [_slopes_of(sample.rough(face)) for face in range(len(layers) + 1)]
     slopes = tuple(slopes) if any(density is not None for density in slopes) else ()
-    return jaxink.Stack(tuple(layers), sample.index_front, sample.index_back, media, faces=slopes)
+    return jaxink.Stack(tuple(layers), sample.index_front, sample.index_back, faces=slopes)
 
 
 def _slopes_of(face: Facets | None):

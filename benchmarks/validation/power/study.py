@@ -17,11 +17,11 @@ TOO_WEAK = "twice the detection limit lies beyond what is possible"
 def is_first(screened: ScreenResult, name: str) -> bool:
     """Whether the class of an effect is called first."""
     called = {
-        c.name: c.predicted_drop
+        c.name: c.predicted_delta_chi_square
         for c in screened.candidates
         if np.nan_to_num(c.p_adjusted, nan=1.0) <= screened.options.level
     }
-    return name in called and called[name] > max(called.values()) - SearchPolicy().told_apart
+    return name in called and called[name] > max(called.values()) - SearchPolicy().class_delta_chi_square
 
 
 def false_alarms(case: Case) -> int:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from benchmarks.pages import machine, table, write_section
 from benchmarks.simulated_data import data_file, declared_text, names, truth_of
+from jaxink.diagnosis import read_report
 
 MARK = "undeclared effects, by benchmarks.validation.simulated.diagnosis"
 REPORTS = Path(__file__).parent / "reports"
@@ -100,7 +101,7 @@ def diagnose(name: str) -> None:
         command = [sys.executable, "-m", "jaxink", "diagnose", str(data_file(name))]
         command += ["--sample", str(sample), "--out", str(out), "--quiet", "--no-figures"]
         done = subprocess.run(command, check=False)
-        report = json.loads((out / "report.json").read_text())
+        report = read_report(out)
     report["exit_code"] = done.returncode
     report["source"] = f"{name}.csv"
     report["noise"] = report["noise"]["origin"]
@@ -158,7 +159,7 @@ def main() -> None:
     for name in sorted(names(), key=lambda n: (not n.startswith("undeclared"), n)):
         file = REPORTS / f"{name}.json"
         if file.exists():
-            rows.append(row(name, json.loads(file.read_text()), truth_of(name)))
+            rows.append(row(name, read_report(file), truth_of(name)))
     header = [
         "simulated measurement",
         "what the declared file does not say",

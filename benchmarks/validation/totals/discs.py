@@ -11,7 +11,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 
 import jaxink
-from benchmarks.validation.totals.layers import ink, rows_of, sizes_for_power, stack_of
+from benchmarks.validation.totals.layers import ink, rows_of, sizes_for_power
 
 PTFE = "ptfe_discs_rt_uzh", "rt_vs_thickness.csv"
 THICKNESS_SIGMA_MM = 0.05
@@ -101,7 +101,7 @@ def predictor(data: Discs, index: float, gaps: bool) -> Callable:
         disc = ink(index, jnp.exp(x[0]), x[1], asymmetry, thickness_mm / n)
         # Nothing is absorbed in air: a gap of any width is the same.
         gap = jaxink.ClearLayer(1.0, 0.0)
-        return stack_of([disc, *[gap, disc] * (n - 1)], [index, *[1.0, index] * (n - 1)])
+        return jaxink.Stack((disc, *[gap, disc] * (n - 1)), 1.0, 1.0)
 
     highest = max(ASYMMETRY, *OTHER_ASYMMETRIES)
     config = sizes_for_power(pile(np.array([2.0, 0.0]), highest, data.thickness_mm[0], 1))

@@ -6,22 +6,12 @@ from dataclasses import replace
 import jaxink
 from benchmarks.pages import data_folder
 from jaxink.particles.phase_function import HenyeyGreenstein
-from jaxink.solver.stack import block_media
 
 
 def rows_of(folder: str, file: str) -> list[dict]:
     """Rows of a CSV file of a measured data set."""
     with open(data_folder("measured") / folder / file, encoding="utf-8", newline="") as lines:
         return list(csv.DictReader(lines))
-
-
-def stack_of(layers: list, index_of: list[float]) -> jaxink.Stack:
-    """Layers of fixed indices in air; the indices are known beside them, while the layers may be traced."""
-    indices = [1.0, *index_of, 1.0]
-    scatters = [False, *(isinstance(layer, jaxink.ScatteringLayer) for layer in layers), False]
-    exposed = any(s and n == 1.0 for s, n in zip(scatters, indices, strict=True))
-    media = block_media(indices, scatters, [False] * len(indices))
-    return jaxink.Stack(tuple(layers), 1.0, 1.0, media, exposed)
 
 
 def ink(index, reduced_per_mm, absorption_per_mm, asymmetry, thickness_mm) -> jaxink.ScatteringLayer:

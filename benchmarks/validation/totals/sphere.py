@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import jaxink
-from benchmarks.validation.totals.layers import ink, rows_of, sizes_for_power, stack_of
+from benchmarks.validation.totals.layers import ink, rows_of, sizes_for_power
 from jaxink.solver.lateral import LateralField
 
 SPHERE = "sphere_totals_iad"
@@ -50,8 +50,7 @@ class Slab:
         """The slab for ln of the reduced scattering and the absorption; nothing absorbs in the slides."""
         slide = jaxink.ClearLayer(self.slide_index, 0.0)
         middle = ink(self.index, jnp.exp(x[0]), x[1], self.asymmetry, self.thickness_mm)
-        found = stack_of([slide, middle, slide], [self.slide_index, self.index, self.slide_index])
-        return replace(found, lateral=lateral)
+        return jaxink.Stack((slide, middle, slide), 1.0, 1.0, lateral=lateral)
 
 
 def slabs(name: str, wavelengths_nm: tuple[float, ...], asymmetry: float | None) -> list[Slab]:

@@ -121,12 +121,7 @@ def sphere_section() -> str:
     ]
     changes = [IN_SLIDES, IN_ALL, *(f"{name} + {REFLECTANCE_ERROR:g}" for name in REFLECTANCES)]
     misfits = [f"misfit, {loss}" for loss in LOSSES]
-    verdicts = [
-        "rank of the derivatives",
-        "loss beyond the other two",
-        "condition of the other two",
-        "verdict",
-    ]
+    verdicts = ["rank of the derivatives", "loss beyond the other two", "condition of the other two"]
 
     def rows_of(row, *header):
         return table([*HEAD, *header], [[*head(one), *row(one)] for one in found])

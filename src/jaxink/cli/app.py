@@ -22,9 +22,9 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command ``jaxink``, whose process is its own."""
+    """Run the command ``jaxink`` in a process of its own."""
     silence_xla()
-    # Programs are traced into millions of objects, few of them garbage: to search them all takes seconds.
+    # Tracing makes millions of objects, few of them garbage; full collections would take seconds.
     gc.set_threshold(100_000, 20, 100)
     app()
 
@@ -45,32 +45,30 @@ def _common(
     pass
 
 
-Data = Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF of jaxink.")]
-SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="What is known of the sample.")]
+Data = Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF written by jaxink.")]
+SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="Description of the sample.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but refusals.")]
-NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")]
 WavelengthNm = Annotated[
     float | None,
-    typer.Option(metavar="NM", help="Wavelength of all rows of a CSV file that does not state it."),
+    typer.Option(metavar="NM", help="Wavelength of every row, if the CSV file has no column for it."),
 ]
 Accuracy = Annotated[
     float,
     typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
 ]
 Side = Annotated[
-    str | None, typer.Option(metavar="R|T", help="Side of all rows of a CSV file that does not state it.")
+    str | None, typer.Option(metavar="R|T", help="Side of every row, if the CSV file has no column for it.")
 ]
 Which = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME", help="Which sample to take from a CSV file whose column `sample` names several."
-    ),
+    typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the CSV file has several."),
 ]
 
 
 def _columns(wavelength_nm: float | None, side: str | None, which: str | None) -> dict[str, Any]:
-    """What a CSV file does not state, as `jaxink.read` takes it."""
+    """Keywords of `jaxink.read` for what the CSV file does not state."""
     given = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
     return {name: value for name, value in given.items() if value is not None}
 
@@ -85,39 +83,45 @@ def fit(
     sample: SampleFile,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for result.json, result.nc and figures.")],
     method: Annotated[
-        str, typer.Option(metavar="gradient|simplex", help="Gradient, or the simplex as a baseline.")
+        str, typer.Option(metavar="gradient|simplex", help="Gradient-based or Nelder-Mead simplex search.")
     ] = "gradient",
     objective: Annotated[
         str,
-        typer.Option(metavar="chi_square|absolute|relative|logarithmic", help="What is minimised."),
+        typer.Option(metavar="chi_square|absolute|relative|logarithmic", help="Objective to minimise."),
     ] = "chi_square",
     starts: Annotated[
         int,
-        typer.Option(metavar="N", help="Gradient searches: from the sample file's values, then random ones."),
+        typer.Option(
+            metavar="N",
+            help="Number of starts: the sample file's values, then random ones.",
+        ),
     ] = 1,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random starts.")] = 0,
     profile: Annotated[
         str,
-        typer.Option(metavar="auto|all|none", help="Profile likelihood of weak, all or no parameters."),
+        typer.Option(
+            metavar="auto|all|none",
+            help="Profile likelihoods of weak, all or no parameters.",
+        ),
     ] = "auto",
     accuracy: Accuracy = DEFAULT_ACCURACY,
     layer_method: Annotated[
         str,
         typer.Option(
             metavar="fastest|discrete_ordinates|adding_doubling",
-            help="How the response of a layer is computed.",
+            help="Method that computes the response of a layer.",
         ),
     ] = "fastest",
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
     which: Which = None,
     no_figures: NoFigures = False,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write the figures also as PDF.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Find the free parameters of a sample from a measurement."""
+    """Fit the free parameters of a sample to a measurement."""
     with one_sentence(debug):
         from jaxink.cli.fit import run_fit
 
@@ -143,16 +147,16 @@ def diagnose(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for report.html, report.json and figures.")
     ],
-    max_effects: Annotated[int, typer.Option(metavar="N", help="Most effects that are added.")] = 3,
+    max_effects: Annotated[int, typer.Option(metavar="N", help="Largest number of effects to add.")] = 3,
     max_parameters: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Most parameters that are free at a time; no limit unless said."),
+        typer.Option(metavar="N", help="Largest number of free parameters; unlimited by default."),
     ] = None,
     level: Annotated[
-        float, typer.Option(metavar="X", help="Chance that the screen calls an effect where there is none.")
+        float, typer.Option(metavar="X", help="Family-wise significance level of the screen.")
     ] = 0.05,
     bootstrap: Annotated[
-        int, typer.Option(metavar="N", help="Data sets of noise alone that the screen draws.")
+        int, typer.Option(metavar="N", help="Number of simulated null data sets (noise only).")
     ] = 2000,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of these data sets.")] = 20260,
     accuracy: Accuracy = DEFAULT_ACCURACY,
@@ -164,7 +168,7 @@ def diagnose(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Name the effects that a sample's description lacks, add them, and report the error before and after."""
+    """Find the effects that the model lacks, add them, and report the error before and after."""
     with one_sentence(debug):
         from jaxink.cli.diagnose import run_diagnose
 
@@ -187,16 +191,16 @@ def predict(
     data: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[DATA]",
-            help="Measurement whose directions are predicted; may be left out for a result, then its own.",
+            metavar="DATA",
+            help="Measurement whose rows are predicted; may be omitted for a result, which has its own.",
         ),
     ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
             metavar="X",
-            help="Largest relative error of the BSDF that the discretisation may cause; default: as the "
-            f"result, {DEFAULT_ACCURACY:g} for a sample file.",
+            help="Largest relative error of the BSDF that the discretisation may cause; by default the "
+            f"resolution of the result, or {DEFAULT_ACCURACY:g} for a sample file.",
         ),
     ] = None,
     wavelength_nm: WavelengthNm = None,
@@ -205,7 +209,7 @@ def predict(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Predict the BSDF of a fitted or described sample in every row of a measurement."""
+    """Predict the BSDF of a fitted or described sample for every row of a measurement."""
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
@@ -214,15 +218,15 @@ def predict(
 
 
 Format = Annotated[
-    str, typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="For which program.")
+    str, typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="Output format.")
 ]
 Files = Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")]
-Name = Annotated[str, typer.Option(metavar="NAME", help="First part of the files' names.")]
+Name = Annotated[str, typer.Option(metavar="NAME", help="Prefix of the file names.")]
 AllowLoss = Annotated[
     str,
     typer.Option(
         metavar="LOSS,...",
-        help="What may be lost where the format cannot hold it: regular, beyond_critical, narrow_lobes, "
+        help="What may be lost if the format cannot represent it: regular, beyond_critical, narrow_lobes, "
         "standard_errors, index_step.",
     ),
 ]
@@ -230,10 +234,10 @@ RegularBinDeg = Annotated[
     float | None,
     typer.Option(
         metavar="DEG",
-        help="Spread the regular part over cones of this full width, where it cannot be kept apart.",
+        help="Spread the regular part over cones of this full width at half maximum.",
     ),
 ]
-Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Basis of Radiance files.")]
+Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Angular basis of Radiance files.")]
 
 
 def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: str) -> dict[str, Any]:
@@ -247,14 +251,14 @@ def export(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="RESULT", help="Folder or result.json of a fit, or an ink table of jaxink (.nc)."
+            metavar="RESULT", help="Folder or result.json of a fit, or an ink table written by jaxink (.nc)."
         ),
     ],
     format: Format,
     out: Files,
     layer: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Layer that is the ink; repeat it for an ink of several layers."),
+        typer.Option(metavar="NAME", help="Layer that is the ink; repeat the option for several layers."),
     ] = None,
     name: Name = "ink",
     allow_loss: AllowLoss = "",
@@ -274,18 +278,18 @@ def export(
 @app.command()
 def boundary(
     source: Annotated[
-        Path, typer.Argument(metavar="SURFACE.toml", help="What is known of the surface and its media.")
+        Path, typer.Argument(metavar="SURFACE.toml", help="Description of the surface and its media.")
     ],
     format: Format,
     out: Files,
     name: Name = "boundary",
-    n_theta: Annotated[int, typer.Option(metavar="N", help="Polar angles of the table.")] = 91,
-    n_phi: Annotated[int, typer.Option(metavar="N", help="Azimuths of the table.")] = 73,
+    n_theta: Annotated[int, typer.Option(metavar="N", help="Number of polar angles.")] = 91,
+    n_phi: Annotated[int, typer.Option(metavar="N", help="Number of azimuths.")] = 73,
     limit_power: Annotated[
         bool,
         typer.Option(
             "--limit-power",
-            help="Scale directions down that would send out more power than arrives; reciprocity is kept.",
+            help="Scale down directions that would send out more power than arrives; keeps reciprocity.",
         ),
     ] = False,
     allow_loss: AllowLoss = "",
@@ -294,7 +298,7 @@ def boundary(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Write the BSDF of a rough boundary alone, between two clear media, for a ray tracer."""
+    """Write the BSDF of a rough boundary between two clear media for a ray tracer."""
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_boundary
 
@@ -305,14 +309,12 @@ def boundary(
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for everything that is written.")] = Path(
-        "jaxink-demo"
-    ),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for all files.")] = Path("jaxink-demo"),
     no_figures: NoFigures = False,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Fit the embedded simulated measurement, by gradient and by simplex."""
+    """Fit the embedded simulated measurement with the gradient method and with the simplex."""
     with one_sentence(debug):
         from jaxink.cli.demo import run_demo
 

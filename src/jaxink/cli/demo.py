@@ -1,4 +1,4 @@
-"""The command that fits the embedded simulated measurement twice, and its two fits side by side."""
+"""``jaxink demo``: fits the embedded simulated measurement twice and compares the fits."""
 
 import shlex
 import sys
@@ -23,17 +23,7 @@ if TYPE_CHECKING:
 
 
 def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
-    """Fit the embedded simulated measurement by gradient and by simplex.
-
-    Parameters
-    ----------
-    out
-        Folder for inputs and results.
-    formats
-        File formats of the figures.
-    quiet
-        Print nothing.
-    """
+    """Fit the embedded simulated measurement with both methods; write inputs and results to ``out``."""
     require_folder(out, OWNED)
     inputs = simulated_example()
     data, sample = jaxink.read(inputs[0]), jaxink.load_sample(inputs[1])
@@ -50,11 +40,11 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
 
 
 def _show_fits(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]) -> None:
-    """Print both fits of the embedded measurement beside the values it was simulated with."""
+    """Print both fits beside the values with which the measurement was simulated."""
     to = console()
     to.print(f"SIMULATED measurement ({gradient.data.source}), {gradient.merit.points} points:", style="bold")
-    to.print("a known ink, computed by an independent Monte Carlo program, plus noise.")
-    to.print("Both fits start at the same values and minimise the same chi-square.")
+    to.print("a known ink, computed by an independent Monte Carlo program, with added noise.")
+    to.print("Both fits start from the same values and minimise the same chi-square.")
     to.print(_comparison_table(gradient, simplex))
     for line in (*parameter_notes(gradient), *(f"gradient: {line}" for line in merit_lines(gradient)[:3])):
         to.print(line, soft_wrap=True)
@@ -65,11 +55,11 @@ def _show_fits(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path
 
 
 def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
-    """Values and effort of two fits, one column each."""
+    """Values and effort of both fits, one column each."""
     from rich.box import SIMPLE_HEAD
 
     table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    for head in ("", "simulated with", "start", "gradient", "simplex"):
+    for head in ("", "true value", "start", "gradient", "simplex"):
         table.add_column(head, justify="right" if head else "left", no_wrap=True)
     for name, truth in SIMULATED_TRUTH.items():
         fitted = (with_uncertainty(r[name].value, r[name].standard_error) for r in (gradient, simplex))
@@ -80,8 +70,8 @@ def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
         ("chi-square", lambda s: f"{s.loss:.2f}"),
         ("Jacobians", lambda s: str(s.jacobians)),
         ("evaluations", lambda s: str(s.evaluations)),
-        ("seconds to compile", lambda s: f"{s.compile_seconds:.2f}"),
-        ("seconds to run", lambda s: f"{s.run_seconds:.2f}"),
+        ("compilation, s", lambda s: f"{s.compile_seconds:.2f}"),
+        ("run time, s", lambda s: f"{s.run_seconds:.2f}"),
         ("outcome", lambda s: s.outcome),
     ):
         table.add_row(label, "", "", *(text(s) for s in efforts))
@@ -89,10 +79,10 @@ def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
 
 
 def _show_next(to: Console, files: list[Path]) -> None:
-    """Print the command that repeats the gradient fit on the files that were written."""
+    """Print the command that repeats the gradient fit."""
     data, sample = (str(next(f for f in files if f.suffix == suffix)) for suffix in (".csv", ".toml"))
-    # As it was called: the command of a virtual environment need not be on the path.
+    # As it was called: a virtual environment need not be on the path.
     command = sys.argv[0] if Path(sys.argv[0]).stem == "jaxink" else "jaxink"
-    to.print("The gradient fit by hand:")
+    to.print("To repeat the gradient fit:")
     line = shlex.join([command, "fit", data, "--sample", sample, "--out", "my-fit"])
     to.print(f"  {line}", soft_wrap=True)

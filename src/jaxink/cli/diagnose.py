@@ -1,4 +1,4 @@
-"""The command that says what a sample's description lacks."""
+"""``jaxink diagnose``."""
 
 from pathlib import Path
 from typing import Any
@@ -23,24 +23,10 @@ def run_diagnose(
     with_figures: bool,
     output: str,
 ) -> ExitCode:
-    """Diagnose a measurement and write the report.
+    """Diagnose a measurement and write the report to the folder ``out``.
 
-    Parameters
-    ----------
-    data_file, sample_file
-        Inputs.
-    out
-        Folder for the report.
-    choices
-        Fields of `DiagnosisOptions`.
-    accuracy
-        Of the discretisation.
-    columns
-        What the CSV file does not state, as `read_csv` takes it.
-    with_figures
-        Whether figures are drawn.
-    output
-        ``tables``, ``json`` or ``quiet``.
+    ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
+    ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, (FIGURE_FOLDER,))
     data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)

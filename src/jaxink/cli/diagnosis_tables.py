@@ -1,4 +1,4 @@
-"""A diagnosis as text for the terminal."""
+"""Tables of a diagnosis for the terminal."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,27 +7,18 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.fit_tables import plain_table, show_files, show_lines, show_outcome
+from jaxink.cli.fit_tables import DELTA_CHI_SQUARE, plain_table, show_files, show_lines, show_outcome
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Figures
 
 MOST_CANDIDATES = 12
+_DELTAS = (f"{DELTA_CHI_SQUARE} predicted", f"{DELTA_CHI_SQUARE} refit")
 
 
 def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = ()) -> None:
-    """Print a diagnosis.
-
-    Parameters
-    ----------
-    to
-        Where.
-    diagnosis
-        The diagnosis.
-    files
-        What was written.
-    """
+    """Print a diagnosis and the files that were written."""
     show_outcome(to, diagnosis.result)
     to.print()
     to.print(diagnosis.verdict.sentence, style="bold", soft_wrap=True)
@@ -38,17 +29,17 @@ def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = 
         to.print(change_table(diagnosis))
     to.print(candidate_table(diagnosis))
     rest = len(diagnosis.candidates) - MOST_CANDIDATES
-    show_lines(to, "", [f"{rest} further candidates are in the report."] if rest > 0 else [])
+    show_lines(to, "", [f"The report lists {rest} more candidates."] if rest > 0 else [])
     sentence = diagnosis.location.sentence
-    show_lines(to, "What remains", [f"{sentence[0].upper()}{sentence[1:]}."])
+    show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
     show_lines(to, "Noise", [diagnosis.result.noise_sentence])
     show_files(to, files)
 
 
 def merit_table(diagnosis: "Diagnosis") -> Table:
-    """Errors before and after, of the fit and of points that it did not see."""
+    """Errors before and after, for fitted and for held-out points."""
     table = plain_table("Error before and after")
-    heads = ("", "points", "RMSD of pi f", "relative RMSD", "rms s/m - 1", "chi-square", "per freedom", "p")
+    heads = ("", "points", "RMSD of pi f", "relative RMSD", "rms s/m - 1", "chi-square", "reduced", "p")
     for i, head in enumerate(heads):
         table.add_column(head, justify="left" if i < 2 else "right", no_wrap=True)
     states = {"before": diagnosis.before} | ({"after": diagnosis.after} if diagnosis.steps else {})
@@ -72,16 +63,14 @@ def _merit_cells(figures: "Figures") -> list[str]:
 def step_table(diagnosis: "Diagnosis") -> Table:
     """Effects that were added."""
     table = plain_table("Effects added")
-    heads = ("effect", "strength(s.e.)", "unit", "fall predicted", "fall by refit", "held-out gain", "or")
-    for head in heads:
-        table.add_column(
-            head, justify="left" if head in ("effect", "unit", "or") else "right", no_wrap=head != "or"
-        )
+    words = ("effect", "unit", "indistinguishable from")
+    for head in ("effect", "strength(s.e.)", "unit", *_DELTAS, "held-out gain", words[-1]):
+        table.add_column(head, justify="left" if head in words else "right", no_wrap=head != words[-1])
     for s in diagnosis.steps:
         strength = with_uncertainty(s.strength, s.standard_error)
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
-        falls = (f"{s.predicted_drop:.4g}", f"{s.actual_drop:.4g}")
-        table.add_row(s.effect, strength, s.unit, *falls, gain, ", ".join(s.members[1:]))
+        deltas = (f"{s.predicted_delta_chi_square:.4g}", f"{s.actual_delta_chi_square:.4g}")
+        table.add_row(s.effect, strength, s.unit, *deltas, gain, ", ".join(s.members[1:]))
     return table
 
 
@@ -90,7 +79,7 @@ def change_table(diagnosis: "Diagnosis") -> Table:
     table = plain_table("Parameters")
     heads = ["parameter", "before(s.e.)", "after(s.e.)", "bias/s.e."]
     if diagnosis.structure_remains:
-        heads += ["misfit may shift by", "determined"]
+        heads += ["possible shift by misfit", "determined"]
     for head in heads:
         table.add_column(head, justify="left" if head == "parameter" else "right", no_wrap=True)
     for name, (value, error) in diagnosis.parameters_after.items():
@@ -108,24 +97,20 @@ def change_table(diagnosis: "Diagnosis") -> Table:
 def candidate_table(diagnosis: "Diagnosis") -> Table:
     """The leading candidates of the first screen."""
     table = plain_table("Leading candidates of the first screen")
-    heads = ("effect", "z", "p", "fall predicted", "by refit", "strength", "unit", "absorbed", "status")
-    for head in heads:
+    for head in ("effect", "z", "adjusted p", *_DELTAS, "strength", "unit", "degenerate", "status"):
         words = head in ("effect", "unit", "status")
         table.add_column(head, justify="left" if words else "right", no_wrap=True)
     added = {step.effect for step in diagnosis.steps}
     for row in diagnosis.candidates[:MOST_CANDIDATES]:
-        numbers = (
-            rounded(row.z),
-            rounded(row.p_adjusted, 2),
-            rounded(row.predicted_drop, 4),
-            rounded(row.refit_drop, 4),
-        )
         table.add_row(
             row.effect,
-            *numbers,
+            rounded(row.z),
+            rounded(row.p_adjusted, 2),
+            rounded(row.predicted_delta_chi_square, 4),
+            rounded(row.refit_delta_chi_square, 4),
             rounded(row.strength, 4),
             row.unit,
-            percent(row.absorbed_fraction),
+            percent(row.degenerate_fraction),
             "added" if row.effect in added else row.status.replace("_", " "),
             style="bold" if row.effect in added else "",
         )

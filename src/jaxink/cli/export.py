@@ -1,4 +1,4 @@
-"""The commands that write an ink, or a rough boundary alone, for ray tracers."""
+"""``jaxink export`` and ``jaxink boundary``."""
 
 import dataclasses
 import os
@@ -22,19 +22,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Target:
-    """What a table is written as, and where.
-
-    Parameters
-    ----------
-    format
-        One of the formats.
-    folder
-        For the files.
-    choices
-        Fields of `ExportOptions`.
-    quiet
-        Print nothing.
-    """
+    """Format and folder of an export; ``choices`` are fields of `ExportOptions`."""
 
     format: str
     folder: Path
@@ -42,7 +30,7 @@ class Target:
     quiet: bool
 
     def options(self) -> "ExportOptions":
-        """The choices; refused before anything is computed."""
+        """The options, validated before anything is computed."""
         from jaxink.export import ExportOptions
         from jaxink.export.formats import require_format
 
@@ -53,17 +41,7 @@ class Target:
 
 
 def run_export(source: Path, layers: Sequence[str], target: Target) -> ExitCode:
-    """Write the ink of a result, or a table of one, for a ray tracer.
-
-    Parameters
-    ----------
-    source
-        Result folder, ``result.json``, or netCDF file of an ink table.
-    layers
-        Names of the layers that make the ink; empty: the only scattering one.
-    target
-        Where to.
-    """
+    """Write the ink of a result, or an ink table; without layers, the only scattering one is the ink."""
     is_table = source.suffix == ".nc" and not os.path.isdir(source)
     if not is_table:
         session.prepare_jax()
@@ -77,17 +55,7 @@ def run_export(source: Path, layers: Sequence[str], target: Target) -> ExitCode:
 
 
 def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> ExitCode:
-    """Write a rough boundary alone, between two clear media, for a ray tracer.
-
-    Parameters
-    ----------
-    source
-        Surface file.
-    sampling
-        Keywords of `jaxink.ink.boundary.boundary_table`.
-    target
-        Where to.
-    """
+    """Write the boundary of a surface file; ``sampling`` are keywords of `boundary_table`."""
     session.prepare_jax()
     from jaxink.ink.boundary import boundary_table
     from jaxink.ink.boundary_file import load_boundary
@@ -99,8 +67,8 @@ def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> Exit
     excess = excess_of_power(table)
     if excess is not None:
         raise InputRefusedError(
-            f"{source}: the table of this boundary sends out {excess}: give it more angles where lobes are "
-            "narrow (--n-theta, --n-phi), or scale such directions down (--limit-power)."
+            f"{source}: the table of this boundary sends out {excess}; use more angles (--n-theta, --n-phi) "
+            "if its lobes are narrow, or scale such directions down (--limit-power)."
         )
     remarks = [] if target.quiet else [*_judged(boundary), *_sampled(table)]
     _write(table, target, options, f"Boundary of {source} by {boundary.method}", remarks)
@@ -110,7 +78,7 @@ def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> Exit
 def _write(
     table: "InkTable", target: Target, options: "ExportOptions", what: str, remarks: Sequence[str] = ()
 ) -> None:
-    """Write the files, and say what they hold."""
+    """Write the files and print what they contain."""
     from jaxink.export.formats import write_folder
 
     files = write_folder(table, target.format, target.folder, options)
@@ -119,48 +87,45 @@ def _write(
     wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
     lines = [f"{what} at {wavelengths} nm, for {target.format}.", *remarks]
     if options.drop:
-        lines.append(f"Allowed to be lost: {', '.join(options.drop)}.")
+        lines.append(f"Losses allowed: {', '.join(options.drop)}.")
     if options.regular_bin_deg is not None:
         lines.append(f"Regular part spread over cones of {options.regular_bin_deg:g} degrees.")
     typer.echo("\n".join([*lines, "Written: " + ", ".join(str(file) for file in files)]))
 
 
 def _judged(boundary: "RoughBoundary") -> list[str]:
-    """Lines that say whether the theory holds for a boundary."""
+    """Lines on whether the theory is valid for a boundary."""
     from jaxink.ink.boundary_validity import INCIDENCES_DEG, validity_checks
 
     checks = validity_checks(boundary)
     if not checks:
         return [
-            "Facets hold where heights and lateral structure are much larger than the wavelength; a density "
-            "of slopes does not tell."
+            "Facets (ray optics) are valid if heights and lateral structure are much larger than the "
+            "wavelength; a slope density alone cannot show this."
         ]
     incidences = ", ".join(f"{angle:g}" for angle in INCIDENCES_DEG)
-    lines = [f"Validity, over both sides and incidences of {incidences} degrees:"]
+    lines = [f"Validity for both sides and incidence at {incidences} degrees:"]
     for check in checks:
         low, high = f"{check.least:.3g}", f"{check.largest:.3g}"
-        verdict = {True: "holds", None: "-"}.get(
-            check.holds, f"does not hold: {check.worst:.3g} {check.where}"
-        )
-        span = low if low == high else f"{low} ... {high}"
+        verdict = {True: "valid", None: "-"}.get(check.holds, f"not valid: {check.worst:.3g} {check.where}")
+        span = low if low == high else f"{low} to {high}"
         lines.append(f"  {check.name:<26}{span:<24}{check.asked:<34}{verdict}")
     return lines
 
 
 def _sampled(table: "InkTable") -> list[str]:
-    """Lines on the table as a table."""
+    """Lines on the power and the sampling of the table."""
     power = table.attrs["power_of_table"]
     lines = [
-        f"Power that the table sends out, for incidence up to 80 degrees: {power} of the incident.",
-        f"Largest error of linear interpolation in it: about {table.attrs['interpolation_error']:.2g} of the "
-        "lobe.",
+        f"Power that the table sends out, for incidence up to 80 degrees: {power} times the incident power.",
+        f"Largest error of linear interpolation: about {table.attrs['interpolation_error']:.2g} of the peak.",
     ]
     if float(power.split()[-1]) > 1.01:
         lines.append(
-            "More than arrives: lobes narrower than the steps of the table (--n-theta, --n-phi), or wave "
-            "optics beyond where it holds."
+            "More power than arrives: the lobes are narrower than the steps of the table (--n-theta, "
+            "--n-phi), or wave optics is not valid here."
         )
     if "least_power_factor" in table.attrs:
         factor = table.attrs["least_power_factor"]
-        lines.append(f"Scaled down where that is more than arrives, by factors down to {factor:.4g}.")
+        lines.append(f"Directions with more power than arrives were scaled down, by {factor:.4g} at most.")
     return lines

@@ -1,4 +1,4 @@
-"""The command that fits a sample to a measurement."""
+"""``jaxink fit``."""
 
 import shutil
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from jaxink import FitResult
 
 SIMPLEX = "simplex"
-# What would belong to an older result if it were not written anew.
+# Replaced as a whole: otherwise parts of an older result could remain.
 OWNED = (FIGURE_FOLDER, SIMPLEX)
 
 
@@ -31,22 +31,10 @@ def run_fit(
     formats: Sequence[str],
     output: str,
 ) -> ExitCode:
-    """Fit a measurement and write the result.
+    """Fit a measurement and write the result to the folder ``out``.
 
-    Parameters
-    ----------
-    data_file, sample_file
-        Inputs.
-    out
-        Folder for the result.
-    options
-        Fields of `FitOptions`.
-    columns
-        What the CSV file does not state, as `read_csv` takes it.
-    formats
-        File formats of the figures.
-    output
-        ``tables``, ``json`` or ``quiet``.
+    ``options`` are fields of `FitOptions`, ``columns`` keywords of `jaxink.read`, ``formats`` those of the
+    figures; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, OWNED)
     data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
@@ -56,8 +44,7 @@ def run_fit(
         result = jaxink.fit(data, sample, chosen, follow)
     files = write_result(result, out, formats)
     if output == "json":
-        written = {**result.to_dict(), "files": [str(file) for file in files]}
-        typer.echo(json_text(written))
+        typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
     elif output == "tables":
         from jaxink.cli.fit_tables import console, show_result
 
@@ -72,7 +59,7 @@ def write_result(
     inputs: Sequence[Path] = (),
     simplex: "FitResult | None" = None,
 ) -> list[Path]:
-    """Write a result, its figures and what goes with it; all or nothing."""
+    """Write a result with its figures, and the inputs and the simplex fit if given; all files or none."""
     with whole_folder(out, owned=OWNED) as folder:
         result.write_into(folder)
         if simplex is not None:

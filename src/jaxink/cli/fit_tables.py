@@ -1,5 +1,6 @@
-"""A fit result as text for the terminal."""
+"""Tables of a fit result for the terminal."""
 
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,9 @@ if TYPE_CHECKING:
     from jaxink.fitting import FitResult
     from jaxink.fitting.result import FittedParameter
 
-# Correlations beyond this are named.
+# ASCII if the terminal cannot show more.
+DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
+# Larger correlations are listed.
 NAMED_CORRELATION = 0.9
 _WIDTH_WITHOUT_TERMINAL = 120
 _QUANTITIES = {
@@ -26,7 +29,7 @@ _QUANTITIES = {
 
 
 def console() -> Console:
-    """Console for results; wide enough for a table where the output is no terminal."""
+    """Console for results; wide enough for the tables if the output is not a terminal."""
     made = Console(markup=False, highlight=False, emoji=False)
     if not made.is_terminal:
         made.width = max(made.width, _WIDTH_WITHOUT_TERMINAL)
@@ -34,33 +37,23 @@ def console() -> Console:
 
 
 def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) -> None:
-    """Print a fit result.
-
-    Parameters
-    ----------
-    to
-        Where.
-    result
-        The result.
-    files
-        What was written.
-    """
+    """Print a fit result and the files that were written."""
     show_outcome(to, result)
     to.print(parameter_table(result.parameters))
     show_lines(to, "", parameter_notes(result))
     if result.derived:
         to.print(derived_table(result))
-    show_lines(to, "Figures of merit", merit_lines(result))
+    show_lines(to, "Figures of merit (m measured, s predicted)", merit_lines(result))
     to.print(scan_table(result))
     show_lines(to, "", _correlation_lines(result))
     show_lines(to, "Noise", [result.noise_sentence])
-    show_lines(to, "Computed", search_lines(result))
+    show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)
     show_files(to, files)
 
 
 def show_outcome(to: Console, result: "FitResult") -> None:
-    """Print what was fitted to what, and how it ended."""
+    """Print what was fitted, and whether the fit converged."""
     from jaxink.measurement import mask_sentences
 
     data = result.data
@@ -68,7 +61,7 @@ def show_outcome(to: Console, result: "FitResult") -> None:
     spectrum = (
         f"{wavelengths[0]:g} nm"
         if len(wavelengths) == 1
-        else f"{len(wavelengths)} wavelengths {wavelengths[0]:g} ... {wavelengths[-1]:g} nm"
+        else f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
     )
     scans = len(result.scans)
     to.print(
@@ -76,16 +69,16 @@ def show_outcome(to: Console, result: "FitResult") -> None:
         f"scan{'s' * (scans != 1)}, {spectrum}"
     )
     objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
-    method = f"{result.method} fit of {objective} {result.outcome.value}."
-    to.print(method, style="bold" if result.converged else "bold red")
+    sentence = f"{result.method.capitalize()} fit of {objective} {result.outcome.value}."
+    to.print(sentence, style="bold" if result.converged else "bold red")
     for sentence in mask_sentences(data.mask)[:-1]:
         to.print(sentence, soft_wrap=True)
 
 
 def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:
-    """Name, value, relative error, start, range, whether it varied, tie and flag of each parameter."""
+    """One row for each parameter."""
     rows = [_parameter_row(p) for p in parameters]
-    heads = ["parameter", "value(s.e.)", "rel.", "init", "min", "max", "vary", "tie", "flag"]
+    heads = ["parameter", "value(s.e.)", "rel.", "start", "min", "max", "free", "tie", "flag"]
     shown = [i for i in range(len(heads)) if i < 7 or any(row[i] for row in rows)]
     table = plain_table("")
     for i in shown:
@@ -96,35 +89,33 @@ def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:
 
 
 def _parameter_row(p: "FittedParameter") -> list[str]:
-    name, vary = p.name, "yes" if p.free else "no"
     if not p.free:
-        return [name, plain(p.value), "", "", "", "", vary, p.tie or "", p.flag]
-    ends = [plain(v) for v in (p.start, p.minimum, p.maximum)]
-    value = with_uncertainty(p.value, p.standard_error)
-    return [name, value, relative_error(p.value, p.standard_error), *ends, vary, "", p.flag]
+        return [p.name, plain(p.value), "", "", "", "", "no", p.tie or "", p.flag]
+    errors = [f(p.value, p.standard_error) for f in (with_uncertainty, relative_error)]
+    return [p.name, *errors, *(plain(v) for v in (p.start, p.minimum, p.maximum)), "yes", "", p.flag]
 
 
 def parameter_notes(result: "FitResult") -> list[str]:
-    """Sentences below the parameter table: intervals, missing errors, flags."""
+    """Sentences below the parameter table."""
     lines = []
     for p in result.parameters:
         if p.interval is not None:
             low, high = p.interval
             open_end = {"open below": " (open below)", "open above": " (open above)"}.get(p.flag, "")
             lines.append(
-                f"{p.name}: {interval(low, high)}{open_end} by profile likelihood (chi-square rises "
-                "by less than 1, all others fitted anew)."
+                f"{p.name}: {interval(low, high)}{open_end} by profile likelihood "
+                f"({DELTA_CHI_SQUARE} < 1, all other parameters refitted)."
             )
     if any(p.flag == "not determined" for p in result.parameters):
-        lines.append("not determined: the data do not bound the parameter within its range.")
+        lines.append("not determined: the data do not constrain the parameter within its range.")
     if any(p.standard_error is not None for p in result.parameters):
-        lines.append("s.e.: one standard error in the last digits, 1.234(5) = 1.234 +- 0.005.")
+        lines.append("s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005.")
     return lines
 
 
 def derived_table(result: "FitResult") -> Table:
     """Scattering and absorption of each layer at each wavelength."""
-    table = plain_table("Optical properties that follow")
+    table = plain_table("Derived optical properties")
     for head in ("layer", "nm", "quantity"):
         table.add_column(head, no_wrap=True)
     table.add_column("value(s.e.)", justify="right", no_wrap=True)
@@ -137,12 +128,12 @@ def derived_table(result: "FitResult") -> Table:
 
 
 def merit_lines(result: "FitResult") -> list[str]:
-    """Figures of merit, each with what it is relative to; m measured, s predicted."""
+    """Figures of merit, each with its reference; m measured, s predicted."""
     m, lines = result.merit, []
     if m.chi_square is not None:
-        line = f"chi-square {m.chi_square:.5g} for {m.degrees_of_freedom} degrees of freedom"
+        line = f"chi-square {m.chi_square:.5g} with {m.degrees_of_freedom} degrees of freedom"
         if m.reduced_chi_square is not None:
-            line += f": reduced {m.reduced_chi_square:.3f}, probability {m.probability:.3g}"
+            line += f" (reduced {m.reduced_chi_square:.3f}, p = {m.probability:.3g})"
         lines.append(line)
     lines += [
         f"absolute RMSD of pi f: {m.rmsd_absolute_pi:.4g} = {m.rmsd_absolute_pi_percent:.3g} % of the "
@@ -151,7 +142,7 @@ def merit_lines(result: "FitResult") -> list[str]:
         f"{m.rmsd_absolute_intensity_percent:.3g} % of the largest measured f cos(theta_o)",
     ]
     if m.rmsd_relative is None or m.rmsd_logarithmic is None:
-        lines.append("relative and logarithmic RMSD: not defined, for values that are not positive")
+        lines.append("relative and logarithmic RMSD: undefined, because some values are not positive")
         return lines
     return [
         *lines,
@@ -189,31 +180,31 @@ def _correlation_lines(result: "FitResult") -> list[str]:
     if not names:
         return []
     if not strong:
-        return [f"No correlation between parameters exceeds {NAMED_CORRELATION:g}."]
+        return [f"No correlation exceeds {NAMED_CORRELATION:g}."]
     listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong]
-    return [f"Correlations beyond {NAMED_CORRELATION:g}:", *listed]
+    return [f"Correlations above {NAMED_CORRELATION:g}:", *listed]
 
 
 def search_lines(result: "FitResult") -> list[str]:
-    """Effort of each search, seconds to compile apart from seconds to run."""
+    """Effort of each search."""
     lines, several = [], sum(s.is_single for s in result.searches) > 1
     for i, s in enumerate(result.searches):
         start = f"start {i + 1}, " if several and s.is_single else ""
         lines.append(
             f"{start}{s.method}: {s.jacobians} Jacobians, {s.evaluations} evaluations, misfit "
-            f"{s.loss_start:.5g} -> {s.loss:.6g}; {s.compile_seconds:.2f} s to compile, "
-            f"{s.run_seconds:.2f} s to run"
+            f"{s.loss_start:.5g} -> {s.loss:.6g}; compilation {s.compile_seconds:.2f} s, "
+            f"run time {s.run_seconds:.2f} s"
         )
     return lines
 
 
 def show_files(to: Console, files: Iterable[Path]) -> None:
-    """Print what was written."""
+    """Print the files that were written."""
     show_lines(to, "Written", [str(file) for file in files])
 
 
 def show_lines(to: Console, title: str, lines: Iterable[str]) -> None:
-    """Print lines below a title, nothing where there are none."""
+    """Print lines below a title; nothing without lines."""
     lines = list(lines)
     if not lines:
         return
@@ -225,7 +216,7 @@ def show_lines(to: Console, title: str, lines: Iterable[str]) -> None:
 
 
 def plain_table(title: str) -> Table:
-    """An empty table with a line below its heads."""
+    """An empty table with a rule below its header."""
     from rich.box import SIMPLE_HEAD
 
     return Table(

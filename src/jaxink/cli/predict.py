@@ -1,4 +1,4 @@
-"""The command that predicts a measurement."""
+"""``jaxink predict``."""
 
 import csv
 import os
@@ -28,33 +28,21 @@ def run_predict(
     columns: dict[str, Any],
     quiet: bool,
 ) -> ExitCode:
-    """Predict every row of a measurement and write the prediction, rows that a fit leaves out being marked.
+    """Predict every row of a measurement and write the prediction, with masked rows marked.
 
-    Parameters
-    ----------
-    source
-        Result folder, ``result.json`` or sample file.
-    data_file
-        The measurement; None: that of the result.
-    out
-        File to write, ``.csv`` or ``.nc``.
-    accuracy
-        Of the discretisation; None: the sizes of the result, or the default for a sample file.
-    columns
-        What the CSV file does not state.
-    quiet
-        Print nothing.
+    Without ``data_file`` the measurement of the result is predicted; without ``accuracy`` the resolution is
+    that of the result. ``columns`` are keywords of `jaxink.read`.
     """
     if out.suffix not in (".csv", ".nc"):
         raise InputRefusedError(
-            f"{shown_path(out)}: the suffix '{out.suffix}' is not one of .csv, .nc, which name the format."
+            f"{shown_path(out)}: the suffix '{out.suffix}' names no format; it must be .csv or .nc."
         )
     require_file(out)
     is_sample = source.suffix == ".toml" and not os.path.isdir(source)
     if is_sample and data_file is None:
         raise InputRefusedError(
-            f"{source}: a sample file has no directions of its own; name a measurement after it, whose "
-            "directions are then predicted."
+            f"{source}: a sample file has no directions; give a measurement after it, whose rows are then "
+            "predicted."
         )
     sample = jaxink.load_sample(source) if is_sample else None
     given = None if data_file is None else jaxink.read(data_file, **columns)
@@ -66,22 +54,20 @@ def run_predict(
         config = result.config if accuracy is None else None
     from jaxink.fitting import marked
 
-    assert given is not None, "a sample file without a measurement was refused"
+    assert given is not None, "a sample file without a measurement is rejected above"
     data = marked(given, sample)
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
     _write_prediction(data, predicted, out)
     if not quiet:
         start = " with the start values of its free parameters" * (is_sample and bool(sample.parameters.free))
         measured = data.source or "the measurement"
-        typer.echo(f"{len(data)} directions of {measured} predicted from {source}{start}.")
-        for sentence in _remarks(data, sample):
-            typer.echo(sentence)
-        typer.echo(f"Written: {out}")
+        lines = [f"{len(data)} directions of {measured} predicted from {source}{start}."]
+        typer.echo("\n".join([*lines, *_remarks(data, sample), f"Written: {out}"]))
     return ExitCode.FITTED
 
 
 def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
-    """What a fit of the sample would leave out of what was predicted."""
+    """Sentences on masked rows and on wavelengths that the sample file does not name."""
     from jaxink.measurement.masks import mask_sentences
 
     *masked, _ = mask_sentences(data.mask)
@@ -92,14 +78,14 @@ def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
     wavelengths = ", ".join(f"{w:g}" for w in other)
     return [
         *masked,
-        f"The sample file does not name {wavelengths} nm: predicted there with the same parameters.",
+        f"The sample file does not name {wavelengths} nm; the prediction there uses the same parameters.",
     ]
 
 
 def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
-    """The measurement with the prediction in the place of its values, which become a column of their own.
+    """Write the measurement with predicted values; the measured ones and the masks are columns beside them.
 
-    Another column says why a row is masked; netCDF files have a variable for that.
+    netCDF files have a variable for the masks instead.
     """
     extra = {**data.extra, "measured_per_sr": data.bsdf_per_sr}
     attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
@@ -114,7 +100,7 @@ def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
     extra["masked"] = np.array(mask_names(data.mask))
     names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
     columns = [getattr(prediction, name).tolist() for name in names]
-    # A blank cell where a kept column has no number, as in the file that was read.
+    # Blank cells remain blank.
     columns += [["" if v != v else cell(v) for v in values.tolist()] for values in extra.values()]
     with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""What surrounds a command: one sentence for each failure, progress, and the compilation cache."""
+"""Error messages, progress display and compilation cache of the commands."""
 
 import os
 import sys
@@ -15,12 +15,12 @@ from jaxink.errors import InputRefusedError, JaxinkError
 from jaxink.numerics.progress import Progress
 
 DEBUG_VARIABLE = "JAXINK_DEBUG"
-# XLA writes its log to stderr from this level on: 3 is what ends the process, 1 what JAX sets if nobody does.
+# XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
 _LOG_LEVEL, _FATAL_ONLY, _JAX_OWN = "TF_CPP_MIN_LOG_LEVEL", "3", "1"
 
 
 class ExitCode(IntEnum):
-    """How a command ended."""
+    """Outcome of a command."""
 
     FITTED = 0
     FAILED = 1
@@ -34,10 +34,7 @@ class ExitCode(IntEnum):
 def one_sentence(debug: bool = False) -> Iterator[None]:
     """Turn every failure into one sentence on stderr and an exit code.
 
-    Parameters
-    ----------
-    debug
-        Show the traceback of an unexpected error; also by the environment variable ``JAXINK_DEBUG``.
+    ``debug``, or the environment variable ``JAXINK_DEBUG``, shows the traceback of an unexpected error.
     """
     debug = debug or bool(os.environ.get(DEBUG_VARIABLE))
     try:
@@ -54,14 +51,14 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
     except (typer.Exit, BrokenPipeError):
         raise
     except MemoryError as problem:
-        _fail(f"there is not enough memory ({' '.join(str(problem).split())[:200]}).", ExitCode.FAILED)
+        _fail(f"not enough memory ({' '.join(str(problem).split())[:200]}).", ExitCode.FAILED)
     except Exception as problem:
         if debug:
             raise
         what = " ".join(str(problem).split())[:200]
         _fail(
-            f"stopped by an unexpected error ({type(problem).__name__}: {what}); set {DEBUG_VARIABLE}=1 to "
-            "see where, and please report it.",
+            f"unexpected error ({type(problem).__name__}: {what}); set {DEBUG_VARIABLE}=1 to see the "
+            "traceback, and please report it.",
             ExitCode.FAILED,
         )
 
@@ -73,13 +70,7 @@ def _fail(sentence: str, code: ExitCode) -> NoReturn:
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Progress | None]:
-    """A line on stderr that follows a fit; None where stderr is no terminal.
-
-    Parameters
-    ----------
-    quiet
-        Show nothing.
-    """
+    """A line on stderr that follows a fit; None if quiet or if stderr is not a terminal."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
@@ -91,15 +82,15 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
 
 
 def silence_xla() -> None:
-    """Keep XLA's log off the terminal, in the process of the command alone: a host program's log is its own.
+    """Keep XLA's log off the terminal; only in the command's own process, never in a host program.
 
-    Loading a stored program logs a warning, on some processors an error, of tuning flags that the loader does
-    not know; what truly fails is raised. A level that the user asks for stands.
+    Loading a cached program logs warnings, on some processors errors, about tuning flags that the loader does
+    not know; real failures are raised. A level set by the user is respected.
     """
     if "jaxlib" not in sys.modules:
         os.environ.setdefault(_LOG_LEVEL, _FATAL_ONLY)
         return
-    # JAX has read the variable when it was imported, hears of it no more, and has set one that was not set.
+    # JAX is imported already: it has read the variable, or set it if it was not set.
     if os.environ.get(_LOG_LEVEL) == _JAX_OWN:
         with suppress(ImportError, AttributeError):
             from jaxlib import utils
@@ -108,10 +99,11 @@ def silence_xla() -> None:
 
 
 def prepare_jax() -> None:
-    """Import JAX, with its compiled programs kept from one command to the next."""
+    """Import JAX and keep its compiled programs on disk between commands."""
     import jax
 
-    chosen: str | None = jax.config.values["jax_compilation_cache_dir"]
+    # JAX makes the attributes of its configuration at run time.
+    chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
     folder = None if chosen else _cache_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
@@ -119,7 +111,7 @@ def prepare_jax() -> None:
 
 
 def _cache_folder() -> Path | None:
-    """The user's cache folder, None where it cannot be written."""
+    """The user's cache folder, None if it is not writable."""
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         folder = Path(root) / "jaxink"

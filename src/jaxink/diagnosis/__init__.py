@@ -1,12 +1,13 @@
-"""What a model lacks: the residual, the effect it resembles, and the error before and after that is added.
+"""What a model lacks: fit, look for structure in the residual, find the effect that explains it, and judge.
 
-From below: `policy` holds the thresholds, `statistics` judges residuals and knows neither model nor effects,
-`search` fits and chooses effects, `findings` say what that means, `procedure` runs them all.
+Layers from below: `policy` (thresholds), `statistics` (residuals only; knows neither model nor effects),
+`search` (fits and chooses effects), `findings` (interprets the result), `procedure` (runs them all).
 """
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.location import Location, locate
+from jaxink.diagnosis.findings.report_reading import read_report
 from jaxink.diagnosis.findings.summary import Figures, Summary
 from jaxink.diagnosis.findings.transfer import Transfer, transfer
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
@@ -15,12 +16,7 @@ from jaxink.diagnosis.procedure import diagnose
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
-from jaxink.diagnosis.statistics.candidate import (
-    Candidate,
-    ScreenedCandidate,
-    ScreenResult,
-    Testability,
-)
+from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenResult, Testability
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.predictive_density import (
@@ -79,6 +75,7 @@ __all__ = [
     "locate",
     "prepare_screen",
     "prepare_structure",
+    "read_report",
     "scan_folds",
     "screen",
     "smooth_part",

@@ -1,4 +1,4 @@
-"""The thresholds by which a diagnosis decides, all in one place."""
+"""The thresholds of a diagnosis, all in one place."""
 
 from dataclasses import dataclass
 
@@ -10,71 +10,74 @@ class SearchPolicy:
     Parameters
     ----------
     noise_p
-        Is anything left? A residual is not consistent with noise where the probability of its chi-square,
-        or of one of the statistics of its order, is below this.
+        A residual is not consistent with noise if the probability of its chi-square, or of one of the
+        statistics of its spatial and serial correlation, is below this.
     sigma_tolerance
-        Stated standard deviations are taken to be right within this factor: a residual that is larger than
-        stated by less says more of the statement than of the model.
+        Factor to which stated standard deviations are trusted: a residual that exceeds them by less is not a
+        misfit.
     fewest_pairs
-        Pairs of readings that must agree are compared where there are at least so many.
+        Fewest pairs of readings that must be equal for which they are compared.
     shortest_scan
-        Scans, or graphs of neighbours, with fewer entries are not tested for order.
+        Scans, or graphs of neighbours, with fewer entries are not tested for correlation.
     ljung_box_lags
         Largest lag of the Ljung-Box statistic.
-    hardly_absorbed
-        Screen: a candidate of which the free parameters imitate more than this share is hardly testable.
+    largest_degenerate_fraction
+        Screen: above this degenerate fraction a candidate is hardly testable.
     limit_multiples
-        Multiples of a linear detection limit at which refits see whether it holds, the largest first.
+        Multiples of a linear detection limit at which refits verify it, the largest first.
     far_reduced_chi_square
-        From this reduced chi-square on, the parameters of the fit may be far from those of a better model:
-        the linear screen says little then, and every testable candidate is refitted.
+        Above this reduced chi-square the linear screen is unreliable, and every testable candidate is
+        refitted.
     refit_starts
-        Refits: settings of an effect, the most promising ones, from which its refit starts.
+        Refits: number of settings of an effect, the most promising ones, from which its refit starts.
     refit_jacobians
-        Jacobians that each start may take, before the leading refits are followed to their minima.
+        Largest number of Jacobians for each start, before the leading refits are continued to convergence.
     same_prediction
         Relative difference up to which two programs compute the same model.
     own_program_share, own_program_share_far
-        Effects with a program of their own are refitted where they promise at least this share of the best
-        fall of chi-square; the second where the fit is far off and nothing yet explains the data.
+        Effects with a program of their own are refitted if their predicted decrease in chi-square is at least
+        this share of the best; the second applies if the fit is far off and nothing explains the data yet.
     most_own_programs
-        Most of those effects that are refitted at one stage.
+        Largest number of those effects that are refitted at one stage.
     polish_share, most_polished
-        Refits followed to their minima: those that gain at least this share of the best, and how many.
+        Refits continued to convergence: those with at least this share of the best decrease, and how many.
     enough_reduced_chi_square
-        Below this chi-square per point an effect explains enough: no pairs are looked at, and no more
-        effects with programs of their own.
+        Below this chi-square per point an effect is sufficient: neither pairs nor further effects with
+        programs of their own are tried.
     most_foreseen
-        Otherwise so many leading effects are followed up by so many second ones.
+        Otherwise, number of leading effects that are combined with a second one, and of second ones for each.
     most_tried
-        Acceptance: so many classes of candidates are tried at one stage.
+        Acceptance: number of classes of candidates tried at one stage.
     clear_errors
-        A strength has to be this many standard errors from the declared model.
-    told_apart
-        Refits, and predicted falls, that differ by less in chi-square are not told apart: one class.
+        Smallest distance of a strength from the declared model, in standard errors.
+    class_delta_chi_square
+        Refits, or predicted decreases, that differ by less in chi-square are indistinguishable: they form one
+        class.
     most_rivals
-        Candidates that are fitted in the place of an effect, to know its class beside all others.
+        Number of candidates fitted in place of an effect to determine its class in the presence of the
+        others.
     fewest_scans
-        Whole scans are held out in turn where there are at least so many; otherwise blocks within scans.
+        Fewest scans for which whole scans are held out in turn; otherwise blocks within scans are.
     held_out_blocks
-        Blocks of each scan, then.
+        Number of these blocks in each scan.
     coverage_errors
-        Findings: a parameter that misfit and noise may have shifted to a bound of its range, this many
-        standard deviations to either side, is not determined; 1.96 hold 95 %.
-    telling_chi_square
-        Chi-square from which a further measurement would tell two effects apart; 9 is three standard errors.
+        Findings: a parameter is undetermined if misfit and noise may have moved it to a bound of its range,
+        at this many standard deviations; 1.96 cover 95 %.
+    decisive_chi_square
+        Smallest chi-square with which a further measurement distinguishes two effects; 9 is three standard
+        errors.
     one_side_share
-        Where the residual stands: share of its power that names one side alone.
+        Location of the residual: share of its power above which one side alone is named.
     band_share
-        Share of the sum of squares by which a division must beat the plain mean to be named.
+        Share of the sum of squares by which a division must exceed the constant mean to be named.
     elsewhere_share
-        Share of the power outside of a band that makes the opposite sign there worth a word.
+        Share of the power outside a band above which an opposite sign there is mentioned.
     prevailing_mean
-        A sign prevails where the mean exceeds this share of the root mean square.
+        A sign prevails if the mean exceeds this share of the root mean square.
     same_band_mean
-        A neighbouring band belongs to the strongest where its mean is at least this share of that one's.
+        A neighbouring band is merged with the strongest if its mean is at least this share of the other.
     larger_ratio, larger_errors
-        A level is called larger where its mean exceeds that of the rest by this factor, and by so many
+        A level is reported as larger if its mean exceeds that of the rest by this factor and by this many
         standard errors.
     """
 
@@ -83,7 +86,7 @@ class SearchPolicy:
     fewest_pairs: int = 10
     shortest_scan: int = 8
     ljung_box_lags: int = 10
-    hardly_absorbed: float = 0.98
+    largest_degenerate_fraction: float = 0.98
     limit_multiples: tuple[float, ...] = (16.0, 8.0, 4.0, 2.0)
     far_reduced_chi_square: float = 3.0
     refit_starts: int = 2
@@ -98,12 +101,12 @@ class SearchPolicy:
     most_foreseen: int = 4
     most_tried: int = 3
     clear_errors: float = 2.0
-    told_apart: float = 4.0
+    class_delta_chi_square: float = 4.0
     most_rivals: int = 6
     fewest_scans: int = 3
     held_out_blocks: int = 6
     coverage_errors: float = 1.96
-    telling_chi_square: float = 9.0
+    decisive_chi_square: float = 9.0
     one_side_share: float = 0.8
     band_share: float = 0.25
     elsewhere_share: float = 0.25

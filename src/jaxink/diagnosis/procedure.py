@@ -1,4 +1,4 @@
-"""The whole diagnosis of a measurement: fit, search, judge."""
+"""The complete diagnosis of a measurement: fit, search, judge."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def diagnose(
     options: DiagnosisOptions | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Say whether a model lacks something, name it, add it, and report the error before and after.
+    """Test whether a model lacks something, identify and add it, and report the error before and after.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def diagnose(
     sample
         Sample as declared, or its file.
     options
-        Choices; None for the defaults.
+        None for the defaults.
     progress
-        Called with what is done, the step and the misfit.
+        Called with the task, the step and the misfit.
 
     Raises
     ------
     InputRefusedError
-        Data or sample cannot be used, or the noise is not known.
+        Data or sample are invalid, or the noise is unknown.
     """
     options = DiagnosisOptions() if options is None else options
     require_kind("options", options, DiagnosisOptions)
@@ -54,7 +54,7 @@ def diagnose(
 
 
 def _without_weightless(data: GonioData, sample: Sample) -> GonioData:
-    """Points of weight 0 masked: there is nothing to judge in a residual that does not count."""
+    """Mask points of weight 0, whose residuals do not count."""
     weightless = np.zeros(len(data), bool)
     weightless[data.used] = weights_of(data, sample) == 0
     return data.replace(mask=data.mask | (USER.bit * weightless).astype(np.uint32))

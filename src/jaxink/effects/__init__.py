@@ -1,4 +1,4 @@
-"""Effects that a model may lack, each a change of the model from above; physics knows nothing of them."""
+"""Effects that a model may lack, applied from outside: the physical model does not know them."""
 
 from jaxink.effects.augmented import AugmentedModel, extend, undivided
 from jaxink.effects.case import Case

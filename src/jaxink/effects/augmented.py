@@ -1,4 +1,4 @@
-"""A forward model with effects on top of it."""
+"""A forward model with effects applied to it."""
 
 import functools
 import operator
@@ -22,11 +22,11 @@ from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 class AugmentedModel(eqx.Module):
-    """Predicts the BSDF of a sample with effects, as the forward model does without them.
+    """Predicts the BSDF of a sample with effects.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class AugmentedModel(eqx.Module):
         return self.main.config
 
     def sizes(self, values, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"):
-        """As of the forward model."""
+        """As of `ForwardModel`."""
         return self.main.sizes(values, accuracy, layer_method)
 
     def bsdf(self, values) -> Float[Array, " points"]:
@@ -94,7 +94,7 @@ class AugmentedModel(eqx.Module):
         return predicted
 
     def _mixed(self, values):
-        """BSDF everywhere and regular power, averaged over the areas of the sample."""
+        """BSDF in all directions and regular power, averaged over the areas of the sample."""
         n = len(self.scene)
 
         def of(model, given):
@@ -106,7 +106,7 @@ class AugmentedModel(eqx.Module):
         mixed = [part for effect in mixing for part in effect.mixture(values)]
         areas = [values, *({**values, **there} for _, there in mixed)]
         if mixed:
-            # One after the other by one traced model: a copy for each area would be compiled each.
+            # Sequentially by one traced model; otherwise a copy for each area would be compiled.
             stacked = {name: jnp.stack([jnp.asarray(v[name], float) for v in areas]) for name in values}
             each = jax.lax.map(lambda here: of(self.main, here), stacked)
             found, *others = (jax.tree.map(lambda a, i=i: a[i], each) for i in range(len(areas)))
@@ -139,7 +139,7 @@ def undivided(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
 
 
 def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
-    """The sample with what all effects add to it, at a strength of zero; those that divide a layer last."""
+    """The sample with the parameters of all effects, at strength zero; dividing effects come last."""
     for effect in sorted(effects, key=lambda e: isinstance(e, DividingEffect)):
         is_of_sample = isinstance(effect, SampleEffect)
         sample = effect.extend(sample) if is_of_sample else with_constants(sample, effect.terms)

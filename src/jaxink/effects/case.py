@@ -1,4 +1,4 @@
-"""What an effect may look at before it says how it would change the model."""
+"""What an effect can inspect before it decides how it may change the model."""
 
 import dataclasses
 
@@ -10,18 +10,18 @@ from jaxink.sample import Layer, Sample
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """A sample and its measurement, as an effect sees them.
+    """A sample and its measurement.
 
     Parameters
     ----------
     sample
-        As declared, with the effects that were found before.
+        As declared, with the effects found so far.
     scene
         Directions and wavelengths of the measured points.
     noise
-        Least relative standard deviation of a point.
+        Smallest relative standard deviation of a point.
     accuracy
-        Largest relative error that the discretisation may cause.
+        Largest relative error of the discretisation.
     """
 
     sample: Sample
@@ -49,5 +49,5 @@ class Case:
         return float(self.sample.parameters.values_with({})[name])
 
     def each(self, name: str) -> tuple[str, ...]:
-        """Full names of a quantity: itself, one for each wavelength, or none."""
+        """Full names of a parameter: one, one for each wavelength, or none."""
         return tuple(n for n in self.sample.parameters if n.split("@")[0] == name)

@@ -1,4 +1,4 @@
-"""The versioned list of effects that a diagnosis looks for."""
+"""The versioned catalogue of effects that a diagnosis considers."""
 
 import dataclasses
 
@@ -13,7 +13,7 @@ from jaxink.effects.volume import VOLUME
 from jaxink.effects.waves import WAVES
 
 CATALOGUE_VERSION = 1
-# Effects act, and stand in the report, in this order.
+# Effects act in this order; the report lists them in it.
 CATALOGUE: tuple[type[Effect], ...] = (
     *INSTRUMENT,
     *SURFACES,
@@ -27,30 +27,14 @@ CATALOGUE: tuple[type[Effect], ...] = (
 
 @dataclasses.dataclass(frozen=True)
 class Listed:
-    """What a catalogue says of a case.
-
-    Parameters
-    ----------
-    forms
-        Ways in which effects may be present.
-    not_testable
-        Effects about which the case says nothing, with the reason.
-    """
+    """Forms in which effects may be present in a case, and why the others cannot be tested."""
 
     forms: tuple[Effect, ...]
     not_testable: dict[str, str]
 
 
 def effects_for(case: Case, catalogue: tuple[type[Effect], ...] = CATALOGUE) -> Listed:
-    """The effects that may be present in a case.
-
-    Parameters
-    ----------
-    case
-        Sample and points.
-    catalogue
-        Classes of effects.
-    """
+    """The effects of a catalogue that may be present in a case."""
     forms: list[Effect] = []
     not_testable = {}
     for effect in catalogue:

@@ -1,4 +1,4 @@
-"""Effects of declared constants: a number that the sample file gives as fixed is wrong."""
+"""Effects of declared constants: a value that the sample file fixes is wrong."""
 
 import dataclasses
 
@@ -10,7 +10,7 @@ from jaxink.sample import Layer, Parameter, Sample
 
 @dataclasses.dataclass(frozen=True)
 class DeclaredConstant(SampleEffect):
-    """A number that the sample file gives as fixed is wrong; the strength is its distance from there."""
+    """A value that the sample file fixes is wrong; the strength is the distance from it."""
 
     term: Parameter
 
@@ -18,21 +18,20 @@ class DeclaredConstant(SampleEffect):
 
     @property
     def terms(self):
-        """The number itself."""
         return (self.term,)
 
     def extend(self, sample: Sample) -> Sample:
-        """The structure for a number that is not what was declared: where indices differ, channels do."""
+        """Free the parameter, so that layers whose indices may differ have channels of their own."""
         return with_parameters(sample, self.term)
 
     @classmethod
     def of(cls, case: Case, layer: Layer | None, key: str, limits) -> tuple[Effect, ...] | str:
-        """The form for a number of a layer, or why there is none; `limits` gives its range by its value."""
+        """The form for a parameter of a layer, or why there is none; `limits` maps its value to its range."""
         name = None if layer is None else f"{layer.name}.{key}"
         if name is None or name not in case.sample.parameters:
-            return "the sample has no such number, or one for each wavelength"
+            return "the sample has no such parameter, or gives it by wavelength"
         if case.sample.parameters[name].free:
-            return f"{name} is free already"
+            return f"{name} is already free"
         return (cls(freed(case.sample, name, *limits(case.declared(name)))),)
 
 
@@ -45,13 +44,13 @@ def _factor_limits(declared):
 
 
 class _Index(DeclaredConstant):
-    """A refractive index; if it may vary, there are more optical channels, which all of them share."""
+    """A refractive index; freeing it adds optical channels, which all indices share."""
 
     changes_structure, shared_program, scales = True, "indices", True
 
     @property
     def settings(self):
-        """A step to the side where there is room for it."""
+        """An arbitrary step."""
         return ({self.term.name: self.term.value + 0.02},)
 
 
@@ -59,11 +58,10 @@ class BinderIndex(_Index):
     """Refractive index of the ink's binder."""
 
     name, usual = "binder_index", 0.03
-    statement = "the refractive index of the binder is not the declared one"
+    statement = "the refractive index of the binder differs from the declared value"
 
     @classmethod
     def forms(cls, case):
-        """Of the first ink."""
         return cls.of(case, case.inks[0], "refractive_index", _index_limits)
 
 
@@ -71,11 +69,10 @@ class PlateIndex(_Index):
     """Refractive index of the plate."""
 
     name, usual = "plate_index", 0.02
-    statement = "the refractive index of the plate is not the declared one"
+    statement = "the refractive index of the plate differs from the declared value"
 
     @classmethod
     def forms(cls, case):
-        """If there is a plate."""
         return cls.of(case, next(iter(case.plates), None), "refractive_index", _index_limits)
 
 
@@ -87,7 +84,6 @@ class PlateAbsorption(DeclaredConstant):
 
     @classmethod
     def forms(cls, case):
-        """If there is a plate."""
         plate = next(iter(case.plates), None)
         return cls.of(case, plate, "absorption_per_mm", lambda declared: (declared, declared + 5.0))
 
@@ -96,11 +92,10 @@ class InkThickness(DeclaredConstant):
     """Thickness of the ink."""
 
     name = "ink_thickness"
-    statement = "the ink is not as thick as declared"
+    statement = "the thickness of the ink differs from the declared value"
 
     @classmethod
     def forms(cls, case):
-        """Unless it is opaque."""
         return cls.of(case, case.inks[0], "thickness_um", _factor_limits)
 
 
@@ -108,19 +103,16 @@ class PlateThickness(DeclaredConstant):
     """Thickness of the plate."""
 
     name = "plate_thickness"
-    statement = "the plate is not as thick as declared"
+    statement = "the thickness of the plate differs from the declared value"
 
     @classmethod
     def forms(cls, case):
-        """If it changes the BSDF: the plate absorbs, or light is lost sideways."""
         plate = next(iter(case.plates), None)
         if plate is None:
             return "there is no plate"
         absorbs = case.declared(f"{plate.name}.absorption_per_mm") > 0
         if not absorbs and case.sample.beam_diameter_mm is None:
-            return (
-                "the plate neither absorbs nor does the detector miss light, so its thickness has no effect"
-            )
+            return "the plate does not absorb and no light is lost laterally, so its thickness has no effect"
         return cls.of(case, plate, "thickness_mm", _factor_limits)
 
 

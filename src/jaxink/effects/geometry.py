@@ -1,4 +1,4 @@
-"""Effects of geometry: areas that differ, light beside the detector's field, something behind the sample."""
+"""Effects of geometry: areas that differ, light outside the detector's field, an object behind the sample."""
 
 import dataclasses
 
@@ -9,20 +9,20 @@ from jaxink.effects.kinds import AreaWithOtherValues, ReadingEffect, SampleEffec
 from jaxink.effects.sample_edits import with_parameters
 from jaxink.sample import Backing, Parameter, Sample
 
-# Areas that stand for a thickness that varies are this much thinner and thicker than the mean.
+# A varying thickness is represented by areas that are thinner and thicker than the mean by this share.
 _THICKNESS_STEP = 0.5
 
 
 @dataclasses.dataclass(frozen=True)
 class LateralLoss(SampleEffect):
-    """Light comes out beside the field of the detector."""
+    """Light leaves the sample outside the field of the detector."""
 
     thickness_mm: float
 
     name, group, changes_structure = "lateral_loss", "geometry", True
-    statement = "light comes out beside the field that the detector sees"
+    statement = "light leaves the sample outside the field of the detector"
 
-    # Diameters of the field and of the beam; at the declared model the field is as wide as can be.
+    # Diameters of field and beam; in the declared model the field has its largest width.
     terms = (
         Parameter("instrument.detector_diameter_mm", 1e3, True, 0.3, 1e3, "mm", scale="log"),
         Parameter("instrument.beam_diameter_mm", 2.0, True, 0.1, 1e3, "mm", scale="log"),
@@ -30,53 +30,51 @@ class LateralLoss(SampleEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """If there is a plate, in which light spreads laterally."""
         if case.sample.beam_diameter_mm is not None:
-            return "beam and field are declared"
+            return "beam and field of view are declared"
         if not case.plates:
-            return "there is no plate in which light would walk sideways"
+            return "there is no plate in which light could spread laterally"
         thickness = max(case.declared(f"{p.name}.thickness_mm") for p in case.plates)
         return (cls(thickness),)
 
     @property
     def settings(self):
-        """Fields of a few thicknesses of the plate, with beams half as wide, and a narrow beam.
+        """Fields a few plate thicknesses wide, with beams half as wide, and one with a narrow beam.
 
-        With a narrow beam a wide field misses light that went far in the plate, as if the plate absorbed it.
+        With a narrow beam a wide field only misses light that travelled far in the plate, which resembles
+        absorption.
         """
         detector, beam = (t.name for t in self.terms)
         widths = ((4.0, 2.0), (15.0, 7.5), (50.0, 25.0), (15.0, 2.0))
         return tuple({detector: d * self.thickness_mm, beam: b * self.thickness_mm} for d, b in widths)
 
     def extend(self, sample: Sample) -> Sample:
-        """With a beam and a field."""
         changed = dataclasses.replace(sample, beam_diameter_mm=2.0, detector_diameter_mm=1e3)
         return with_parameters(changed, *self.terms)
 
 
 @dataclasses.dataclass(frozen=True)
 class _OtherThickness(AreaWithOtherValues):
-    """The ink is not equally thick everywhere."""
+    """The thickness of the ink is not uniform."""
 
     layer: str
 
     @classmethod
     def forms(cls, case: Case):
-        """Unless the ink is opaque."""
         ink = case.inks[0]
         return "the ink is opaque" if ink.opaque else (cls(ink.name),)
 
     def _times(self, factor, values):
-        """The ink as a multiple of its thickness."""
+        """The ink with a multiple of its thickness."""
         name = f"{self.layer}.thickness_um"
         return {name: values[name] * factor}
 
 
 class ThinPatches(_OtherThickness):
-    """A share of the area has another thickness."""
+    """A share of the area has ink of another thickness."""
 
     name, usual = "thin_patches", 0.1
-    statement = "a share of the area carries ink of another thickness"
+    statement = "a share of the area has ink of another thickness"
     terms = (
         Parameter("thin_patches.share", 0.0, True, 0.0, 0.6),
         Parameter("thin_patches.thickness_ratio", 0.4, True, 0.02, 3.0, scale="log"),
@@ -86,7 +84,6 @@ class ThinPatches(_OtherThickness):
     )
 
     def mixture(self, values):
-        """The patches."""
         ratio = values["thin_patches.thickness_ratio"]
         return [(values["thin_patches.share"], self._times(ratio, values))]
 
@@ -100,19 +97,19 @@ class ThicknessVariance(_OtherThickness):
     settings = ({"thickness_variance.relative": 0.1},)
 
     def mixture(self, values):
-        """The same variance by equal areas half as thick and half as thick again."""
+        """Equal areas with half and one and a half times the thickness that have this variance."""
         share = values["thickness_variance.relative"] / (2 * _THICKNESS_STEP**2)
-        # The second area takes its share of the first one as well.
+        # The second area also takes its share of the first one.
         thin = (share / (1 - share), self._times(1 - _THICKNESS_STEP, values))
         return [thin, (share, self._times(1 + _THICKNESS_STEP, values))]
 
 
 @dataclasses.dataclass(frozen=True)
 class Pinholes(ReadingEffect):
-    """A share of the area carries no ink: it scatters nothing, and has no BSDF beside the regular peaks."""
+    """A share of the area has no ink; it scatters nothing, so its BSDF is zero outside the regular peaks."""
 
     name, group, usual = "pinholes", "geometry", 0.01
-    statement = "a share of the area carries no ink"
+    statement = "a share of the area has no ink"
     terms = (Parameter("pinholes.share", 0.0, True, 0.0, 0.6),)
 
     def change(self, predicted, values, field):
@@ -122,15 +119,14 @@ class Pinholes(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class UndeclaredBacking(SampleEffect):
-    """Something behind the sample reflects during the scans in reflection."""
+    """An object behind the sample reflects light during the scans in reflection."""
 
     name, group, usual = "backing", "geometry", 0.05
-    statement = "something behind the sample reflects light"
+    statement = "an object behind the sample reflects light"
     terms = (Parameter("backing.reflectance", 0.0, True, 0.0, 1.0),)
 
     @classmethod
     def forms(cls, case: Case):
-        """If light is transmitted, and reflection was measured."""
         if case.sample.backing is not None:
             return "a backing is declared"
         if case.is_opaque:
@@ -140,7 +136,7 @@ class UndeclaredBacking(SampleEffect):
         return (cls(),)
 
     def extend(self, sample: Sample) -> Sample:
-        """With a backing in air during the scans in reflection."""
+        """With a backing, separated by air, during the scans in reflection."""
         return with_parameters(dataclasses.replace(sample, backing=Backing("R", False)), self.terms[0])
 
 

@@ -1,4 +1,4 @@
-"""Effects of the instrument: the BSDF is right, what is read is not."""
+"""Effects of the instrument: the BSDF is as modelled, the readings are not."""
 
 import dataclasses
 
@@ -10,15 +10,15 @@ from jaxink.effects.kinds import ReadingEffect
 from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG, Surroundings
 from jaxink.sample import Parameter
 
-_MANY_PLANES = "the scans leave the plane of incidence in too many azimuths for integrals along their planes"
+_MANY_PLANES = "the scans have too many planes of view for integrals along them"
 
 
 @dataclasses.dataclass(frozen=True)
 class Gain(ReadingEffect):
-    """All values are too large by one factor."""
+    """All readings are wrong by a common factor."""
 
     name, sign, usual = "gain", 0, 0.05
-    statement = "the calibration is off by one factor for all scans"
+    statement = "the calibration is wrong by one factor for all scans"
     terms = (Parameter("gain.relative", 0.0, True, -0.5, 0.5),)
 
     def change(self, predicted, values, field):
@@ -28,17 +28,16 @@ class Gain(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class SideGain(ReadingEffect):
-    """Reflection is too large by a factor against transmission."""
+    """Readings in reflection are wrong by a factor relative to transmission."""
 
     name, sign, usual = "side_gain", 0, 0.03
-    statement = "the calibration of reflection is off against that of transmission"
+    statement = "the calibration of reflection is wrong relative to that of transmission"
     terms = (Parameter("side_gain.relative", 0.0, True, -0.5, 0.5),)
 
     @classmethod
     def forms(cls, case: Case):
-        """If both sides were measured."""
         sides = np.unique(case.scene.is_transmission)
-        return (cls(),) if sides.size == 2 else "one side was measured only: the same as gain"
+        return (cls(),) if sides.size == 2 else "only one side was measured, so this is the same as gain"
 
     def change(self, predicted, values, field):
         """Return y = (1 + s) f in reflection."""
@@ -52,12 +51,11 @@ class AngleOffset(ReadingEffect):
 
     name, sign, usual = "angle_offset", 0, 0.3
     looks_at = Surroundings.PLANES
-    statement = "the zero of the detector arm is off"
+    statement = "the detector arm has an angular offset"
     terms = (Parameter("angle_offset.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
     @classmethod
     def forms(cls, case: Case):
-        """If the scans lie in few planes."""
         return (cls(),) if case.scene.in_few_planes else _MANY_PLANES
 
     def change(self, predicted, values, field):
@@ -70,11 +68,11 @@ class AngleOffset(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class IncidenceAngle(ReadingEffect):
-    """The angle of incidence is not what the label says."""
+    """The angle of incidence differs from its label."""
 
     name, group, sign, usual = "incidence_angle", "constant", 0, 0.3
     looks_at = Surroundings.INCIDENCES
-    statement = "the angle of incidence is off"
+    statement = "the angle of incidence differs from its label"
     terms = (Parameter("incidence_angle.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
 
     def change(self, predicted, values, field):
@@ -87,10 +85,10 @@ class IncidenceAngle(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class Blur(ReadingEffect):
-    """Finite angular resolution: a Gaussian core and wings of their own width, regular peaks included.
+    """Finite angular resolution: a Gaussian core and Cauchy wings, regular peaks included.
 
-    Along the plane of a scan the radiant intensity f cos(theta) is convolved; a regular peak is seen through
-    the two-dimensional kernels whose projections these are.
+    The radiant intensity f cos(theta) is convolved along the plane of a scan; a regular peak is seen through
+    the two-dimensional kernels with these projections.
     """
 
     has_wings: bool = False
@@ -100,12 +98,11 @@ class Blur(ReadingEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """The core alone, and with wings, if the scans lie in few planes."""
         return (cls(False), cls(True)) if case.scene.in_few_planes else _MANY_PLANES
 
     @property
     def terms(self):
-        """Variance of the core; with wings their share of the power, and their width."""
+        """Variance of the core; with wings also their share of the power and their half width."""
         core = Parameter("blur.core_variance_deg2", 0.0, True, 0.0, 9.0, "deg^2")
         if not self.has_wings:
             return (core,)
@@ -115,18 +112,17 @@ class Blur(ReadingEffect):
 
     @property
     def settings(self):
-        """Widths of the wings; a core of one degree makes the direction of a peak's foot visible."""
+        """Half widths of the wings."""
         if not self.has_wings:
             return ({},)
         return tuple({"blur.wing_half_width_deg": width} for width in (2.0, 4.0, 8.0))
 
     @property
     def carrier(self):
-        """With wings, whose share may be 0."""
+        """The form with wings, whose share may be 0."""
         return Blur(True)
 
     def change(self, predicted, values, field):
-        """See the class."""
         scene, radian = field.scene, np.pi / 180
         angle = jnp.deg2rad(scene.signed_deg)
         cosine, sine = jnp.cos(angle), jnp.sin(angle)
@@ -141,7 +137,7 @@ class Blur(ReadingEffect):
         wing = step * width / jnp.pi / (apart**2 + width**2)
         intensity = field.grid * jnp.cos(jnp.deg2rad(GRID_DEG))
         wings = jnp.sum(wing * intensity[scene.plane], axis=1) / cosine
-        # Two-dimensional kernels with these projections; the core's is 0 to all orders at no variance.
+        # Two-dimensional kernels with these projections; that of the core vanishes with its variance.
         distance2 = jnp.deg2rad(scene.from_forward_deg) ** 2
         safe = jnp.maximum(variance, 1e-9)
         peak = jnp.exp(-distance2 / (2 * safe)) / (2 * jnp.pi * safe)
@@ -152,7 +148,7 @@ class Blur(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class StrayLight(ReadingEffect):
-    """A constant BSDF is added."""
+    """Stray light adds a constant BSDF."""
 
     name, usual = "stray_light", 0.002
     statement = "stray light adds a constant to the BSDF"
@@ -165,10 +161,10 @@ class StrayLight(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class SignalFloor(ReadingEffect):
-    """The electronics add a constant signal, that is s / cos(theta_o) to the BSDF."""
+    """The electronics add a constant signal, which adds s / cos(theta_o) to the BSDF."""
 
     name, usual = "signal_floor", 0.001
-    statement = "a constant is added to the detector's signal"
+    statement = "the electronics add a constant to the detector's signal"
     terms = (Parameter("signal_floor.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
 
     def change(self, predicted, values, field):
@@ -203,14 +199,4 @@ class Drift(ReadingEffect):
         return predicted * (1 + values["drift.relative"] * (field.scene.time - 0.5))
 
 
-INSTRUMENT = (
-    AngleOffset,
-    IncidenceAngle,
-    Blur,
-    Gain,
-    SideGain,
-    StrayLight,
-    SignalFloor,
-    Nonlinearity,
-    Drift,
-)
+INSTRUMENT = (AngleOffset, IncidenceAngle, Blur, Gain, SideGain, StrayLight, SignalFloor, Nonlinearity, Drift)

@@ -1,6 +1,6 @@
-"""What an effect is, and the kinds of effects: something that a model may lack, with a strength.
+"""The kinds of effects: something that a model may lack, with a strength.
 
-A method has one implementation: it is abstract, or nothing overrides it. Only the defaults of `forms`,
+A method is implemented once: it is abstract, or it is not overridden. Only the defaults of `forms`,
 `settings`, `carrier` and `is_screened` may be replaced, once. A class with a ``name`` has no subclasses.
 """
 
@@ -16,30 +16,30 @@ from jaxink.effects.case import Case
 from jaxink.effects.scene import Field, Surroundings
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 @dataclasses.dataclass(frozen=True)
 class Effect(abc.ABC):
     """Something that a model may lack.
 
-    An effect of your own derives from one of the kinds below, with a ``name``, a ``statement``, ``terms`` and
-    the method of its kind; see docs/diagnosis.md. Everything that it computes may be traced by JAX.
+    To define an effect, derive from one of the kinds below, with a ``name``, a ``statement``, ``terms`` and
+    the method of the kind; see docs/diagnosis.md. All computations must be traceable by JAX.
 
     Attributes
     ----------
     name
         Its identifier.
     statement
-        What is the case if it is present.
+        What is true if it is present.
     group
-        ``instrument``, ``surface``, ``volume``, ``geometry``, ``waves``, ``constant`` or ``numerics``.
+        ``instrument``, ``surface``, ``volume``, ``geometry``, ``wave optics``, ``constant`` or ``numerics``.
     sign
         1 if the strength cannot be negative, 0 if it can have either sign.
     usual
-        A usual strength; an effect whose detection limit is larger is hardly testable.
+        Usual strength; an effect whose detection limit is larger is hardly testable.
     scales
-        Whether what a setting does grows with its strength, so that a screen may scale it.
+        Whether the change that a setting causes grows with its strength, so that a screen may scale it.
     """
 
     name: ClassVar[str]
@@ -51,7 +51,7 @@ class Effect(abc.ABC):
 
     @classmethod
     def forms(cls, case: Case) -> "tuple[Effect, ...] | str":
-        """The ways in which it may be present in a case, or the sentence why these data cannot tell."""
+        """The forms in which it may be present in a case, or a sentence why these data cannot test for it."""
         del case
         if missing := sorted(cls.__abstractmethods__):
             raise InputRefusedError(
@@ -65,38 +65,38 @@ class Effect(abc.ABC):
     def terms(self) -> tuple[Parameter, ...]:
         """Its parameters.
 
-        The strength comes first, its value is that of the declared model; the others have no meaning while
-        the strength is zero.
+        The first is the strength, and its value is that of the declared model; the others have no effect
+        while the strength is zero.
         """
 
     @property
     @abc.abstractmethod
     def program(self) -> str | None:
-        """Effects of one name share a compiled program; None: they share that of the declared structure."""
+        """Name of a compiled program that effects share; None for the program of the declared structure."""
 
     @property
     def settings(self) -> tuple[dict[str, float], ...]:
-        """Values of parameters by name at which the screen looks at it, one set after the other.
+        """Sets of parameter values, by name, at which the screen evaluates it.
 
-        If a set includes the strength, the screen takes the difference between the model there and the
-        declared one as the direction of the effect, otherwise the derivative at zero.
+        If a set includes the strength, the direction of the effect is the difference between the model there
+        and the declared one, otherwise the derivative at zero.
         """
         return ({},)
 
     @property
     def carrier(self) -> "Effect":
-        """The form by which a model computes it: another one if it is a special case of that."""
+        """The form that computes it, if it is a special case of another one."""
         return self
 
     @property
     def is_screened(self) -> bool:
-        """Whether the screen looks at this form; if it looks at another one, refits try this one too."""
+        """Whether the screen evaluates this form; refits also try the other forms of a screened effect."""
         return True
 
     @property
     @final
     def own_program(self) -> bool:
-        """Whether it is computed by another program than the declared structure."""
+        """Whether it needs another program than the declared structure."""
         return self.program is not None
 
     @property
@@ -108,12 +108,12 @@ class Effect(abc.ABC):
     @property
     @final
     def neutral(self) -> float:
-        """Value of the first term at the declared model."""
+        """Value of the first term in the declared model."""
         return self.strength.value
 
     @final
     def largest_share(self, setting: Mapping[str, float]) -> float:
-        """Largest strength in units of what a setting's own strength does."""
+        """Largest strength, in units of the strength of a setting."""
         here = setting.get(self.strength.name)
         if here is None:
             return self.strength.maximum - self.neutral
@@ -121,7 +121,7 @@ class Effect(abc.ABC):
 
     @final
     def start(self, setting: Mapping[str, float], step: float) -> dict[str, float]:
-        """Where a refit starts, for a step of the screen in the direction of a setting."""
+        """Start of a refit, for a step of the screen in the direction of a setting."""
         here = setting.get(self.strength.name)
         low, high = self.strength.minimum, self.strength.maximum
         if here is not None and not self.scales:
@@ -129,23 +129,24 @@ class Effect(abc.ABC):
         unit = 1.0 if here is None else here - self.neutral
         reach = high - low
         inside = max(low, min(high, self.neutral + step * unit))
-        # Off the bound, so that what the strength multiplies has a slope.
+        # Off the bound, so that parameters multiplied by the strength have a slope.
         if self.sign == 1:
             inside = max(inside, min(self.neutral + 0.02 * reach, high))
         return {self.strength.name: inside}
 
 
 class SampleEffect(Effect):
-    """The sample is not the declared one.
+    """The sample differs from the declared one.
 
-    Unless it ``scales``, a setting with a strength stands for a share of the area that is like the setting.
+    Unless the effect ``scales``, a setting with a strength stands for a share of the area with that setting.
 
     Attributes
     ----------
     changes_structure
-        Whether layers, faces or optical channels change and not values alone: it needs its own program.
+        Whether layers, faces or optical channels change, not only values, so that a separate program is
+        needed.
     shared_program
-        Name of a program that several such effects share; empty: one for each form.
+        Name of a program that several such effects share; if empty, each form has its own.
     """
 
     group: ClassVar[str] = "volume"
@@ -155,20 +156,20 @@ class SampleEffect(Effect):
     @property
     @final
     def program(self) -> str | None:
-        """Its own where the structure changes."""
+        """Its own if the structure changes."""
         return (self.shared_program or str(self)) if self.changes_structure else None
 
     @abc.abstractmethod
     def extend(self, sample: Sample) -> Sample:
-        """The sample with the effect's terms, at a strength of zero the same as without them."""
+        """The sample with the effect's terms, equivalent to that without them at a strength of zero."""
 
 
 class DividingEffect(SampleEffect):
-    """It divides a layer into several: it acts after all others, which know the layer as one."""
+    """Divides a layer into several. It acts after all others, which see the layer undivided."""
 
 
 class AreaWithOtherSample(Effect):
-    """A share of the area consists of another sample; the strength is that share."""
+    """A share of the area is another sample; the strength is that share."""
 
     group: ClassVar[str] = "geometry"
     scales: ClassVar[bool] = True
@@ -176,7 +177,7 @@ class AreaWithOtherSample(Effect):
     @property
     @final
     def program(self) -> str:
-        """Its own."""
+        """Its own program."""
         return str(self)
 
     @abc.abstractmethod
@@ -185,7 +186,7 @@ class AreaWithOtherSample(Effect):
 
 
 class AreaWithOtherValues(Effect):
-    """Shares of the area have other values of the sample's parameters; a screen needs no further program."""
+    """Shares of the area have other values of the sample's parameters; needs no further program."""
 
     group: ClassVar[str] = "geometry"
     scales: ClassVar[bool] = True
@@ -193,16 +194,16 @@ class AreaWithOtherValues(Effect):
 
     @abc.abstractmethod
     def mixture(self, values: Mapping[str, Any]) -> list[tuple[Any, dict[str, Any]]]:
-        """For each area its share and the values that differ there; a share is of what later ones leave."""
+        """For each area its share, taken from what later ones leave, and the values that differ there."""
 
 
 class ReadingEffect(Effect):
-    """The BSDF is that of the declared sample, the readings of the instrument are others.
+    """The BSDF is that of the declared sample, but the readings of the instrument differ.
 
     Attributes
     ----------
     looks_at
-        What `change` needs to know beside the BSDF at the points.
+        What `change` needs in addition to the BSDF at the points.
     """
 
     group: ClassVar[str] = "instrument"
@@ -213,21 +214,21 @@ class ReadingEffect(Effect):
     def change(
         self, predicted: Float[Array, " points"], values: Mapping[str, Any], field: Field
     ) -> Float[Array, " points"]:
-        """Prediction at the points as the instrument reads it.
+        """Prediction at the points as read by the instrument.
 
         Parameters
         ----------
         predicted
-            With the effects that come before it, 1/sr.
+            With the effects that precede it, 1/sr.
         values
             Of all parameters, by name.
         field
-            The BSDF around the points, of the sample itself.
+            The BSDF of the sample at and around the points.
         """
 
 
 class FinerDiscretisation(Effect):
-    """The solver's discretisation is too coarse; the strength is the share of the step to a finer one."""
+    """The solver's resolution is too low; the strength is the share of the step to a higher one."""
 
     group: ClassVar[str] = "numerics"
     scales: ClassVar[bool] = True
@@ -235,9 +236,9 @@ class FinerDiscretisation(Effect):
     @property
     @final
     def program(self) -> str:
-        """Its own."""
+        """Its own program."""
         return str(self)
 
     @abc.abstractmethod
     def refined(self, config: SolverConfig) -> SolverConfig:
-        """The finer resolution."""
+        """The higher resolution."""

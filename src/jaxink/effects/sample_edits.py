@@ -1,4 +1,4 @@
-"""Copies of a sample with something added or replaced, as effects need them."""
+"""Copies of a sample with something added or replaced, for effects."""
 
 import dataclasses
 
@@ -6,26 +6,26 @@ from jaxink.sample import Layer, Parameter, ParameterTable, Roughness, Sample
 
 
 def with_parameters(sample: Sample, *new: Parameter) -> Sample:
-    """The sample with further parameters, which replace those of the same name."""
+    """The sample with additional parameters, which replace those of the same name."""
     table = dict(sample.parameters) | {p.name: p for p in new}
     return dataclasses.replace(sample, parameters=ParameterTable(list(table.values())))
 
 
 def with_constants(sample: Sample, terms: tuple[Parameter, ...]) -> Sample:
-    """The sample with the terms of an effect that it does not have yet, fixed at their values."""
+    """The sample with those terms of an effect that it lacks, fixed at their values."""
     missing = (t for t in terms if t.name not in sample.parameters)
     new = [dataclasses.replace(t, free=False, prior=None) for t in missing]
     return with_parameters(sample, *new) if new else sample
 
 
 def with_changed_layer(sample: Sample, layer: str, **changes) -> Sample:
-    """The sample with other attributes of one layer."""
+    """The sample with changed attributes of one layer."""
     layers = tuple(dataclasses.replace(x, **changes) if x.name == layer else x for x in sample.layers)
     return dataclasses.replace(sample, layers=layers)
 
 
 def with_face(sample: Sample, layer: str, face: Roughness) -> Sample:
-    """The sample with a rough face of a layer, which replaces the one declared there."""
+    """The sample with a rough face of a layer, which replaces the declared one."""
     (found,) = (one for one in sample.layers if one.name == layer)
     others = (r for r in found.roughness if r.face != face.face)
     return with_changed_layer(sample, layer, roughness=(*others, face))
@@ -40,7 +40,7 @@ def with_film(sample: Sample, position: int, name: str, refractive_index: float)
 
 
 def freed(sample: Sample, name: str, minimum: float, maximum: float) -> Parameter:
-    """A fixed parameter as the term of an effect, with its declared value."""
+    """A fixed parameter as the term of an effect, starting at its declared value."""
     return dataclasses.replace(
         sample.parameters[name],
         value=float(sample.parameters.values_with({})[name]),

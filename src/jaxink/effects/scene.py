@@ -1,4 +1,4 @@
-"""Where the points of a measurement lie, and the BSDF around them that instrument effects need."""
+"""Settings of the points of a measurement, and the BSDF around them for effects of the instrument."""
 
 import enum
 from typing import NamedTuple
@@ -10,22 +10,22 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
-# Angles of the grid in the plane of a scan, on which derivatives and convolutions are computed.
+# Grid of angles in the plane of a scan, for derivatives and convolutions.
 GRID_DEG = np.arange(-89.0, 89.1, 2.0)
-# Step of the incidence by which its derivatives are computed.
+# Step for derivatives with respect to the incidence.
 INCIDENCE_STEP_DEG = 1.0
 _PLANE_DEG = 0.1
-# Directions of the grids for each point.
+# Largest number of grid directions for each point.
 _MOST_GRID = 4
 
 
 class Surroundings(enum.Flag):
-    """What a change of the readings looks at beside the BSDF at the points."""
+    """What a change of the readings needs in addition to the BSDF at the points."""
 
     NOTHING = 0
     # Grids in the planes of the scans, and the power of regular (specular or directly transmitted) peaks.
     PLANES = enum.auto()
-    # The points at incidences a step lower and higher.
+    # The points at incidences one step lower and one step higher.
     INCIDENCES = enum.auto()
 
 
@@ -37,17 +37,18 @@ class Scene(eqx.Module):
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
         As of `GonioData`, used points only.
     time
-        When each point was measured, 0 ... 1.
+        When each point was measured, scaled to [0, 1].
     signed_deg
         Polar angle of view in its plane through the normal, positive on the side of the specular direction.
     plane
-        Plane of each point; scans have one each, or several.
+        Plane of each point; a scan has one or several.
     plane_columns
         Incidence, azimuth of the positive side, wavelength and side of each plane, shape ``(planes, 4)``.
     waves, wave_of_point
-        The distinct wavelengths in nm, and which of them each point has.
+        The distinct wavelengths in nm, and the index of that of each point.
     slope, curvature
-        Matrices from the grid of a plane to d/d(signed angle) and its square at the points, per radian.
+        Matrices from the grid of a plane to the first and second derivative with respect to the signed angle
+        at the points, per radian.
     """
 
     theta_i_deg: Float[np.ndarray, " points"]
@@ -66,16 +67,10 @@ class Scene(eqx.Module):
 
     @classmethod
     def of(cls, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, time) -> "Scene":
-        """Scene of the points of a measurement.
-
-        Parameters
-        ----------
-        theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, time
-            Shape ``(points,)``; ``time`` in any unit.
-        """
+        """Scene of the points of a measurement; `time` in any unit."""
         phi = np.mod(phi_deg, 360.0)
         forward = np.cos(np.deg2rad(phi)) < -1e-9
-        # The half plane on the specular side is the positive one; across it, that of 90 degrees.
+        # The half plane on the specular side is positive; perpendicular to it, that of 90 degrees.
         forward |= (np.abs(np.cos(np.deg2rad(phi))) <= 1e-9) & (phi < 180)
         positive_phi = np.round(np.where(forward, phi, np.mod(phi + 180, 360)) / _PLANE_DEG) * _PLANE_DEG
         keys = np.column_stack([theta_i_deg, positive_phi, wavelength_nm, is_transmission]).astype(float)
@@ -103,7 +98,7 @@ class Scene(eqx.Module):
 
     @property
     def in_few_planes(self) -> bool:
-        """Whether grids in the planes of the scans cost little beside the points themselves."""
+        """Whether grids in the planes of the scans add little to the number of directions."""
         return len(self.plane_columns) * GRID_DEG.size <= _MOST_GRID * max(len(self), 500)
 
     @property
@@ -113,14 +108,14 @@ class Scene(eqx.Module):
 
     @property
     def from_retro_deg(self) -> Float[Array, " points"]:
-        """Angle to the source, as seen on the side of the point."""
+        """Angle to the source, as seen from the side of the point."""
         return self._angle_to(0.0)
 
     def _angle_to(self, phi_deg):
         return _angle_between(self.theta_i_deg, self.theta_o_deg, self.phi_deg - phi_deg)
 
     def all_directions(self, surroundings: Surroundings) -> tuple[np.ndarray, ...]:
-        """Columns of the points, of the grids, and of the points at incidences a step lower and higher."""
+        """Columns of the points, the grids, and the points at incidences one step lower and higher."""
         points = np.column_stack(
             [self.theta_i_deg, self.theta_o_deg, self.phi_deg, self.wavelength_nm, self.is_transmission]
         )
@@ -134,7 +129,7 @@ class Scene(eqx.Module):
             for step in (-INCIDENCE_STEP_DEG, INCIDENCE_STEP_DEG):
                 moved = points.copy()
                 moved[:, 0] += step
-                # Beyond the normal the source stands on the other side.
+                # Beyond the normal the source is on the other side.
                 beyond = moved[:, 0] < 0
                 moved[:, 0] = np.minimum(np.abs(moved[:, 0]), 89.9)
                 moved[beyond, 2] = np.mod(moved[beyond, 2] + 180, 360)
@@ -148,7 +143,7 @@ class Field(NamedTuple):
     Parameters
     ----------
     scene
-        Where.
+        The points.
     points
         At the points, 1/sr.
     grid
@@ -156,7 +151,7 @@ class Field(NamedTuple):
     regular
         Share of the incident power in the regular peak of each point's scan and side.
     lower, upper
-        At incidences a step lower and higher; None where these are not computed.
+        At incidences one step lower and higher, 1/sr; None if not computed.
     """
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""Effects of surfaces: faces that are rough, films on them, gaps between them."""
+"""Effects of surfaces: rough faces, films and gaps."""
 
 import dataclasses
 
@@ -9,11 +9,11 @@ from jaxink.effects.kinds import AreaWithOtherSample, SampleEffect
 from jaxink.effects.sample_edits import with_face, with_film, with_parameters
 from jaxink.sample import Parameter, Roughness, Sample
 
-_NO_OUTER_FACE = "no outer face of an ink is declared smooth"
+_NO_OUTER_FACE = "there is no outer face of an ink that is declared smooth"
 
 
 def exposed_faces(sample: Sample) -> dict[str, tuple[int, str]]:
-    """Faces that may be rough: effect name to (layer, face), of those declared smooth."""
+    """Faces declared smooth that may be rough: (layer, face) by the name of the effect."""
     layers, faces = sample.layers, {}
     ends = ((0, "front_roughness"), (len(layers) - 1, "back_roughness"))
     for position, face in ends:
@@ -48,14 +48,14 @@ class _RoughFace(SampleEffect):
         """One for each density of slopes."""
         faces = exposed_faces(case.sample)
         if cls.name not in faces:
-            return "there is no such face between different media, or it is declared rough already"
+            return "there is no such face between different media, or it is already declared rough"
         position, face = faces[cls.name]
         layer = case.sample.layers[position].name
         return tuple(cls(layer, face, density) for density in ("cauchy", "beckmann", "ggx"))
 
     @property
     def is_screened(self) -> bool:
-        """The densities look alike to a screen; refits try them all."""
+        """The screen cannot distinguish the densities; refits try all of them."""
         return self.density == "cauchy"
 
     @property
@@ -66,11 +66,9 @@ class _RoughFace(SampleEffect):
 
     @property
     def settings(self):
-        """Angles."""
         return tuple({self.strength.name: angle} for angle in (1.0, 3.0, 9.0))
 
     def extend(self, sample: Sample) -> Sample:
-        """With a rough face."""
         rough = Roughness(self.face, self.density, None, f"{self.layer}.{self.face}")
         return with_parameters(with_face(sample, self.layer, rough), self.strength)
 
@@ -98,21 +96,21 @@ class RoughContact(_RoughFace):
 
 @dataclasses.dataclass(frozen=True)
 class SlopeTail(SampleEffect):
-    """The slopes of a declared rough face have another tail than its density."""
+    """The slope density of a declared rough face has another tail."""
 
     face: Roughness
     density: str
 
     name, group, changes_structure = "slope_tail", "surface", True
-    statement = "the slopes of the rough face have another tail than declared"
+    statement = "the slope density of the rough face has another tail than declared"
 
     @classmethod
     def forms(cls, case: Case):
-        """A heavy tail beside the declared density; beside GGX a Gaussian core."""
+        """A heavy tail added to the declared density; for GGX a Gaussian core."""
         rough = [r for layer in case.sample.layers for r in layer.roughness if r.density is not None]
         rough = [r for r in rough if r.second_density is None and r.nodes is None]
         if not rough:
-            return "no face is declared rough by a single density of slopes"
+            return "no face is declared rough with a single density of slopes"
         return tuple(cls(rough[0], d) for d in ("ggx", "beckmann") if d != rough[0].density)[:1]
 
     @property
@@ -126,34 +124,31 @@ class SlopeTail(SampleEffect):
 
     @property
     def settings(self):
-        """Angles of the second density."""
         return tuple({self.terms[1].name: angle, self.terms[0].name: 0.2} for angle in (3.0, 12.0))
 
     def extend(self, sample: Sample) -> Sample:
-        """With a second density."""
         rough = dataclasses.replace(self.face, second_density=self.density)
         return with_parameters(with_face(sample, self.face.name.split(".")[0], rough), *self.terms)
 
 
 @dataclasses.dataclass(frozen=True)
 class WaveSurface(SampleEffect):
-    """A face scatters by its heights (wave optics)."""
+    """A face scatters by its surface heights, treated by wave optics."""
 
     layer: str
     face: str
 
     name, group, changes_structure = "wave_surface", "surface", True
-    statement = "a face scatters by the waves of its heights"
+    statement = "the surface heights of a face scatter light (wave optics)"
 
     @classmethod
     def forms(cls, case: Case):
-        """If several wavelengths tell it from facets."""
         if np.unique(case.scene.wavelength_nm).size < 2:
-            return "one wavelength does not tell waves from facets; see rough_ink and rough_plate"
+            return "one wavelength cannot distinguish wave optics from facets; see rough_ink and rough_plate"
         faces = exposed_faces(case.sample)
         outer = next((faces[n] for n in ("rough_ink", "rough_plate") if n in faces), None)
         if outer is None:
-            return "no outer face is declared smooth"
+            return "there is no outer face that is declared smooth"
         return (cls(case.sample.layers[outer[0]].name, outer[1]),)
 
     @property
@@ -168,12 +163,11 @@ class WaveSurface(SampleEffect):
 
     @property
     def settings(self):
-        """Heights and lengths: two too small to saturate, one that scatters most of the light."""
+        """Heights and lengths: two below saturation, one that scatters most of the light."""
         height, length, _ = (t.name for t in self.terms)
         return tuple({height: h, length: b} for h, b in ((0.02, 2.0), (0.02, 8.0), (0.15, 8.0)))
 
     def extend(self, sample: Sample) -> Sample:
-        """With a spectrum of heights."""
         stem = f"{self.layer}.{self.face}"
         rough = Roughness(self.face, None, None, stem, "k_correlation", "perturbation")
         return with_parameters(with_face(sample, self.layer, rough), *self.terms)
@@ -181,12 +175,12 @@ class WaveSurface(SampleEffect):
 
 @dataclasses.dataclass(frozen=True)
 class TopCoat(AreaWithOtherSample):
-    """A gloss film of another index covers a share of the ink's outer face."""
+    """A gloss film of another refractive index covers a share of the ink's outer face."""
 
     position: int
 
     name, group, usual = "top_coat", "surface", 1.0
-    statement = "a film of another refractive index lies on the ink"
+    statement = "a film of another refractive index covers the ink"
     terms = (
         Parameter("top_coat.share", 0.0, True, 0.0, 1.0),
         Parameter("top_coat_film.refractive_index", 1.3, True, 1.05, 2.2),
@@ -196,7 +190,6 @@ class TopCoat(AreaWithOtherSample):
 
     @classmethod
     def forms(cls, case: Case):
-        """On the outer face of an ink."""
         faces = exposed_faces(case.sample)
         if "rough_ink" not in faces:
             return _NO_OUTER_FACE
@@ -204,7 +197,6 @@ class TopCoat(AreaWithOtherSample):
         return (cls(position + (face == "back_roughness")),)
 
     def other(self, sample: Sample) -> Sample:
-        """With the film."""
         index = self.terms[1]
         return with_parameters(with_film(sample, self.position, "top_coat_film", index.value), index)
 
@@ -222,24 +214,22 @@ class AirGap(AreaWithOtherSample):
 
     @classmethod
     def forms(cls, case: Case):
-        """If a plate touches an ink."""
         layers = case.sample.layers
         for k in range(len(layers) - 1):
             if layers[k].scatters != layers[k + 1].scatters:
                 return (cls(k + 1),)
-        return "no plate touches the ink"
+        return "no plate is in contact with the ink"
 
     def other(self, sample: Sample) -> Sample:
-        """With a gap."""
         return with_film(sample, self.position, "air_gap_layer", 1.0)
 
 
 @dataclasses.dataclass(frozen=True)
 class WeakInterface(SampleEffect):
-    """The ink's outer face reflects less than its index says, as a graded or porous one.
+    """The ink's outer face reflects less than its refractive index implies, as a graded or porous one does.
 
-    An ink that touches nothing but the surroundings has an effective index between theirs and the declared
-    one; the face of an ink on a plate has a film of such an index, that is two smaller steps.
+    If the ink is the only layer, it gets an effective index between that of the surroundings and the declared
+    one. Otherwise its outer face gets a film of such an index, that is two smaller steps.
     """
 
     layer: str
@@ -248,11 +238,10 @@ class WeakInterface(SampleEffect):
     is_single: bool
 
     name, group, usual = "weak_interface", "surface", 0.5
-    statement = "the ink's outer face reflects less than its refractive index says, as a graded or porous one"
+    statement = "the ink's outer face reflects less than its refractive index implies (graded or porous)"
 
     @classmethod
     def forms(cls, case: Case):
-        """For the outer face of an ink."""
         layers = case.sample.layers
         faces = exposed_faces(case.sample)
         if "rough_ink" not in faces:
@@ -263,13 +252,13 @@ class WeakInterface(SampleEffect):
             return "the ink's index depends on the wavelength"
         declared = case.declared(name)
         if declared <= 1.0 + 1e-9:
-            return "the ink has the index of air already"
+            return "the ink already has the index of air"
         end = position + (face == "back_roughness")
         return (cls(layers[position].name, end, declared, len(layers) == 1),)
 
     @property
     def changes_structure(self) -> bool:
-        """A film does."""
+        """Only a film changes it."""
         return not self.is_single
 
     @property
@@ -279,11 +268,11 @@ class WeakInterface(SampleEffect):
 
     @property
     def settings(self):
-        """The derivative for an ink without a plate; a film half way down otherwise."""
+        """The derivative if the ink is the only layer; otherwise a film with half of the step."""
         return ({},) if self.is_single else ({"weak_interface.share": 0.5},)
 
     def extend(self, sample: Sample) -> Sample:
-        """With an index, or a film, that follows the strength."""
+        """With an index, or a film, tied to the strength."""
         tie = f"{self.declared} - weak_interface.share * {self.declared - 1}"
         target = self.layer if self.is_single else "weak_interface_film"
         if not self.is_single:
@@ -292,13 +281,4 @@ class WeakInterface(SampleEffect):
         return with_parameters(sample, self.strength, index)
 
 
-SURFACES = (
-    RoughInk,
-    RoughPlate,
-    RoughContact,
-    SlopeTail,
-    TopCoat,
-    AirGap,
-    WaveSurface,
-    WeakInterface,
-)
+SURFACES = (RoughInk, RoughPlate, RoughContact, SlopeTail, TopCoat, AirGap, WaveSurface, WeakInterface)

@@ -12,12 +12,12 @@ from jaxink.effects.kinds import DividingEffect, Effect, ReadingEffect, SampleEf
 from jaxink.effects.sample_edits import freed, with_changed_layer, with_parameters
 from jaxink.sample import Layer, Parameter, Population, Sample
 
-_NOT_MIE = "the ink is not made of Mie particles, so nothing of the kind has a parameter"
+_NOT_MIE = "the ink does not consist of Mie particles, so it has no such parameter"
 
 
 @dataclasses.dataclass(frozen=True)
 class _MieTerm(SampleEffect):
-    """A further number of a Mie ink that is zero at the declared model."""
+    """An additional parameter of a Mie ink that is zero in the declared model."""
 
     layer: str
 
@@ -27,26 +27,24 @@ class _MieTerm(SampleEffect):
 
     @classmethod
     def of_mie_ink(cls, case: Case) -> tuple[Effect, ...] | str:
-        """For a Mie ink that does not have it."""
+        """The form for a Mie ink that lacks the parameter."""
         mie = [ink for ink in case.inks if ink.phase_function == "mie" and ink.radius_table is None]
         if not mie:
             return _NOT_MIE
         if case.each(f"{mie[0].name}.{cls.key}"):
-            return f"{mie[0].name}.{cls.key} is declared already"
+            return f"{mie[0].name}.{cls.key} is already declared"
         return (cls(mie[0].name),)
 
     @property
     def terms(self):
-        """The number itself."""
         return (Parameter(f"{self.layer}.{self.key}", 0.0, True, 0.0, self.maximum, self.unit),)
 
     def extend(self, sample: Sample) -> Sample:
-        """With the number."""
         return with_parameters(sample, self.strength)
 
 
 class StructureFactor(_MieTerm):
-    """Particles so dense that they scatter dependently (hard spheres, Percus and Yevick 1958)."""
+    """Particles dense enough to scatter dependently (hard spheres, Percus and Yevick 1958)."""
 
     name, usual, key = "structure_factor", 1.0, "structure_factor_weight"
     changes_structure, scales = True, True
@@ -54,36 +52,33 @@ class StructureFactor(_MieTerm):
 
     @classmethod
     def forms(cls, case: Case):
-        """For a Mie ink that does not have it."""
         return cls.of_mie_ink(case)
 
     @property
     def settings(self):
-        """The whole factor."""
         return ({self.strength.name: 1.0},)
 
 
 class Polydispersity(_MieTerm):
-    """The particles' sizes are log-normal; the strength is the variance of ln(radius)."""
+    """The particle radii are log-normally distributed; the strength is the variance of ln(radius)."""
 
     name, usual, key, maximum = "polydispersity", 0.07, "radius_variance_ln", 0.25
     changes_structure, scales = True, True
-    statement = "the particles are not of one size"
+    statement = "the particles have a distribution of sizes"
 
     @classmethod
     def forms(cls, case: Case):
-        """For a Mie ink that does not have it."""
         return cls.of_mie_ink(case)
 
     @property
     def settings(self):
-        """A tenth and a third of the radius."""
+        """Standard deviations of a tenth and a third of the radius."""
         return tuple({self.strength.name: v} for v in (0.01, 0.09))
 
 
 @dataclasses.dataclass(frozen=True)
 class SecondPopulation(SampleEffect):
-    """A second kind of particles, of the same material and another size."""
+    """A second population of particles, of the same material and another size."""
 
     layer: str
     index: float
@@ -93,13 +88,12 @@ class SecondPopulation(SampleEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """For a Mie ink with one kind."""
         ink = case.inks[0]
         if ink.phase_function != "mie":
-            return _NOT_MIE + "; second_lobe stands for a second kind of particles"
+            return _NOT_MIE + "; second_lobe represents a second kind of particles"
         names = case.each(f"{ink.name}.particle_index")
         if ink.populations or not names:
-            return "there are several kinds of particles already, or their index has a dispersion"
+            return "there are already several kinds of particles, or their index has a dispersion"
         return (cls(ink.name, case.declared(names[0])),)
 
     @property
@@ -113,12 +107,10 @@ class SecondPopulation(SampleEffect):
 
     @property
     def settings(self):
-        """Small and large ones."""
         share, radius = (t.name for t in self.terms)
         return ({share: 0.01, radius: 60.0}, {share: 0.005, radius: 600.0}, {share: 0.01, radius: 2000.0})
 
     def extend(self, sample: Sample) -> Sample:
-        """With a second population."""
         stem = f"{self.layer}.second"
         constants = {"particle_index": self.index, "particle_absorption_index": 0.0}
         new = (Parameter(f"{stem}.{key}", value) for key, value in constants.items())
@@ -128,7 +120,7 @@ class SecondPopulation(SampleEffect):
 
 @dataclasses.dataclass(frozen=True)
 class DepthGradient(DividingEffect):
-    """The ink scatters more towards one side; two halves."""
+    """The ink scatters more towards one side; represented by two halves."""
 
     layer: str
 
@@ -136,25 +128,24 @@ class DepthGradient(DividingEffect):
     changes_structure, scales = True, True
     statement = "the ink's scattering changes with depth"
     terms = (Parameter("depth_gradient.slope", 0.0, True, -1.5, 1.5),)
-    # Half as much more.
+    # Half as much again.
     settings = ({"depth_gradient.slope": 0.5},)
 
     @classmethod
     def forms(cls, case: Case):
-        """For an ink that light passes, with one concentration for all wavelengths."""
         ink = case.inks[0]
         if ink.opaque or ink.populations:
             return "the ink is opaque, or has several kinds of particles"
         if any(n.startswith(f"{ink.name}.") and "@" in n for n in case.sample.parameters):
-            return "the ink has a parameter for each wavelength, which its halves could not follow"
+            return "the ink has parameters given by wavelength, which its halves cannot share"
         if f"{ink.name}.{_concentration(ink)}" not in case.sample.parameters:
-            return "the ink has no concentration of its own that could change with depth"
+            return "the ink has no parameter for its concentration that could vary with depth"
         if ink.roughness and len(ink.roughness) > 1:
             return "the ink has two rough faces"
         return (cls(ink.name),)
 
     def extend(self, sample: Sample) -> Sample:
-        """Two halves, whose concentrations follow the strength; all else follows the declared layer."""
+        """Two halves, whose concentrations depend on the strength; all else is tied to the declared layer."""
         position = next(k for k, one in enumerate(sample.layers) if one.name == self.layer)
         ink = sample.layers[position]
         halves, new = [], [self.strength]
@@ -179,12 +170,12 @@ class DepthGradient(DividingEffect):
 
 
 def _concentration(ink: Layer) -> str:
-    """Key of the parameter that the number of scatterers goes with."""
+    """Key of the parameter proportional to the number of scatterers."""
     return "volume_fraction" if ink.phase_function == "mie" else "scattering_per_mm"
 
 
 def _tied(parameter: Parameter, name: str, tie: str) -> Parameter:
-    """A parameter like another one, whose value is a formula."""
+    """A copy of a parameter under another name, with a formula as its value."""
     free_of_limits = {"free": False, "prior": None, "minimum": -np.inf, "maximum": np.inf}
     return dataclasses.replace(parameter, name=name, value=np.nan, tie=tie, **free_of_limits)
 
@@ -197,7 +188,6 @@ class InkAbsorption(_MieTerm):
 
     @classmethod
     def forms(cls, case: Case):
-        """For a Mie ink; others have a coefficient of their own, free or fixed."""
         ink = case.inks[0]
         if ink.phase_function == "mie":
             return cls.of_mie_ink(case)
@@ -205,16 +195,16 @@ class InkAbsorption(_MieTerm):
             f"{ink.name}.single_scattering_albedo"
         )
         if any(case.sample.parameters[n].free for n in names):
-            return "the absorption of the ink is a free parameter already"
+            return "the absorption of the ink is already a free parameter"
         name = f"{ink.name}.absorption_per_mm"
         if name not in names:
-            return "the ink's albedo is declared, of which absorption is a part"
+            return "the ink's albedo is declared, which includes absorption"
         declared = case.declared(name)
         return (_DeclaredAbsorption(freed(case.sample, name, declared, declared + 50.0)),)
 
 
 class _DeclaredAbsorption(DeclaredConstant):
-    """The same of an ink with coefficients."""
+    """The same for an ink with declared coefficients."""
 
     name, sign, group = "ink_absorption", 1, "volume"
     statement = "the ink absorbs more than declared"
@@ -231,15 +221,14 @@ class SecondLobe(SampleEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """For a Henyey-Greenstein ink."""
         ink = case.inks[0]
         if ink.phase_function != "henyey_greenstein":
-            return "the phase function is not Henyey and Greenstein's"
+            return "the phase function is not a Henyey-Greenstein function"
         return (cls(ink.name),)
 
     @property
     def terms(self):
-        """Share of the scattering in it, and its asymmetry."""
+        """Share of the scattering in it, and its asymmetry parameter."""
         return (
             Parameter(f"{self.layer}.second_weight", 0.0, True, 0.0, 0.6),
             Parameter(f"{self.layer}.second_asymmetry_parameter", -0.4, True, -0.9, 0.97),
@@ -247,25 +236,24 @@ class SecondLobe(SampleEffect):
 
     @property
     def settings(self):
-        """Asymmetries."""
         return tuple({self.terms[1].name: g} for g in (-0.8, -0.4, 0.0, 0.4, 0.8, 0.95))
 
     def extend(self, sample: Sample) -> Sample:
-        """With two terms."""
         changed = with_changed_layer(sample, self.layer, phase_function="two_term_henyey_greenstein")
         return with_parameters(changed, *self.terms)
 
 
 @dataclasses.dataclass(frozen=True)
 class ShadowHiding(ReadingEffect):
-    """Near the source no particle sees the shadow of another (Hapke).
+    """Particles hide their shadows in the direction of the source (Hapke).
 
-    The strength B0 multiplies the reflected BSDF by 1 + B0 / (1 + tan(psi / 2) / h), psi the angle from the
-    source; all of it instead of its first order, which it overstates for bright samples.
+    The strength B0 multiplies the reflected BSDF by 1 + B0 / (1 + tan(psi / 2) / h), where psi is the angle
+    from the source. It multiplies all of it instead of single scattering only, which is an overestimate for
+    bright samples.
     """
 
     name, group, usual = "shadow_hiding", "volume", 0.2
-    statement = "the reflection is enhanced around the source, as by hidden shadows"
+    statement = "reflection is enhanced around the source by shadow hiding"
 
     terms = (
         Parameter("shadow_hiding.amplitude", 0.0, True, 0.0, 1.0),
@@ -275,15 +263,13 @@ class ShadowHiding(ReadingEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """If reflection was measured near the source."""
         reflects = ~case.scene.is_transmission
         near = np.asarray(case.scene.from_retro_deg)[reflects]
         if not np.any(near < 20):
-            return "no point in reflection lies within 20 degrees of the source"
+            return "no point in reflection is within 20 degrees of the source"
         return (cls(),)
 
     def change(self, predicted, values, field):
-        """See the class."""
         lobe = 1 / (1 + jnp.tan(jnp.deg2rad(field.scene.from_retro_deg) / 2) / values["shadow_hiding.width"])
         reflects = ~field.scene.is_transmission
         return predicted * (1 + values["shadow_hiding.amplitude"] * lobe * reflects)

@@ -12,45 +12,44 @@ from jaxink.sample import Dispersion, Parameter, Sample
 
 # Excitation and emission of optical brighteners.
 _EXCITED_NM, _EMITTED_NM = (320.0, 420.0), (420.0, 500.0)
-# A film beyond this many wavelengths shows no fringes at the resolution of a goniometer.
+# A goniometer does not resolve the fringes of a thicker film.
 _THICKEST_UM = 10.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Fluorescence(ReadingEffect):
-    """Light of short wavelengths comes back at longer ones, flat in angle, as from an optical brightener.
+    """Light of short wavelengths is re-emitted at longer ones, Lambertian, as by an optical brightener.
 
-    The strength is the share of the exciting light that is emitted, Lambertian, half of it on each side.
+    The strength is the share of the exciting light that is emitted, half of it on each side.
 
     Parameters
     ----------
     spectrum
-        Wavelengths in nm and relative powers of the light on the sample if the detector resolves wavelengths;
-        None if the light has one wavelength and the detector sees all.
+        Wavelengths in nm and relative powers of the illumination if the detector resolves wavelengths; None
+        if the illumination has one wavelength and the detector is sensitive to all.
     """
 
     spectrum: tuple[tuple[float, ...], tuple[float, ...]] | None
 
-    name, group, usual = "fluorescence", "waves", 0.05
+    name, group, usual = "fluorescence", "wave optics", 0.05
     statement = "the sample fluoresces"
     terms = (Parameter("fluorescence.share", 0.0, True, 0.0, 1.0),)
 
     @classmethod
     def forms(cls, case: Case):
-        """If the lamp, and what the detector sees, are known."""
         sample = case.sample
         if sample.detector_mode is None:
-            return "the sample file does not say what the detector sees: give instrument.detector_mode"
+            return "the detector is not described: add instrument.detector_mode to the sample file"
         if sample.detector_mode == "spectrometer" and sample.illumination is None:
-            return "the sample file does not give the illumination that excites: give instrument.illumination"
+            return "the exciting illumination is unknown: add instrument.illumination to the sample file"
         form = cls(sample.illumination if sample.detector_mode == "spectrometer" else None)
         seen = form.gain(np.asarray(case.scene.wavelength_nm))
         if not np.any(seen > 0):
-            return "no wavelength of the measurement lies where a brightener would be seen"
+            return "no measured wavelength is in the range where a brightener would be visible"
         return (form,)
 
     def gain(self, wavelength_nm):
-        """Emitted light that is seen at a wavelength, over the light that falls on the sample there."""
+        """Emitted light detected at a wavelength, relative to the light incident on the sample there."""
         wave = np.asarray(wavelength_nm)
         if self.spectrum is None:
             return ((wave >= _EXCITED_NM[0]) & (wave <= _EXCITED_NM[1])).astype(float)
@@ -71,13 +70,13 @@ class Fluorescence(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class CoherentBackscatter(ReadingEffect):
-    """Waves along the same path in both directions interfere constructively towards the source.
+    """Waves that travel the same path in opposite directions interfere constructively towards the source.
 
     Akkermans, Wolf, Maynard 1986.
     """
 
-    name, group, usual = "coherent_backscatter", "waves", 0.3
-    statement = "reflection is enhanced in a narrow cone around the source, coherently"
+    name, group, usual = "coherent_backscatter", "wave optics", 0.3
+    statement = "coherent backscattering enhances reflection in a narrow cone around the source"
     terms = (
         Parameter("coherent_backscatter.enhancement", 0.0, True, 0.0, 1.0),
         Parameter("coherent_backscatter.half_width_deg", 0.5, True, 0.05, 2.5, "deg", scale="log"),
@@ -86,59 +85,56 @@ class CoherentBackscatter(ReadingEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """If reflection was measured near the source."""
         near = np.asarray(case.scene.from_retro_deg)[~np.asarray(case.scene.is_transmission)]
         if not np.any(near < 4.0):
-            return "no point in reflection lies within 4 degrees of the source"
+            return "no point in reflection is within 4 degrees of the source"
         return (cls(),)
 
     def change(self, predicted, values, field):
-        """Return y = f (1 + s / (1 + psi / w)^2), the diffusion approximation's line."""
+        """Return y = f (1 + s / (1 + psi / w)^2), the line shape of the diffusion approximation."""
         angle = field.scene.from_retro_deg / values[self.terms[1].name]
         line = 1 / (1 + angle) ** 2 * ~field.scene.is_transmission
         return predicted * (1 + values[self.terms[0].name] * line)
 
 
 class Polarisation(Effect):
-    """Light is polarised, the solver is scalar; of no kind, as nothing computes it."""
+    """Light is polarised, but the solver is scalar; this effect has no kind, because nothing computes it."""
 
-    name, group, sign = "polarisation", "waves", 0
+    name, group, sign = "polarisation", "wave optics", 0
     statement = "polarisation matters"
 
     @classmethod
     def forms(cls, case: Case):
-        """Not before there is a vector solver."""
         return "the solver is scalar; a vector solver would be needed"
 
 
 @dataclasses.dataclass(frozen=True)
 class BinderDispersion(SampleEffect):
-    """The binder's index depends on the wavelength; the strength is Cauchy's B."""
+    """The binder's refractive index depends on the wavelength; the strength is Cauchy's B."""
 
     layer: str
     declared: float
     middle_um: float
 
-    name, group, sign, usual = "dispersion", "waves", 0, 0.005
+    name, group, sign, usual = "dispersion", "wave optics", 0, 0.005
     changes_structure, scales = True, True
     statement = "the refractive index of the binder depends on the wavelength"
     terms = (Parameter("dispersion.b_um2", 0.0, True, -0.02, 0.04, "um^2"),)
-    # As of a common binder.
+    # Typical of a binder.
     settings = ({"dispersion.b_um2": 0.005},)
 
     @classmethod
     def forms(cls, case: Case):
-        """If several wavelengths were measured, and the index is one number."""
         waves = np.unique(case.scene.wavelength_nm)
         name = f"{case.inks[0].name}.refractive_index"
         if waves.size < 2:
-            return "one wavelength was measured"
+            return "only one wavelength was measured"
         if name not in case.sample.parameters or not case.sample.parameters[name].is_fixed:
-            return "the ink's index is free, or has a dispersion already"
+            return "the ink's index is free, or already has a dispersion"
         return (cls(case.inks[0].name, case.declared(name), float(np.mean(waves)) / 1000),)
 
     def extend(self, sample: Sample) -> Sample:
-        """Cauchy's formula that has the declared index at the mean wavelength."""
+        """Cauchy's formula with the declared index at the mean wavelength."""
         name = f"{self.layer}.refractive_index"
         formula = Dispersion(name, "cauchy", 1.0, 4.0)
         ties = {
@@ -152,13 +148,13 @@ class BinderDispersion(SampleEffect):
 
 @dataclasses.dataclass(frozen=True)
 class Interference(ReadingEffect):
-    """A thin smooth layer shows fringes in its reflection."""
+    """A thin smooth layer causes interference fringes in reflection."""
 
     thickness_um: float
     index: float
 
-    name, group, usual = "interference", "waves", 0.05
-    statement = "a thin layer shows interference"
+    name, group, usual = "interference", "wave optics", 0.05
+    statement = "a thin layer causes interference fringes"
     terms = (
         Parameter("interference.amplitude", 0.0, True, 0.0, 0.5),
         Parameter("interference.phase_rad", 0.0, True, -np.pi, np.pi, "rad"),
@@ -167,7 +163,6 @@ class Interference(ReadingEffect):
 
     @classmethod
     def forms(cls, case: Case):
-        """If a layer is thin."""
         found = []
         for layer in case.sample.layers:
             if layer.opaque:

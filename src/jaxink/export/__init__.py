@@ -1,4 +1,4 @@
-"""The ink's table in the files of ray tracers."""
+"""Export of ink tables to ray tracers."""
 
 from jaxink.export.formats import FORMATS, write
 from jaxink.export.limitations import LOSSES, ExportOptions

@@ -1,4 +1,4 @@
-"""Plain columns, for programs without a format of their own."""
+"""Plain CSV columns, for programs without a specific format."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write ``<name>_bsdf.csv``, a row a direction, and ``<name>_totals.csv``, a row an incidence.
+    """Write ``<name>_bsdf.csv``, one row per direction, and ``<name>_totals.csv``, one row per incidence.
 
     Parameters: see `jaxink.export.formats.Format`.
     """
@@ -31,7 +31,7 @@ def _write_bsdf(table: InkTable, path: Path, head: list[str]) -> None:
         names.append("bsdf_standard_error_per_sr")
         quantities.append(table.bsdf_standard_error_per_sr)
     theta, phi = table.theta_deg.tolist(), table.phi_deg.tolist()
-    # What precedes the azimuth, and the azimuth, are the same in every row of their kind: formatted once.
+    # The azimuths, and the columns before them, are formatted once.
     azimuths = [repr(p) for p in phi]
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join([*head, ",".join(names), ""]))

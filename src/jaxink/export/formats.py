@@ -1,4 +1,4 @@
-"""One call for every format; a folder gets all files of an export or none."""
+"""Catalogue of the formats, and the call that writes them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,16 +19,16 @@ from jaxink.ink.table import InkTable
 
 
 class Format(NamedTuple):
-    """A format of a ray tracer.
+    """A file format.
 
     Parameters
     ----------
     title
-        How sentences call it.
+        Name in messages.
     write
-        Writes a table into a folder, with the names and choices of the options.
+        Writes a table into a folder.
     lost
-        Of `LOSSES`: what it has no place for.
+        Members of `LOSSES` that it cannot represent.
     """
 
     title: str
@@ -57,44 +57,44 @@ FORMATS = tuple(_FORMATS)
 
 
 def require_format(format: str) -> None:
-    """Refuse the name of a format that there is not."""
+    """Reject an unknown format."""
     require_one_of("format", format, FORMATS)
 
 
 def write(
     table: InkTable, format: str, directory: str | Path, options: ExportOptions | None = None
 ) -> list[Path]:
-    """Write the ink for a ray tracer.
+    """Write an ink table for a ray tracer.
 
     Parameters
     ----------
     table
-        The ink.
+        The table.
     format
         One of `FORMATS`.
     directory
-        An existing folder; files of the same names are replaced, all or none.
+        An existing folder; files of the same names are replaced, all of them or none.
     options
-        Names, what may be lost, and choices of a format; None for the defaults.
+        Choices; None for the defaults.
 
     Returns
     -------
     list[Path]
-        The files written, by name.
+        The files written, sorted by name.
 
     Raises
     ------
     InputRefusedError
-        If the format cannot hold the table, the table is no BSDF, or the folder cannot be written to.
+        If the format cannot represent the table, the table is not a BSDF, or the folder cannot be written to.
     """
     require_format(format)
     if not Path(directory).is_dir():
-        raise InputRefusedError(f"{directory}: is not a folder; create it first.")
+        raise InputRefusedError(f"{directory} is not a folder; create it first.")
     return write_folder(table, format, directory, ExportOptions() if options is None else options)
 
 
 def write_folder(table: InkTable, format: str, directory: str | Path, options: ExportOptions) -> list[Path]:
-    """As `write`, into a folder that is made if it does not exist."""
+    """As `write`, into a folder that is created if it does not exist."""
     chosen = _FORMATS[format]
     table = writable(table)
     refuse_losses(table, chosen.title, chosen.lost, options)

@@ -9,19 +9,19 @@ from jaxink.export.text import block, comments, row, stem, write_lines
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
 
-# Light comes from the side that the outward normal of the plate points to: front.
+# Front is the side that the outward normal of the plate points to.
 _SIDES = {"I": "Back", "A": "Front"}
-# Azimuth at which the light arrives in files of isotropic samples.
+# Azimuth of the source in files of isotropic samples.
 _INCIDENCE_AZIMUTH_DEG = 90.0
 
 
 def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write one ``.bsdf`` file a wavelength, with all four components.
+    """Write one ``.bsdf`` file per wavelength, with all four components.
 
     Parameters: see `jaxink.export.formats.Format`.
     """
     totals = diffuse_totals(table)
-    # A full circle in the file's azimuths, each entry of the table and its mirror image once.
+    # The full circle in the file's azimuths: the entries of the table and their mirror images.
     own = np.concatenate([table.phi_deg, 360 - table.phi_deg[::-1]])
     azimuth = np.unique(np.round(np.append((own + _INCIDENCE_AZIMUTH_DEG) % 360, [0.0, 360.0]), 9))
     phi = azimuth - _INCIDENCE_AZIMUTH_DEG

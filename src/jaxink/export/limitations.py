@@ -1,4 +1,4 @@
-"""What a format cannot hold is refused, unless the caller says that it may be lost."""
+"""Rejects an export that would lose part of a table, unless the caller allows the loss."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -10,30 +10,31 @@ from jaxink.ink.hemispherical_totals import critical_angle_deg, diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
 
 LOSSES = ("regular", "beyond_critical", "narrow_lobes", "standard_errors", "index_step")
-# Share of the incident power below which nothing is lost that a file's digits could show.
+# Share of the incident power that is treated as nothing.
 _NEGLIGIBLE = 1e-6
-# Of the largest BSDF of an incidence: what reading lobes between the entries may be wrong by without a word.
+# Error of lobes between the entries that is accepted, over the largest BSDF of an incidence.
 _NEGLIGIBLE_LOBES = 0.01
 
 
 @dataclasses.dataclass(frozen=True)
 class ExportOptions:
-    """Choices of an export.
+    """Options of an export.
 
     Parameters
     ----------
     name
-        First part of the names of the files.
+        Prefix of the file names.
     drop
-        What may be lost, of `LOSSES`.
+        Members of `LOSSES` that may be lost.
     regular_bin_deg
-        Where a format cannot keep the regular part apart: full width at half maximum of the cone over which
-        it is spread; None: it is not.
+        Full width at half maximum of the cone over which the regular part is spread if a format cannot store
+        it separately; None: it is not spread.
     basis
-        Of Radiance files: ``klems`` (145 patches, about 10 degrees wide) or ``tensor_tree`` (64 by 64 cells).
+        Basis of Radiance files: ``klems`` (145 patches, about 10 degrees wide) or ``tensor_tree`` (64 by 64
+        cells).
     radial_deg, azimuth_deg
-        Axes of Zemax files, about the specular or refracted direction, from 0 to 180; None: 1/4 degree steps
-        near that direction, 2.5 degrees elsewhere, and 5 degrees in azimuth.
+        Axes of Zemax files around the specular or refracted direction, from 0 to 180; None: steps of 0.25
+        degrees near that direction and of 2.5 degrees elsewhere, and of 5 degrees in azimuth.
     """
 
     name: str = "ink"
@@ -46,14 +47,12 @@ class ExportOptions:
     def __post_init__(self):
         for name in self.drop:
             if name not in LOSSES:
-                raise InputRefusedError(
-                    f"drop names {name!r}; what may be lost is one of: {', '.join(LOSSES)}."
-                )
+                raise InputRefusedError(f"drop contains {name!r}; it may contain {', '.join(LOSSES)}.")
         require_one_of("basis", self.basis, ("klems", "tensor_tree"))
         if not self.name or any(sign in self.name for sign in '/\\:*?"<>| \t\n'):
             raise InputRefusedError(
-                f"name is {self.name!r}; it begins the names of files, so it needs letters, no space, slash "
-                "or colon."
+                f"name is {self.name!r}; as a prefix of file names it must not be empty or contain spaces or "
+                'any of / \\ : * ? " < > |.'
             )
         for field in ("radial_deg", "azimuth_deg"):
             axis = getattr(self, field)
@@ -62,28 +61,12 @@ class ExportOptions:
 
 
 def refuse_losses(table: InkTable, title: str, lost: tuple[str, ...], options: ExportOptions) -> None:
-    """Refuse what a format would lose and nobody has allowed.
+    """Reject an export that would lose something that ``options.drop`` does not allow.
 
-    Parameters
-    ----------
-    table
-        The table.
-    title
-        How the format is called.
-    lost
-        Of `LOSSES`: what the format has no place for.
-    options
-        What may be lost.
-
-    Raises
-    ------
-    InputRefusedError
-        In one sentence: the format, what it would lose, and what to do.
+    ``title`` and ``lost`` are those of the `Format`.
     """
     if options.regular_bin_deg is not None and "regular" not in lost:
-        raise InputRefusedError(
-            f"{title} keeps the regular part apart, so regular_bin_deg has no meaning for it; leave it out."
-        )
+        raise InputRefusedError(f"{title} stores the regular part separately; leave out regular_bin_deg.")
     clauses, names = [], []
     for name in lost:
         folded = name == "regular" and options.regular_bin_deg is not None
@@ -95,9 +78,9 @@ def refuse_losses(table: InkTable, title: str, lost: tuple[str, ...], options: E
         return
     remedy = f"allow the loss (drop, --allow-loss {','.join(names)})"
     if "regular" in names:
-        remedy += ", give the regular part a width instead (regular_bin_deg, --regular-bin-deg)"
+        remedy += ", spread the regular part over cones (regular_bin_deg, --regular-bin-deg)"
     raise InputRefusedError(
-        f"{title} cannot hold {'; nor '.join(clauses)}: {remedy}, or take a format that holds all: "
+        f"{title} cannot represent {', nor '.join(clauses)}; {remedy}, or choose a format that can: "
         f"{'netcdf' if 'narrow_lobes' in names else 'netcdf, csv, mitsuba'}."
     )
 
@@ -108,8 +91,8 @@ def _regular(table: InkTable) -> str | None:
     if most <= _NEGLIGIBLE:
         return None
     return (
-        f"the regular (specular and refracted) light apart from the diffuse, up to {most:.3g} of the "
-        f"incident power ({COMPONENTS[c]} at {table.theta_deg[i]:.3g} degrees, {table.wavelength_nm[w]:g} nm)"
+        f"regular (specular and refracted) light separately, which is up to {most:.3g} of the incident "
+        f"power ({COMPONENTS[c]} at {table.theta_deg[i]:.3g} degrees, {table.wavelength_nm[w]:g} nm)"
     )
 
 
@@ -126,8 +109,8 @@ def _beyond_critical(table: InkTable) -> str | None:
     if not where:
         return None
     return (
-        f"diffuse transmission of light beyond the critical angle, up to {most:.3g} of the incident power "
-        f"({where}), because its axis of incidence is the refracted angle"
+        "diffuse transmission of light that arrives beyond the critical angle, which is up to "
+        f"{most:.3g} of the incident power ({where})"
     )
 
 
@@ -138,23 +121,22 @@ def _narrow_lobes(table: InkTable) -> str | None:
     if error <= _NEGLIGIBLE_LOBES:
         return None
     return (
-        f"the lobes of a rough face, narrower than its angles (about {error:.2g} of the largest BSDF of an "
-        "incidence is lost or gained between them; more n_theta and n_phi help)"
+        "the lobes of a rough face, which are narrower than the steps of the table (error about "
+        f"{error:.2g} of the largest BSDF of an incidence; larger n_theta and n_phi reduce it)"
     )
 
 
 def _standard_errors(table: InkTable) -> str | None:
-    if table.bsdf_standard_error_per_sr is None and table.regular_standard_error is None:
-        return None
-    return "standard errors"
+    known = table.bsdf_standard_error_per_sr is not None or table.regular_standard_error is not None
+    return "standard errors" if known else None
 
 
 def _index_step(table: InkTable) -> str | None:
     if np.allclose(table.index_inside, table.index_outside, rtol=0, atol=1e-9):
         return None
     return (
-        f"refractive indices ({table.index_inside[0]:.4g} inside, {table.index_outside[0]:.4g} outside), as "
-        "it traces every ray in a medium of index 1 and refracts none at this surface"
+        f"refractive indices ({table.index_inside[0]:.4g} inside, {table.index_outside[0]:.4g} outside), "
+        "because every ray is traced in a medium of index 1"
     )
 
 

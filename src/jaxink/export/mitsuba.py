@@ -1,4 +1,4 @@
-"""The ink for Mitsuba 3: its table, a plug-in that reads it, and an example scene."""
+"""Export to Mitsuba 3: the table, a plug-in that reads it, and an example scene."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -11,7 +11,7 @@ _PROGRAMS = ("jaxink_table.py", "example_scene.py")
 
 
 def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write the canonical netCDF file and the Python files that use it; they need no jaxink.
+    """Write the netCDF file and the Python files that use it, which do not need jaxink.
 
     Parameters: see `jaxink.export.formats.Format`.
     """

@@ -1,4 +1,4 @@
-"""A table made ready for ray tracers: checked, and its regular part in cones where a format holds none."""
+"""Validation of a table for ray tracers, and its regular part as cones."""
 
 import dataclasses
 
@@ -13,35 +13,34 @@ from jaxink.ink.hemispherical_totals import (
 )
 from jaxink.ink.table import COMPONENTS, InkTable
 
-# Values below zero by less than this share of the largest are rounding, and written as zero.
+# Negative values smaller than this share of the largest are rounding errors, written as zero.
 _ROUNDING = 1e-6
 
 
 def writable(table: InkTable) -> InkTable:
-    """The table, checked for what no ray tracer can use, with rounding below zero removed.
+    """The table without negative rounding errors.
 
     Raises
     ------
     InputRefusedError
-        If a value is not finite or negative, or more light leaves than arrives.
+        If a value is not finite or is negative, or if more light leaves than arrives.
     """
     for name in ("bsdf_per_sr", "regular", "index_inside", "index_outside"):
         values = getattr(table, name)
         if not np.all(np.isfinite(values)):
             raise InputRefusedError(
-                f"{name} of the ink table has values that are not finite; compute it anew."
+                f"{name} of the ink table contains values that are not finite; compute it again."
             )
         least = values.min()
         if least < -_ROUNDING * max(values.max(), 0.0):
             raise InputRefusedError(
-                f"{name} of the ink table goes down to {least:.3g}; a ray tracer needs values of zero or "
-                "more, so compute the table with a finer discretisation."
+                f"{name} of the ink table is as low as {least:.3g}; it must not be negative, so compute the "
+                "table with a higher accuracy."
             )
     excess = excess_of_power(table)
     if excess is not None:
         raise InputRefusedError(
-            f"the ink table sends out {excess}; a ray tracer needs at most 1, so compute the table with a "
-            "finer grid."
+            f"the ink table sends out {excess}; it must not exceed 1, so compute the table with more angles."
         )
     return dataclasses.replace(
         table, bsdf_per_sr=np.maximum(table.bsdf_per_sr, 0.0), regular=np.maximum(table.regular, 0.0)
@@ -49,19 +48,9 @@ def writable(table: InkTable) -> InkTable:
 
 
 def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
-    """The table with its regular part spread over a cone about the specular or refracted direction.
+    """The table with its regular part spread over cones around the specular or refracted direction.
 
-    Parameters
-    ----------
-    table
-        The table.
-    width_deg
-        Full width at half maximum of the cone, in the medium that the light leaves to.
-
-    Returns
-    -------
-    InkTable
-        With the same hemispherical sums, and no regular part.
+    Their full width at half maximum is ``width_deg`` in the exit medium; hemispherical totals are kept.
 
     Raises
     ------
@@ -69,12 +58,12 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
         If the table's angles are too coarse for the cone.
     """
     if not 0 < width_deg <= 30:
-        raise InputRefusedError(f"regular_bin_deg is {width_deg:g}; it must lie between 0 and 30 degrees.")
+        raise InputRefusedError(f"regular_bin_deg is {width_deg:g}; it must be between 0 and 30 degrees.")
     step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
     if width_deg < step:
         raise InputRefusedError(
-            f"regular_bin_deg is {width_deg:g}, but the angles of the ink table are up to {step:.3g} degrees "
-            "apart; take a bin at least that wide, or a finer table."
+            f"regular_bin_deg is {width_deg:g}, but the angular steps of the ink table are up to {step:.3g} "
+            "degrees; choose a width of at least that, or a finer table."
         )
     theta, phi = np.deg2rad(table.theta_deg)[:, None], np.deg2rad(table.phi_deg)
     weights = projected_weights(table.theta_deg)[:, None] * azimuth_weights(table.phi_deg)
@@ -95,8 +84,5 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
         regular=np.zeros_like(table.regular),
         bsdf_standard_error_per_sr=None,
         regular_standard_error=None,
-        attrs={
-            **table.attrs,
-            "regular": f"in cones of {width_deg:g} degrees full width at half maximum",
-        },
+        attrs=table.attrs | {"regular": f"in cones of {width_deg:g} degrees full width at half maximum"},
     )

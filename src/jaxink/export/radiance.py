@@ -10,7 +10,7 @@ from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, provenance, stem
 from jaxink.ink.table import InkTable
 
-# The inside of the plate is the front of Radiance, where theta < 90. The XML calls that its back.
+# Radiance's front (theta < 90) is the inside of the plate, which the XML format calls back.
 _DIRECTIONS = {
     "R_II": "Reflection Back",
     "T_IA": "Transmission Back",
@@ -20,20 +20,20 @@ _DIRECTIONS = {
 # Klems full basis: edges of the rings in degrees, and patches in each.
 RING_EDGES_DEG = (0, 5, 15, 25, 35, 45, 55, 65, 75, 90)
 RING_PATCHES = (1, 8, 16, 20, 24, 24, 24, 16, 12)
-# Gauss-Legendre points along each side of a patch or cell over which the table is averaged, equal weights.
+# Gauss-Legendre points of equal weight along each side of a patch or cell, for averages.
 _FRACTIONS = (1 + np.array([-1, 1]) / np.sqrt(3)) / 2
 _TREE_LOG2 = 6
 
 
 def write_radiance(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write one XML file a wavelength, with all four components.
+    """Write one XML file per wavelength, with all four components.
 
     Parameters: see `jaxink.export.formats.Format`.
 
     Notes
     -----
-    The renderer takes a missing transmission from the other one without the square of the indices, so both
-    are always written.
+    Both transmissions are always written: the renderer would replace a missing one by the other without the
+    squared index ratio.
     """
     is_tree = options.basis == "tensor_tree"
     structure = _TREE_STRUCTURE if is_tree else _klems_structure()
@@ -58,7 +58,7 @@ def _klems_structure() -> str:
 
 
 def _patch_points() -> tuple[Float[np.ndarray, "patches points"], Float[np.ndarray, "patches points"]]:
-    """Points of equal projected solid angle in the outgoing patches: polar angles and azimuths, degrees."""
+    """Polar angles and azimuths, in degrees, of points of equal projected solid angle in the patches."""
     theta, phi = [], []
     for low, high, n in zip(RING_EDGES_DEG, RING_EDGES_DEG[1:], RING_PATCHES, strict=False):
         edges = np.sin(np.deg2rad([low, high])) ** 2
@@ -72,11 +72,11 @@ def _patch_points() -> tuple[Float[np.ndarray, "patches points"], Float[np.ndarr
 
 
 def _klems_matrix(table: InkTable, component: str, w: int) -> str:
-    """Averages over pairs of patches: outgoing by row, incidence by column."""
+    """Averages over pairs of patches: outgoing in rows, incident in columns."""
     theta, phi = _patch_points()
     matrix = np.empty((len(theta), len(theta)))
     for i, (theta_i, opposite) in enumerate(zip(theta, phi, strict=True)):
-        # Incident patches are numbered by the direction that the light goes, seen from above.
+        # Incident patches are numbered by the direction of propagation, seen from above.
         turned = phi[:, :, None] - (opposite + 180)
         values = table.interpolated(component, theta_i, theta[:, :, None], turned, w)
         matrix[:, i] = values.mean(axis=(1, 2))
@@ -94,12 +94,12 @@ def _tree(table: InkTable, component: str, w: int) -> str:
     phi = np.rad2deg(np.arctan2(y, x)) + 180
     values = np.empty((half, size, size))
     for i in range(half):
-        total = 0.0
+        total = np.zeros(theta_o.shape)
         for sine in 1 - 2 * cells[i]:
             theta_i = np.rad2deg(np.arcsin(sine))
             total = total + table.interpolated(component, theta_i, theta_o, phi, w)
         values[i] = total.reshape(size, 2, size, 2).mean(axis=(1, 3)) / 2
-    # Branches count the first coordinate fastest; its upper half does not exist for isotropic samples.
+    # The first coordinate varies fastest; its upper half is empty for isotropic samples.
     branches = []
     for third in range(2):
         for second in range(2):
@@ -110,7 +110,7 @@ def _tree(table: InkTable, component: str, w: int) -> str:
 
 
 def _square_to_disc(u, v):
-    """Map of equal areas from the unit square to the unit disc.
+    """Area-preserving map from the unit square to the unit disc.
 
     References
     ----------

@@ -10,19 +10,19 @@ from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
 
 _SIDES = {"I": "inside", "A": "outside"}
-# Half the width of the band for which the file gives a total, so that it has the two entries of a spectrum.
+# Half-width of the band of the two spectral entries.
 _HALF_BAND_NM = 0.5
 
 
 def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write two ``.anisotropicbsdf`` files a wavelength, one for light from each side.
+    """Write two ``.anisotropicbsdf`` files per wavelength, one for light from each side.
 
     Parameters: see `jaxink.export.formats.Format`.
 
     Notes
     -----
-    Values are intensities f |cos(theta)|: in transmission the software does not read BSDF values properly.
-    It scales a table so that its total at the reference incidence is the stated percentage.
+    Values are intensities f |cos(theta)|, because the software misreads BSDF values in transmission. It
+    scales each table to the stated percentage, the total at the reference incidence.
     """
     for w in range(len(table.wavelength_nm)):
         for side, name in _SIDES.items():
@@ -32,7 +32,7 @@ def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
 
 def _lines(table: InkTable, w: int, side: str) -> list[str]:
     totals = diffuse_totals(table)
-    # In the order of the format, reflection first; what is zero throughout has no shape to scale.
+    # In the order of the format, reflection first; a component that is zero cannot be scaled.
     components = [c for c, name in enumerate(COMPONENTS) if name[2] == side]
     components.sort(key=lambda c: COMPONENTS[c][0])
     present = [c for c in components if totals[c, w].max() > 0]
@@ -56,7 +56,7 @@ def _lines(table: InkTable, w: int, side: str) -> list[str]:
     for _ in present:
         lines += ["1", "0", str(len(table.theta_deg)), row(table.theta_deg)]
     for c in present:
-        # The incidence with most light, so that the scale has the fewest relative errors.
+        # The incidence with most light has the smallest relative error.
         reference = int(np.argmax(totals[c, w]))
         percent = f"{100 * totals[c, w, reference]:.9g}"
         band = (table.wavelength_nm[w] + shift for shift in (-_HALF_BAND_NM, _HALF_BAND_NM))
@@ -68,10 +68,10 @@ def _lines(table: InkTable, w: int, side: str) -> list[str]:
 
 
 def _tables(table: InkTable, w: int, c: int) -> list[str]:
-    """One table an incidence, rows by polar angle."""
+    """One table per incidence, with one row per polar angle."""
     cosine = np.cos(np.deg2rad(table.theta_deg))
     cosine[-1] = 0.0
-    # Azimuths from the undeviated direction, all round: those of the table run from the source.
+    # Full circle of azimuths from the undeviated direction; those of the table start at the source.
     azimuth = np.concatenate([180 - table.phi_deg[::-1], 180 + table.phi_deg[1:]])
     theta = table.theta_deg if COMPONENTS[c][0] == "R" else 180 - table.theta_deg[::-1]
     lines = []

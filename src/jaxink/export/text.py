@@ -1,4 +1,4 @@
-"""Numbers and heads of the text formats."""
+"""Numbers and headers of the text formats."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxink.ink.table import InkTable
 
-# Nine digits: a value comes back to better than 1e-8 of itself.
+# Relative rounding error below 1e-8.
 _DIGITS = "%.9g"
 
 
@@ -17,12 +17,12 @@ def row(values: Iterable[float], separator: str = " ") -> str:
 
 
 def block(values: np.ndarray) -> str:
-    """Rows of a matrix, one a line."""
+    """Rows of a matrix, one per line."""
     return "\n".join([row(line) for line in values.tolist()])
 
 
 def provenance(table: InkTable, wavelength: int) -> list[str]:
-    """Lines that say what a file holds and where it comes from, for its comments."""
+    """Contents and origin of a file, for its comments."""
     lines = [
         f"BSDF by jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: inside of the plate, index "
         f"{table.index_inside[wavelength]:.9g}; A: other side, index {table.index_outside[wavelength]:.9g}",
@@ -34,15 +34,15 @@ def provenance(table: InkTable, wavelength: int) -> list[str]:
 
 
 def comments(table: InkTable, wavelength: int) -> list[str]:
-    """`provenance` as lines that programs pass over."""
+    """`provenance` as comment lines."""
     return [f"# {line}" for line in provenance(table, wavelength)]
 
 
 def write_lines(path: Path, lines: Iterable[str]) -> None:
-    """Write a text file for programs that know ASCII only."""
+    """Write an ASCII text file."""
     path.write_text("\n".join([*lines, ""]), encoding="ascii", errors="replace")
 
 
 def stem(table: InkTable, wavelength: int, name: str) -> str:
-    """First part of a file's name: that of the ink and the wavelength."""
+    """Prefix of a file name: name of the ink and wavelength."""
     return f"{name}_{table.wavelength_nm[wavelength]:.10g}nm"

@@ -19,15 +19,14 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
 _AZIMUTH_DEG = np.linspace(0, 180, 37)
-# Largest difference, of the incident power, between the table's hemispherical total and that of the file.
+# Largest difference between the hemispherical totals of table and file, over the incident power.
 _TOTAL_TOLERANCE = 0.02
-# Beyond this incidence hardly any power arrives, and scatter along the horizon is between the file's angles:
-# the stated total is exact there, the shape is not checked.
+# Beyond this incidence, light along the horizon falls between the file's angles: only the total is right.
 _GRAZING_DEG = 85.0
 
 
 def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    """Write one ``.bsdf`` file a component and wavelength.
+    """Write one ``.bsdf`` file per component and wavelength.
 
     Parameters: see `jaxink.export.formats.Format`.
 
@@ -38,8 +37,8 @@ def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
 
     Notes
     -----
-    ``AngleOfIncidence`` holds the angle of the specular or refracted direction about which the file's
-    scatter angles are taken: a transmission from the denser side has rows up to the critical angle only.
+    ``AngleOfIncidence`` is the angle of the specular or refracted direction, from which the scatter angles
+    are measured; a transmission from the denser side only has rows up to the critical angle.
     """
     radial = np.asarray(_RADIAL_DEG if options.radial_deg is None else options.radial_deg, float)
     azimuth = np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
@@ -52,14 +51,14 @@ def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
 def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str]:
     critical = critical_angle_deg(table, component, w)
     incidence = table.theta_deg[table.theta_deg < critical - 1e-6]
-    # The last refracted angle is grazing, on whatever grid the table is.
+    # The last refracted angle is 90 degrees on every grid.
     incidence = np.append(incidence, critical)
     leaving = exit_angles_deg(table, component, w, incidence)
     kind = "reflection" if component[0] == "R" else "transmission"
     lines = [
         *comments(table, w),
         f"# component {component}: {kind} of light from side {component[2]} to side {component[3]}",
-        "# AngleOfIncidence: of the specular or refracted direction, from the normal on the side of leaving",
+        "# AngleOfIncidence: angle of the specular or refracted direction, from the normal on the exit side",
         "Source Measured",
         "Symmetry PlaneSymmetrical",
         "SpectralContent Monochrome",
@@ -71,7 +70,7 @@ def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str
         lines += [f"{name} {len(axis)}", row(axis)]
     lines += ["", "Monochrome", "DataBegin"]
     theta, phi = _outgoing_deg(leaving, radial, azimuth)
-    # Below the horizon there is no such direction, and nothing scattered.
+    # Nothing is scattered below the horizon.
     above = theta <= 90
     angles = np.broadcast_to(incidence[:, None, None], theta.shape)
     values = np.zeros(theta.shape)
@@ -86,23 +85,23 @@ def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str
 
 
 def _outgoing_deg(leaving_deg, radial_deg, azimuth_deg):
-    """Polar angle and azimuth about the normal of scatter angles about the specular direction.
+    """Polar angle and azimuth about the normal from scatter angles about the specular direction.
 
-    Shapes ``(incidence, azimuth, radial)``; polar angles beyond 90 are below the horizon. Azimuth 0 of the
-    scatter angles goes from the specular direction to the normal.
+    Shapes ``(incidence, azimuth, radial)``; polar angles above 90 are below the horizon. Scatter azimuth 0
+    points from the specular direction to the normal.
     """
     t = np.deg2rad(leaving_deg)[:, None, None]
     a, r = np.deg2rad(azimuth_deg)[:, None], np.deg2rad(radial_deg)
     x = np.sin(r) * np.cos(a) * np.cos(t) - np.cos(r) * np.sin(t)
     y = np.sin(r) * np.sin(a) + 0 * t
     z = np.sin(r) * np.cos(a) * np.sin(t) + np.cos(r) * np.cos(t)
-    # The horizon itself counts as above it, whatever the sines round to.
+    # Rounding must not put the horizon below itself.
     z = np.where(np.abs(z) < 1e-12, 0.0, np.clip(z, -1, 1))
     return np.rad2deg(np.arccos(z)), np.rad2deg(np.arctan2(y, x))
 
 
 def _scatter_deg(leaving_deg, theta_deg, phi_deg):
-    """The inverse of `_outgoing_deg`: radial angle and azimuth, the latter mirrored to 0 to 180."""
+    """Inverse of `_outgoing_deg`: radial angle, and azimuth mirrored to 0 to 180."""
     t, theta, phi = (np.deg2rad(angle) for angle in (leaving_deg, theta_deg, phi_deg))
     x, y, z = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
     along = x * np.cos(t) + z * np.sin(t)
@@ -116,7 +115,7 @@ def _totals(table: InkTable, component: str, w: int, incidence) -> Float[np.ndar
 
 
 def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, file) -> None:
-    """Refuse axes from which the table's totals do not come back."""
+    """Reject axes that do not reproduce the table's totals."""
     from scipy.interpolate import RegularGridInterpolator
 
     azimuth, radial, values = file
@@ -128,12 +127,12 @@ def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, 
         back = np.sum(weights * RegularGridInterpolator((azimuth, radial), rows)((a, r)))
         if abs(back - total) > _TOTAL_TOLERANCE:
             raise InputRefusedError(
-                f"Zemax: with {len(azimuth)} azimuths and {len(radial)} radial angles {component} at "
+                f"Zemax: with {len(azimuth)} azimuths and {len(radial)} radial angles, {component} at "
                 f"{table.wavelength_nm[w]:g} nm would scatter {back:.4g} instead of {total:.4g} of the "
-                f"incident power towards {angle:.4g} degrees; give finer axes (radial_deg, azimuth_deg)."
+                f"incident power around {angle:.4g} degrees; choose finer axes (radial_deg, azimuth_deg)."
             )
 
 
 def _refined(axis: np.ndarray) -> np.ndarray:
-    """Every step in three: what the file holds bends between the entries of the table."""
+    """Every step divided into three: the file's values vary between the entries of the table."""
     return np.interp(np.arange(3 * len(axis) - 2) / 3, np.arange(len(axis)), axis)

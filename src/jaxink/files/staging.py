@@ -18,7 +18,7 @@ from pathlib import Path
 try:
     import fcntl
 except ImportError:  # Windows: nothing is locked, so nothing is ever treated as a leftover.
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 # Entry of a staging folder: output that a run has decided to put in place, which must not be lost.
 DECIDED = "decided"

@@ -58,8 +58,8 @@ def whole_folder(out: str | Path, owned: Collection[str] = ()) -> Iterator[Path]
             new = stage / "new"
             new.mkdir()
             yield new
-            for folder, _, files in os.walk(new):
-                for path in (*(Path(folder, name) for name in files), Path(folder)):
+            for inner, _, files in os.walk(new):
+                for path in (*(Path(inner, name) for name in files), Path(inner)):
                     synced(path)
             take_place(new, real, set(owned))
             _remember(real)

@@ -1,4 +1,4 @@
-"""Fitting a sample to a measurement, by gradient or by simplex."""
+"""Fitting a sample to a measurement, gradient-based or with the Nelder-Mead simplex."""
 
 from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.inputs import marked, prepare_data

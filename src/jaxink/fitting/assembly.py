@@ -1,4 +1,4 @@
-"""The result of a fit, from what its searches found."""
+"""Assembles the result of a fit from its searches."""
 
 import dataclasses
 from importlib.metadata import version
@@ -30,15 +30,15 @@ class Found:
     Parameters
     ----------
     best
-        The search that ended lowest.
+        The search with the lowest loss.
     errors
-        Covariance there; None where the objective is not chi-square or the method has no Jacobian.
+        Covariance there; None if the objective is not chi-square or the method has no Jacobian.
     searches
         All single searches.
     series
-        The scan and the profiles, each with its many searches as one.
+        The scan and the profiles, the searches of each combined into one.
     profiles
-        Chi-square along the weak parameters.
+        Chi-square along the weakly determined parameters.
     """
 
     best: Search
@@ -49,24 +49,9 @@ class Found:
 
 
 def assemble(
-    data: GonioData,
-    sample: Sample,
-    options: FitOptions,
-    noise: FitNoise,
-    objective: Objective,
-    found: Found,
+    data: GonioData, sample: Sample, options: FitOptions, noise: FitNoise, objective: Objective, found: Found
 ) -> FitResult:
-    """What a fit found, as its result.
-
-    Parameters
-    ----------
-    data, sample, options, noise
-        What was fitted, and how.
-    objective
-        With the sizes of the last search.
-    found
-        What the searches found.
-    """
+    """The result of a fit, given its input, the objective at the final resolution, and its searches."""
     best, errors, free = found.best, found.errors, sample.parameters.free
     table = sample.parameters
     for name, value in objective.numbers(best.unit).items():
@@ -131,7 +116,7 @@ def _judged(row: FittedParameter, position: int, objective: Objective, found: Fo
     """Standard error, bound and profile of one free parameter."""
     best, errors = found.best, found.errors
     unit = best.unit[position]
-    # The unit variable of a one-minus scale grows with the parameter too: bounds keep their names.
+    # The unit variable of a one-minus scale also increases with the parameter: bounds keep their names.
     flag = "at lower bound" if unit <= 0 else "at upper bound" if unit >= 1 else ""
     error = interval = None
     if errors is not None and not errors.held[position]:
@@ -212,10 +197,12 @@ def _summary(search: Search, objective: Objective) -> SearchSummary:
 def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Found) -> list[str]:
     notes = []
     if found.errors is None and options.method == "simplex":
-        notes.append("The simplex has no Jacobian: no standard errors.")
+        notes.append("The simplex has no Jacobian, so there are no standard errors.")
     elif found.errors is None:
-        notes.append(f"The objective '{options.objective}' is not chi-square: no standard errors are given.")
-    # A search that goes on from another's end, and stays there, has moved all the same.
+        notes.append(
+            f"The objective '{options.objective}' is not chi-square, so there are no standard errors."
+        )
+    # Compared with the sample's start: a search may have continued from the end of another one.
     first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
     if np.allclose(found.best.unit, first):
         notes.append("No parameter moved from its start value.")
@@ -223,20 +210,20 @@ def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Fou
 
 
 def _rivals(objective: Objective, found: Found) -> list[str]:
-    """Other minima that the data can hardly tell from the best one."""
+    """Other minima that the data can hardly distinguish from the best one."""
     best, errors = found.best, found.errors
     if errors is None:
         return []
-    notes, told = [], [best.unit]
+    notes, distinct = [], [best.unit]
     reach = 3 * np.where(np.isfinite(errors.deviation), errors.deviation, 1.0) + 1e-3
     for search in sorted(found.searches, key=lambda s: s.loss):
         if not search.loss < best.loss + _RIVAL_RISE:
             break
-        if all(np.any(np.abs(search.unit - unit) > reach) for unit in told):
-            told.append(search.unit)
+        if all(np.any(np.abs(search.unit - unit) > reach) for unit in distinct):
+            distinct.append(search.unit)
             at = ", ".join(f"{n} = {v:.5g}" for n, v in objective.numbers(search.unit).items())
             notes.append(
-                f"Another minimum lies only {search.loss - best.loss:.2g} higher in chi-square, at {at}; "
-                "these data hardly decide between the two."
+                f"Another minimum is only {search.loss - best.loss:.2g} higher in chi-square, at {at}; "
+                "the data hardly distinguish the two."
             )
     return notes

@@ -1,8 +1,8 @@
-"""Levenberg-Marquardt within a box, for optimistix: an active set and clipped steps, no transform.
+"""Levenberg-Marquardt within a box, for optimistix, by an active set and clipped steps.
 
-optimistix 0.1.0 has no bounds. Here a variable that sits on its bound with the gradient pointing outward is
-taken out of the step, and the step of the others stops where they meet theirs. The trust region judges
-the clipped step, so a bound never spoils the damping.
+optimistix 0.1.0 has no bounds. Here a variable at its bound with the gradient pointing outward is excluded
+from the step, and the step of the others is clipped at their bounds. The trust region judges the clipped
+step, so a bound does not affect the damping.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Bool, Float, PyTree
 
-# Directions weaker than this against the strongest one are left where they are: rounding, not data.
+# Singular values below this share of the largest are rounding: no step is made along their directions.
 _RANK_TOLERANCE = 1e-11
 
 
@@ -26,7 +26,7 @@ def bounded_step(
     upper: Float[Array, " parameters"],
     damping: Float[Array, ""],
 ) -> Float[Array, " parameters"]:
-    """Minimise |R d + Q^T r|^2 + damping |D d|^2 with lower <= y + d <= upper, D^2 = diag(R^T R).
+    """Step d that minimises |R d + Q^T r|^2 + damping |D d|^2 within the box, D^2 = diag(R^T R).
 
     Parameters
     ----------
@@ -38,11 +38,6 @@ def bounded_step(
         The box; equal entries hold a variable fixed.
     damping
         0 or more, relative to the squared column norms.
-
-    Returns
-    -------
-    Float[Array, " parameters"]
-        The step d; no component leaves the box.
 
     References
     ----------
@@ -73,13 +68,13 @@ def bounded_step(
 
 
 def _held(y, gradient, lower, upper):
-    """Variables that sit on a bound with the gradient pointing outward, or have no room at all."""
+    """Variables at a bound with the gradient pointing outward, or without any range."""
     outward = ((y <= lower) & (gradient > 0)) | ((y >= upper) & (gradient < 0))
     return outward | (lower >= upper)
 
 
 def _explained(triangle, projected):
-    """Part of |Q^T r|^2 that lies in the range of the columns: 0 exactly at a constrained minimum."""
+    """Part of |Q^T r|^2 in the range of the columns: 0 exactly at a constrained minimum."""
     norms = jnp.sqrt(jnp.sum(triangle**2, axis=0))
     left, singular, _ = jnp.linalg.svd(triangle / jnp.where(norms > 0, norms, 1.0))
     kept = singular > _RANK_TOLERANCE * jnp.max(singular)
@@ -111,7 +106,7 @@ class BoundedDampedDescent(optx.AbstractDescent):
     first_damping: float = 1e-3
 
     def init(self, y, f_info_struct) -> _DescentState:
-        """State of the right shapes; see `optimistix.AbstractDescent`."""
+        """Initial state with the right shapes; see `optimistix.AbstractDescent`."""
         n, rows = y.shape[0], f_info_struct.residual.shape[0]
         empty = jnp.zeros((rows, n)), jnp.zeros((n, n)), jnp.zeros(n)
         return _DescentState(y, *empty, jnp.asarray(jnp.inf), jnp.asarray(1.0))
@@ -121,7 +116,7 @@ class BoundedDampedDescent(optx.AbstractDescent):
         del state
         jacobian = f_info.jac.as_matrix()
         n_data, n = jacobian.shape
-        # A problem with fewer data than parameters still has a square triangle.
+        # Keeps the triangle square if there are fewer data than parameters.
         padded = jnp.concatenate([jacobian, jnp.zeros((max(n - n_data, 0), n))])
         residual = jnp.concatenate([f_info.residual, jnp.zeros(max(n - n_data, 0))])
         q, triangle = jnp.linalg.qr(padded)
@@ -141,9 +136,9 @@ class BoundedDampedDescent(optx.AbstractDescent):
 class BoundedLevenbergMarquardt(optx.AbstractGaussNewton):
     """Levenberg-Marquardt inside a box.
 
-    Stops when the undamped step inside the box promises to lower the sum of squares by less than
-    ``decrement`` times the sum of squares per degree of freedom: that is a distance to the minimum of
-    sqrt(decrement) standard errors, whatever the units.
+    Stops when the undamped step inside the box would lower the sum of squares by less than ``decrement``
+    times the sum of squares per degree of freedom. The distance to the minimum is then sqrt(decrement)
+    standard errors, in any units.
 
     Parameters
     ----------
@@ -152,9 +147,9 @@ class BoundedLevenbergMarquardt(optx.AbstractGaussNewton):
     decrement
         See above.
     rtol, atol
-        optimistix's own test on the change of variables and residuals, which also stops.
+        optimistix's own test on the change of variables and residuals, which also stops the search.
     verbose
-        Called with the progress of each step, as optimistix does.
+        Called with the progress of each step, as in optimistix.
     """
 
     rtol: float

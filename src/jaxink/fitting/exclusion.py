@@ -1,4 +1,4 @@
-"""Fits without some of the points, and what they predict there."""
+"""Fits without some of the points, and their predictions of these points."""
 
 from collections.abc import Callable
 
@@ -11,30 +11,25 @@ from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.result import FitResult
 from jaxink.numerics.precision import computing
 
-# Over the sigma of a point that is left out: neither the point nor the scan's common factor hears of it.
-_UNHEARD = 1e12
+# Factor of sigma of an excluded point: it affects neither the fit nor the scan's common factor.
+_EXCLUDED = 1e12
 
 
 def predict_left_out(
-    result: FitResult,
-    folds: Bool[np.ndarray, "folds points"],
-    progress: Callable[[int], None] | None = None,
+    result: FitResult, folds: Bool[np.ndarray, "folds points"], progress: Callable[[int], None] | None = None
 ) -> Float[np.ndarray, "folds points"]:
-    """Fit anew without each fold's points, from the solution on, and predict all points.
+    """Refit without each fold's points, starting at the solution, and predict all points, 1/sr.
+
+    One compiled program serves all folds.
 
     Parameters
     ----------
     result
         The fit of all points.
     folds
-        Which of the used points each fold leaves out.
+        True for the used points that a fold leaves out.
     progress
-        Called with the number of each fold that is done.
-
-    Returns
-    -------
-    Float[np.ndarray, "folds points"]
-        1/sr. One compiled program serves all folds.
+        Called with the number of folds completed.
     """
     objective = objective_of(result)
     with computing():
@@ -48,7 +43,7 @@ def predict_left_out(
 
 
 def objective_of(result: FitResult) -> Objective:
-    """What a fit minimised, with the sizes that it ended with."""
+    """The objective that a fit minimised, at its final resolution."""
     with computing():
         return make_objective(result.data, result.sample, result.objective, result.config)
 
@@ -59,9 +54,9 @@ def solution_of(objective: Objective, result: FitResult) -> Float[np.ndarray, " 
 
 
 def without(objective: Objective, left_out: Bool[np.ndarray, " points"]) -> Objective:
-    """The objective without some of its points; of the same structure, so that programs are shared."""
+    """The objective without some of its points; it has the same structure, so that programs are shared."""
     return eqx.tree_at(
         lambda o: (o.weight, o.sigma),
         objective,
-        (np.where(left_out, 0.0, objective.weight), np.where(left_out, _UNHEARD, 1.0) * objective.sigma),
+        (np.where(left_out, 0.0, objective.weight), np.where(left_out, _EXCLUDED, 1.0) * objective.sigma),
     )

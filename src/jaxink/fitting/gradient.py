@@ -1,4 +1,4 @@
-"""Fit by gradient: optimistix's Gauss-Newton family with a bounded descent, driven step by step."""
+"""Gradient-based fit: optimistix's Gauss-Newton family with a bounded descent, driven step by step."""
 
 import copy
 import dataclasses
@@ -17,14 +17,14 @@ from jaxink.fitting.programs import arrays_of, program_of
 from jaxink.numerics.compiling import Tiered, hastily
 from jaxink.numerics.weak_cache import WeakCache
 
-# Trial points refused in a row after which the search is given up: the damping is then 1e12 times larger.
+# Rejected trial points in a row after which the search stops: the damping is then 1e12 times larger.
 _MOST_REFUSALS = 12
-# Minima along the radius of a sphere are some 5 % apart; a range of 1 : 6 then needs about 40 values.
+# Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
 _SCAN_VALUES = 48
 _SCAN_JACOBIANS = 10
 _SCAN_KEPT = 3
 _NO_TAGS: frozenset = frozenset()
-# Jacobians from which a thorough compilation pays.
+# Number of Jacobians above which optimised compilation pays.
 _MANY = 1000
 
 
@@ -35,7 +35,7 @@ class _Programs:
         self._static_state = None
         self.ready: set[Callable] = set()
 
-        # Jitted on its own, so that it is traced once for both programs below.
+        # Jitted separately, so that it is traced once for both programs below.
         @jax.jit
         def with_jacobian(arrays, unit):
             def twice(u):
@@ -51,8 +51,8 @@ class _Programs:
 
         @residual.defjvp
         def _(primals, tangents):
-            # The Jacobian as one matrix: optimistix linearises once and applies the result several times,
-            # which would otherwise trace and compile the tangent program each time.
+            # The Jacobian as one matrix: optimistix linearises once and applies the result several times;
+            # the tangent program would otherwise be traced and compiled each time.
             unit, arrays = primals
             value, jacobian = with_jacobian(arrays, unit)
             return value, jax.tree.map(lambda block: block @ tangents[0], jacobian)
@@ -83,12 +83,12 @@ _programs = WeakCache(_Programs)
 
 
 class GradientSearch:
-    """Bounded Levenberg-Marquardt on one objective; compiled once, started as often as wanted.
+    """Bounded Levenberg-Marquardt on one objective; compiled once, for any number of starts.
 
     Parameters
     ----------
     objective
-        What to minimise.
+        To be minimised.
     max_jacobians
         Limit of one search.
     """
@@ -99,40 +99,29 @@ class GradientSearch:
         self.max_jacobians = max_jacobians
 
     def on(self, objective: Objective) -> "GradientSearch":
-        """The same programs on another objective of the same structure."""
+        """The same programs for another objective of the same structure."""
         other = copy.copy(self)
         other._arrays = arrays_of(objective)
         return other
 
     def predicted(self, unit: np.ndarray) -> np.ndarray:
-        """Predicted BSDF at free parameters scaled to 0 ... 1, shape ``(points,)``, 1/sr."""
+        """Predicted BSDF at free parameters scaled to [0, 1], shape ``(points,)``, 1/sr."""
         if self._compiled.ready:
-            # A program that computes more, but is there.
+            # This program computes more, but is already compiled.
             return np.asarray(self._first_step(unit).aux)
         return np.asarray(self._compiled.predicted(self._arrays, jnp.asarray(unit)))
 
     def linearised(self, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual and its Jacobian.
-
-        Parameters
-        ----------
-        unit
-            Free parameters scaled to 0 ... 1.
-
-        Returns
-        -------
-        residual, jacobian
-            Shapes ``(rows,)`` and ``(rows, parameters)``.
-        """
+        """Residual ``(rows,)`` and Jacobian ``(rows, parameters)`` at free parameters scaled to [0, 1]."""
         state = self._first_step(unit)
         return np.asarray(state.f_info.residual), np.asarray(state.descent_state.jacobian)
 
     def _first_step(self, unit: np.ndarray):
-        """State of a search after its first step, which computes all there is at the start."""
-        unit, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
-        state = self._compiled.initial(self._arrays, unit, *box)
+        """State of a search after its first step, which includes everything computed at the start."""
+        start, box = jnp.asarray(unit), (jnp.zeros(len(unit)), jnp.ones(len(unit)))
+        state = self._compiled.initial(self._arrays, start, *box)
         advance = self._compiled.advance.now(1)
-        _, state, _, _ = advance(self._arrays, unit, *box, state)
+        _, state, _, _ = advance(self._arrays, start, *box, state)
         self._compiled.ready.add(advance)
         return state
 
@@ -148,13 +137,13 @@ class GradientSearch:
         Parameters
         ----------
         start
-            Free parameters scaled to 0 ... 1.
+            Free parameters scaled to [0, 1].
         held
-            Parameters, by position, that are held at a value in 0 ... 1.
+            Parameters, by position, that are held at a value in [0, 1].
         progress
             Called after each step with its number and the loss.
         max_jacobians
-            Limit of this search, None for that of the engine.
+            Limit of this search; None for that of the engine.
         """
         lower, upper = np.zeros_like(start), np.ones_like(start)
         unit = np.clip(start, lower, upper)
@@ -189,7 +178,7 @@ class GradientSearch:
         )
 
     def _make_ready(self, advance: Callable, unit, box) -> float:
-        """Compile what a search needs, unless it is there; seconds that it took."""
+        """Compile what a search needs, if necessary; return the seconds it took."""
         compiled, arrays = self._compiled, self._arrays
         if advance in compiled.ready:
             return 0.0
@@ -200,14 +189,9 @@ class GradientSearch:
         return time.perf_counter() - began
 
     def _descend(
-        self,
-        advance: Callable,
-        unit,
-        box,
-        progress: Callable[[int, float], None] | None,
-        max_jacobians: int,
+        self, advance: Callable, unit, box, progress: Callable[[int, float], None] | None, max_jacobians: int
     ):
-        """Step until a search ends: where, its last state, the loss after each step, and how it ended."""
+        """Step until a search ends: final point and state, loss after each step, and outcome."""
         compiled, arrays = self._compiled, self._arrays
         path, outcome = [], Outcome.MAX_STEPS
         state = compiled.initial(arrays, unit, *box)
@@ -235,24 +219,22 @@ def scan(
     position: int,
     progress: Callable[[int, float], None] | None = None,
 ) -> tuple[list[np.ndarray], Search]:
-    """Starts near the lowest minima along a parameter whose misfit has many.
+    """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
+
+    All other parameters are fitted at each value of the scanned one, starting from the solution at the
+    previous value, up the range and down again. There are up to `_SCAN_KEPT` starts, lowest first; the search
+    ends at the lowest.
 
     Parameters
     ----------
     engine
-        The search; all other parameters are fitted at each value of the scanned one, each time from the
-        solution at the value before, up the range and down again.
+        The search.
     first
-        Start values, scaled to 0 ... 1.
+        Start values, scaled to [0, 1].
     position
         The parameter to scan.
     progress
         Called with the number of the value and the loss there.
-
-    Returns
-    -------
-    starts, whole
-        Up to `_SCAN_KEPT` starts, lowest first, and the scan as one search that ends at the lowest.
     """
     grid = np.linspace(0.0, 1.0, _SCAN_VALUES)
     found: dict[int, Search] = {}
@@ -275,17 +257,7 @@ def scan(
 
 
 def together(method: str, every: Sequence[Search], end: Search) -> Search:
-    """Many searches of one purpose as one: the effort of all, from the start of the first to the best end.
-
-    Parameters
-    ----------
-    method
-        What they are called.
-    every
-        The searches.
-    end
-        Where they end.
-    """
+    """Combine searches into one named `method`: the effort of all, from the first start to `end`."""
     return dataclasses.replace(
         end,
         method=method,
@@ -298,17 +270,7 @@ def together(method: str, every: Sequence[Search], end: Search) -> Search:
 
 
 def starts(first: np.ndarray, count: int, seed: int) -> list[np.ndarray]:
-    """Start points in the unit box: the given one, then seeded Latin-hypercube ones.
-
-    Parameters
-    ----------
-    first
-        The start values of the sample file.
-    count
-        How many in all.
-    seed
-        Of the random ones.
-    """
+    """Start points in the unit box: the given one, then `count` - 1 from a seeded Latin hypercube."""
     if count == 1:
         return [np.asarray(first, float)]
     from scipy.stats import qmc

@@ -1,4 +1,4 @@
-"""Measurement and sample as a fit or a prediction takes them."""
+"""Measurement and sample in the form that a fit or a prediction needs."""
 
 from pathlib import Path
 
@@ -11,21 +11,14 @@ from jaxink.sample import Sample, load_sample
 
 
 def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tuple[GonioData, Sample]:
-    """A measurement and a sample, each given itself or as its file.
-
-    Parameters
-    ----------
-    data
-        Measurement, or its file.
-    sample
-        Sample, or its file.
+    """Load a measurement and a sample, unless they are loaded already.
 
     Raises
     ------
     InputRefusedError
-        If one is neither, cannot be read, or a value of the sample is outside its range.
+        An argument has a wrong type, a file is invalid, or a value of the sample is outside its range.
     ForkedProcessError
-        In a process that was forked off one that had computed.
+        In a process forked from one that has run computations.
     """
     refuse_in_fork()
     require_kind("data", data, GonioData, str, Path)
@@ -36,26 +29,19 @@ def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tu
 
 
 def prepare_data(data: GonioData, sample: Sample) -> GonioData:
-    """The rows and masks that a sample asks for.
-
-    Parameters
-    ----------
-    data
-        The measurement.
-    sample
-        Names wavelengths and masks.
+    """Select the wavelengths and apply the masks that a sample asks for.
 
     Raises
     ------
     InputRefusedError
-        If a wavelength of the sample is not in the data.
+        A wavelength of the sample is not in the data.
     """
     if sample.wavelengths_nm:
         known = np.unique(data.wavelength_nm)
         for wavelength in sample.wavelengths_nm:
             if not np.any(np.abs(known - wavelength) < 1e-6):
                 raise InputRefusedError(
-                    f"the sample names {wavelength:g} nm, but {data.source or 'the measurement'} holds "
+                    f"the sample lists {wavelength:g} nm, but {data.source or 'the measurement'} has "
                     f"{', '.join(f'{w:g}' for w in known)} nm only."
                 )
         data = data.select(wavelength_nm=sample.wavelengths_nm)
@@ -63,15 +49,7 @@ def prepare_data(data: GonioData, sample: Sample) -> GonioData:
 
 
 def marked(data: GonioData, sample: Sample) -> GonioData:
-    """A measurement with the masks that a sample asks for, all rows kept, be none of them used.
-
-    Parameters
-    ----------
-    data
-        The measurement.
-    sample
-        Names masks.
-    """
+    """A measurement with the masks that a sample asks for; all rows are kept, even unused ones."""
     return data.replace(mask=data.mask_bits(_limits(sample)))
 
 

@@ -1,4 +1,4 @@
-"""A saved result, read back and checked."""
+"""Loads a saved result and checks it."""
 
 import dataclasses
 import math
@@ -20,10 +20,10 @@ from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResul
 from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
-# Where a fit did not start, or a model is not finite, null stands for what is not known.
+# null stands for unknown values if a fit did not start or a model is not finite.
 _RULES = Rules({**NULLS, "": math.nan})
 
 
@@ -34,41 +34,37 @@ class _OutcomeEntry(TypedDict):
 
 
 def _entries() -> dict[str, Any]:
-    """Type of each entry of ``result.json``; fields of `FitResult` are of the type that is declared there."""
+    """Type of each entry of ``result.json``; fields of `FitResult` have the type declared there."""
     head = {"schema_version": int, "outcome": _OutcomeEntry, "data_file": str, "source": str}
-    # What is of another form in the file.
+    # Entries that have another form in the file.
     forms = {"sample": Any, "solver": SolverConfig, "correlations": tuple[tuple[float, ...], ...]}
     declared = get_type_hints(FitResult) | forms
-    # A dataclass has the defaults of its fields as attributes.
+    # A field with a default is a class attribute of the dataclass.
     fields = {n: NotRequired[declared[n]] if hasattr(FitResult, n) else declared[n] for n in json_fields()}
-    # Results of before there was an identifier lack it.
+    # Older results lack the identifier.
     return head | fields | {"result_id": NotRequired[str | None]}
 
 
-_Document = TypedDict("_Document", _entries())
+# Its keys are those of `FitResult`, so that a type checker cannot know them.
+_Document: Any = TypedDict("_Document", _entries())  # type: ignore[misc]
 
 
 def load_result(path: str | Path) -> FitResult:
-    """Read a result that `FitResult.save` wrote.
-
-    Parameters
-    ----------
-    path
-        The folder, or its ``result.json``.
+    """Read a result that `FitResult.save` wrote: its folder, or the ``result.json`` in it.
 
     Raises
     ------
     InputRefusedError
-        Naming file and key, if it is not a result, one of another schema version, or if its two files are of
-        different results.
+        Naming file and key: it is not a result, has another schema version, or its two files do not belong
+        together.
     """
     path = Path(path)
     path = path / RESULT_FILE if os.path.isdir(path) else path
-    # What a killed run had decided is finished before anything is read.
+    # First complete a replacement of the files that an interrupted run had started.
     settle(path.parent)
     name = shown_path(path)
     if "\0" not in str(path) and not os.path.lexists(path):
-        raise InputRefusedError(f"{name}: there is no result there; `jaxink fit` writes one.")
+        raise InputRefusedError(f"{name}: there is no result; `jaxink fit` writes one.")
     plain = read_json(path, _LARGEST_BYTES, "result")
     try:
         document, sample = _document(plain)
@@ -88,7 +84,7 @@ def load_result(path: str | Path) -> FitResult:
 
 
 def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
-    """What ``result.json`` says, each key checked."""
+    """Content of ``result.json``, each key checked."""
     version = plain.get("schema_version") if isinstance(plain, dict) else None
     if version != SCHEMA_VERSION or isinstance(version, bool):
         raise InputRefusedError(
@@ -107,7 +103,9 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
         require_one_of("an entry of correlation_names", name, known)
     size, rows = len(document["correlation_names"]), document["correlations"]
     if {len(row) for row in rows} - {size} or len(rows) != size:
-        raise InputRefusedError(f"correlations must have {size} rows of {size}, as correlation_names has.")
+        raise InputRefusedError(
+            f"correlations must have {size} rows of {size}, the length of correlation_names."
+        )
     file = document["data_file"]
     if Path(file).name != file or not file.strip(".") or "\0" in file:
         raise InputRefusedError(
@@ -116,14 +114,14 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
     return document, sample
 
 
-def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, np.ndarray | None]]:
-    """The measurement, and what the fit has for each used point."""
+def _points(path: Path, document: dict[str, Any]) -> tuple[GonioData, dict[str, Any]]:
+    """The measurement, and the columns of the fit for each used point."""
     data_path = path.with_name(document["data_file"])
     dataset, name = read_dataset(data_path), shown_path(data_path)
     if str(dataset.attrs.get("result_id")) != str(document.get("result_id")):
         raise InputRefusedError(
-            f"{name}: belongs to another result than {path.name} beside it (their result_id differ); put the "
-            "files of one result together, or fit again."
+            f"{name}: belongs to another result than {path.name} (their result_id differ); restore the "
+            "files of one result, or fit again."
         )
     data = GonioData.from_dataset(dataset, name)
     return data, {

@@ -10,24 +10,24 @@ from jaxink.measurement import GonioData
 
 @dataclasses.dataclass(frozen=True)
 class Merit:
-    """How well a prediction meets a measurement.
+    """How well a prediction fits a measurement.
 
     Parameters
     ----------
     points
         Number of points compared.
     chi_square, degrees_of_freedom, reduced_chi_square, probability
-        Under the stated noise, scan factors as covariance; None where the noise is not known.
+        Under the stated noise, with scan factors in the covariance; None if the noise is unknown.
     rmsd_absolute_pi
-        Root mean square of pi (m - s), m measured and s predicted BSDF.
+        Root mean square of pi (m - s), with the measured BSDF m and the predicted BSDF s.
     rmsd_absolute_intensity
         The same of f cos(theta_o), 1/sr.
     rmsd_absolute_pi_percent, rmsd_absolute_intensity_percent
-        Those as percent of the largest measured value of the same quantity.
+        The same in percent of the largest measured value of the same quantity.
     rmsd_relative
         Root mean square of (m - s) / (0.5 (m + s)).
     rmsd_logarithmic
-        The same of the natural logarithms of m and s.
+        The same for the natural logarithms of m and s.
     relative_rms
         Root mean square of s / m - 1.
     """
@@ -48,20 +48,18 @@ class Merit:
 
 @dataclasses.dataclass(frozen=True)
 class ScanMerit:
-    """Share of one scan in the misfit.
+    """Misfit of one scan.
 
     Parameters
     ----------
     theta_i_deg, wavelength_nm, side
-        Which scan.
+        Identify the scan.
     points
-        Its used points.
+        Number of its used points.
     chi_square
-        Its share of chi-square, None where the noise is not known.
-    relative_rms
-        Root mean square of predicted / measured - 1.
-    mean_relative
-        Mean of predicted / measured - 1.
+        Its contribution to chi-square; None if the noise is unknown.
+    relative_rms, mean_relative
+        Root mean square and mean of predicted / measured - 1.
     """
 
     theta_i_deg: float
@@ -85,17 +83,18 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
     data
         The measurement.
     predicted
-        Predicted BSDF at its used points.
+        Predicted BSDF at its used points, 1/sr.
     whitened
         Residuals whitened by the noise, or None.
     n_parameters
-        Number of parameters that were fitted.
+        Number of fitted parameters.
     """
     used = data.used
     measured = data.bsdf_per_sr[used]
     cosine = np.cos(np.deg2rad(data.theta_o_deg[used]))
     positive = bool(np.all(measured > 0) and np.all(predicted > 0))
-    square = freedom = None
+    square: float | None = None
+    freedom: int | None = None
     if whitened is not None:
         square, freedom = float(np.sum(whitened**2)), len(measured) - n_parameters
     log_m, log_s = (np.log(v) if positive else None for v in (measured, predicted))
@@ -104,7 +103,7 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         points=len(measured),
         chi_square=square,
         degrees_of_freedom=freedom,
-        reduced_chi_square=square / freedom if freedom and freedom > 0 else None,
+        reduced_chi_square=square / freedom if square is not None and freedom and freedom > 0 else None,
         probability=float(chdtrc(freedom, square)) if freedom and freedom > 0 else None,
         rmsd_absolute_pi=np.pi * _rms(measured - predicted),
         rmsd_absolute_pi_percent=100 * _rms(measured - predicted) / float(np.max(measured)),
@@ -119,7 +118,7 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
 
 
 def _symmetric(m, s):
-    """(m - s) over the mean of m and s, kept finite where the mean of two logarithms passes 0."""
+    """(m - s) divided by the mean of m and s, finite if the mean of two logarithms crosses 0."""
     mean = 0.5 * (m + s)
     return (m - s) / np.where(mean >= 0, 1.0, -1.0) / np.maximum(np.abs(mean), 1e-3)
 
@@ -127,18 +126,7 @@ def _symmetric(m, s):
 def merit_by_scan(
     data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None
 ) -> tuple[ScanMerit, ...]:
-    """Misfit scan by scan.
-
-    Parameters
-    ----------
-    data, predicted, whitened
-        As for `merit`.
-
-    Returns
-    -------
-    tuple[ScanMerit, ...]
-        In the order of the data's scans.
-    """
+    """Misfit of each scan, in the order of the data's scans; arguments as for `merit`."""
     used = data.used
     measured, scan_index = data.bsdf_per_sr[used], data.scan_index[used]
     rows = []
@@ -155,8 +143,8 @@ def merit_by_scan(
                 scan.side,
                 int(here.sum()),
                 None if whitened is None else float(np.sum(whitened[here] ** 2)),
-                _rms(ratio) if positive else None,
-                float(np.mean(ratio)) if positive else None,
+                None if ratio is None else _rms(ratio),
+                None if ratio is None else float(np.mean(ratio)),
             )
         )
     return tuple(rows)

@@ -1,8 +1,9 @@
-"""Fit a sample to a measurement: searches from several starts, larger sizes where asked, profiles."""
+"""Fit a sample to a measurement: several starts, refinement of the resolution, and profiles."""
 
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -17,18 +18,19 @@ from jaxink.fitting.result import FitResult
 from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
+from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
-# A standard error beyond this share of the range, or a correlation beyond this, asks for a profile.
+# A profile is computed for a larger standard error, as a share of the range, or a larger correlation.
 _WIDE = 0.1
 _CORRELATED = 0.98
-# A search along a profile that ends by so much in chi-square below the minimum has found a lower one.
+# A search along a profile that ends this much lower in chi-square has found a lower minimum.
 _LOWER = 1e-3
 _MOST_LOWER_MINIMA = 3
-# The sizes that a solution asks for are at rest after one refinement, unless it moves far.
+# The resolution converges after one refinement, unless the solution moves far.
 _MOST_REFINEMENTS = 2
 
 
@@ -38,25 +40,25 @@ def fit(
     options: FitOptions | None = None,
     progress: Progress | None = None,
 ) -> FitResult:
-    """Find the free parameters of a sample from a measurement.
+    """Fit the free parameters of a sample to a measurement.
 
-    Works in 64 bits whatever the session's setting, and leaves that setting as it was.
+    Computes with 64 bits whatever the session's setting, which is restored.
 
     Parameters
     ----------
     data
-        Measurement, or the file to read it from.
+        Measurement, or its file.
     sample
         Sample, or its file.
     options
-        Choices; None for the defaults.
+        None for the defaults.
     progress
-        Called with what is done, the step and the loss.
+        Called with the task, the step and the loss.
 
     Raises
     ------
     InputRefusedError
-        If data or sample cannot be used.
+        Data or sample are invalid.
     """
     options = FitOptions() if options is None else options
     require_kind("options", options, FitOptions)
@@ -71,7 +73,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     noise = noise_of(data, sample.noise)
     if options.objective == "chi_square" and not noise.known:
         raise InputRefusedError(
-            f"{data.source or 'the measurement'}: its noise is not known ({noise.origin}) Declare it in "
+            f"{data.source or 'the measurement'}: its noise is unknown ({noise.origin}) Declare it in "
             "[noise] of the sample file, or choose another objective."
         )
     objective = make_objective(
@@ -94,24 +96,24 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
 
 
 def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> SolverConfig | None:
-    """Sizes that the solution asks for, where they exceed those it was found with."""
+    """Resolution needed at the solution, if it exceeds that of the fit."""
     if options.config is not None:
         return None
-    used = objective.model.config
-    values = objective.numbers(best.unit)
-    asked = used.at_least(objective.model.sizes(values, options.accuracy, options.layer_method))
+    model = cast(ForwardModel, objective.model)
+    used, values = model.config, objective.numbers(best.unit)
+    asked = used.at_least(model.sizes(values, options.accuracy, options.layer_method))
     return None if asked == used else asked
 
 
 def _search(
     objective: Objective, sample: Sample, options: FitOptions, progress: Progress
 ) -> tuple[GradientSearch | None, list[Search], tuple[Search, ...]]:
-    """Search from several starts: the gradient engine if any, the searches, and the scan, if any, as one."""
+    """Search from several starts: gradient engine if any, searches, and the scan, if any, as one."""
     free = sample.parameters.free
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     if options.method == "simplex":
         return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], ()
-    engine, scans = GradientSearch(objective), ()
+    engine, scans = GradientSearch(objective), tuple[Search, ...]()
     points = starts(first, options.n_starts, options.seed)
     rugged = [i for i, p in enumerate(free) if p.multimodal]
     if rugged and options.scan:
@@ -126,7 +128,7 @@ def _search(
 def _search_on(
     objective: Objective, unit: np.ndarray, options: FitOptions, progress: Progress
 ) -> tuple[GradientSearch | None, Search]:
-    """Go on, with larger sizes, from what was found."""
+    """Continue from a solution at a higher resolution."""
     if options.method == "simplex":
         return None, SimplexSearch(objective).run(unit, _named(progress, "simplex"))
     engine = GradientSearch(objective)
@@ -149,13 +151,13 @@ def _named(progress: Progress, what: str) -> Callable[[int, float], None]:
 
 
 def _covariance(best: Search) -> Covariance | None:
-    if best.triangle is None:
+    if best.triangle is None or best.gradient is None:
         return None
     return covariance(best.triangle, best.unit, best.gradient)
 
 
 def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> Found:
-    """Profiles of the weak parameters, or all; starts again where one of them finds a lower minimum."""
+    """Profiles of the weak parameters, or of all; repeated if one of them finds a lower minimum."""
     along: list[Search] = []
     for _ in range(_MOST_LOWER_MINIMA):
         profiles = _profiles(engine, found, which, progress)
@@ -174,9 +176,11 @@ def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: P
 
 
 def _profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> tuple[Profile, ...]:
-    profiles = []
-    for position, deviation in enumerate(found.errors.deviation):
-        if which == "all" or _is_weak(found.errors, position):
+    profiles, errors = [], found.errors
+    if errors is None:
+        return ()
+    for position, deviation in enumerate(errors.deviation):
+        if which == "all" or _is_weak(errors, position):
             progress("profile", position + 1, found.best.loss)
             profiles.append(profile(engine, found.best, position, deviation))
     return tuple(profiles)

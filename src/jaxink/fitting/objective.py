@@ -1,4 +1,4 @@
-"""What a fit minimises: the residual vector of one measurement."""
+"""The objective of a fit: the residual vector of one measurement."""
 
 from functools import partial
 from typing import TypeVar
@@ -33,32 +33,32 @@ def whiten_scans(
     residual
         Residuals in units of the independent sigma.
     common
-        q: what the scan's common factor does to each point, in the same units.
+        q: effect of the scan's common factor on each point, in the same units.
     scan
         Number of the scan of each point.
     n_scans
-        How many there are.
+        Number of scans.
 
     References
     ----------
-    Woodbury identity; its symmetric root for a rank-one term is
+    Woodbury identity; the symmetric root for a rank-one term is
     1 - (1 - 1/sqrt(1 + q^T q)) q q^T / q^T q.
     """
     square = jnp.zeros(n_scans).at[scan].add(common**2)
     along = jnp.zeros(n_scans).at[scan].add(common * residual)
     root = jnp.sqrt(1 + square)
-    # (1 - 1/root) / square without the division by zero where there is no common factor.
+    # (1 - 1/root) / square, without a division by zero if there is no common factor.
     factor = 1 / (root * (1 + root))
     return residual - common * (factor * along)[scan]
 
 
 class Objective(eqx.Module):
-    """Residuals of a measurement against a forward model, in variables scaled to 0 ... 1.
+    """Residuals of a measurement with respect to a forward model, in variables scaled to [0, 1].
 
     Parameters
     ----------
     model
-        Predicts the points that are used: a `ForwardModel`, or one with effects on top of it.
+        Predicts the used points: a `ForwardModel`, or one with effects.
     measured, sigma
         Measured BSDF and its independent standard deviation, 1/sr, shape ``(points,)``.
     scan, n_scans, scan_relative
@@ -66,7 +66,7 @@ class Objective(eqx.Module):
     weight
         Square root of the weight of each point.
     scale
-        Turns variables in 0 ... 1 into the free parameters.
+        Maps variables in [0, 1] to the free parameters.
     kind
         One of `OBJECTIVES`.
     free
@@ -88,7 +88,7 @@ class Objective(eqx.Module):
     free: tuple[str, ...] = eqx.field(static=True)
 
     def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
-        """Physical values of the free parameters from variables in 0 ... 1."""
+        """Physical values of the free parameters from variables in [0, 1]."""
         physical = self.scale.to_physical(unit)
         return {name: physical[i] for i, name in enumerate(self.free)}
 
@@ -99,7 +99,7 @@ class Objective(eqx.Module):
     def in_noise(
         self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]
     ) -> Float[ArrayLike, " points"]:
-        """A change of the prediction in units of the noise, whatever its weight."""
+        """A change of the prediction in units of the noise, unweighted."""
         scaled = change / self.sigma
         if self.scan_relative == 0:
             return scaled
@@ -108,17 +108,10 @@ class Objective(eqx.Module):
     def residual(
         self, unit: Float[Array, " parameters"]
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
-        """Residual vector whose sum of squares is minimised, and the prediction.
+        """Residual vector, whose sum of squares is minimised, and the prediction, 1/sr.
 
-        Parameters
-        ----------
-        unit
-            Free parameters scaled to 0 ... 1.
-
-        Returns
-        -------
-        residual, predicted
-            The residual has one row for each point, measured minus predicted, and one for each prior.
+        The residual has one row for each point (measured minus predicted), then one for each prior; free
+        parameters are scaled to [0, 1].
         """
         predicted = self.model.bsdf(self.values(unit))
         rows = self.weight * self._misfit(predicted)
@@ -140,7 +133,7 @@ class Objective(eqx.Module):
 
 
 def _away_from_zero(value):
-    """The symmetric mean of logarithms passes zero at 1/sr: keep it from dividing by it."""
+    """The symmetric mean of logarithms crosses zero at 1/sr; this avoids the division by zero."""
     return jnp.where(value >= 0, 1.0, -1.0) * jnp.maximum(jnp.abs(value), 1e-3)
 
 
@@ -153,7 +146,7 @@ def make_objective(
     accuracy: float = DEFAULT_ACCURACY,
     layer_method: str = "fastest",
 ) -> Objective:
-    """Objective of a measurement and a sample.
+    """Objective for a measurement and a sample.
 
     Parameters
     ----------
@@ -164,27 +157,27 @@ def make_objective(
     kind
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
     config
-        Sizes of the discretisation, or None to choose them for the accuracy.
+        Resolution of the solver; None to choose it for the accuracy.
     noise
-        Noise, or None to take it from `jaxink.measurement.noise_of`.
+        Noise; None for that of `jaxink.measurement.noise_of`.
     accuracy, layer_method
         As of `ForwardModel`.
 
     Raises
     ------
     InputRefusedError
-        If nothing is left to fit, or nothing is free.
+        No point is left, no parameter is free, or the objective cannot take the values.
     """
     require_one_of("objective", kind, OBJECTIVES)
     used = data.used
     if not used.any():
         raise InputRefusedError(
-            f"{data.source or 'the measurement'}: no point is left after the masks; nothing can be fitted."
+            f"{data.source or 'the measurement'}: the masks exclude every point; nothing can be fitted."
         )
     free = sample.parameters.free
     if not free:
         raise InputRefusedError(
-            "no parameter of the sample is free; write free = true for those to be found, or use predict."
+            "no parameter of the sample is free; set free = true for those to be fitted, or use predict."
         )
     noise = noise_of(data, sample.noise) if noise is None else noise
     measured = data.bsdf_per_sr[used]
@@ -193,8 +186,8 @@ def make_objective(
             f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
             "not: mask them, or choose chi_square."
         )
-    directions = (column[used] for column in data.directions)
-    model = ForwardModel(sample, *directions, config, accuracy, layer_method)
+    columns = data.used_directions
+    model = ForwardModel(sample, *columns, config=config, accuracy=accuracy, layer_method=layer_method)
     names = tuple(p.name for p in free)
     return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
 
@@ -205,7 +198,7 @@ ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
 def compose(
     form: type[ObjectiveT], model: eqx.Module, data: GonioData, sample: Sample, noise: FitNoise, **fields
 ) -> ObjectiveT:
-    """What any model of a sample has to meet: the values and their noise, the weights and the priors.
+    """Objective of any model of a sample: measured values, noise, weights and priors.
 
     Parameters
     ----------
@@ -216,7 +209,7 @@ def compose(
     data, sample, noise
         As of `make_objective`; priors are those of the sample's free parameters, which come first.
     **fields
-        What is left of the fields of the class.
+        The other fields of the class.
     """
     used = data.used
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
@@ -237,15 +230,7 @@ def compose(
 
 
 def weights_of(data: GonioData, sample: Sample) -> Float[np.ndarray, " points"]:
-    """Factor of the squared residual of each used point, the same for all points of a scan.
-
-    Parameters
-    ----------
-    data
-        The measurement.
-    sample
-        Names incidences and sides with their weights.
-    """
+    """Weight of the squared residual of each used point, the same for all points of a scan."""
     used = data.used
     weight = np.ones(int(used.sum()))
     for angle, side, factor in sample.weights:

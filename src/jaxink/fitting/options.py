@@ -1,42 +1,42 @@
-"""Choices of a fit."""
+"""Options of a fit."""
 
 import dataclasses
 
 from jaxink.errors import require_integer, require_kind, require_one_of
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import LAYER_METHODS
-from jaxink.solver.stack import SolverConfig
 
 METHODS = ("gradient", "simplex")
 
 
 @dataclasses.dataclass(frozen=True)
 class FitOptions:
-    """Choices of a fit.
+    """Options of a fit.
 
     Parameters
     ----------
     method
-        ``gradient``, or ``simplex`` as the baseline.
+        ``gradient``, or ``simplex`` (Nelder-Mead) as the baseline.
     objective
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
     n_starts
-        Number of starts of the gradient fit: the sample's own, and random ones.
+        Number of starts of the gradient-based fit: that of the sample, and random ones.
     scan
         Whether to scan a free parameter along which the misfit has many minima (the particle radius), and to
         start from the lowest ones instead of the sample's own start.
     seed
         Of the random starts.
     profile
-        ``auto``: for parameters that the covariance shows to be weak; ``all``; or ``none``.
+        ``auto``: for parameters that are weakly determined according to the covariance; ``all``; or ``none``.
     accuracy
-        Largest relative error of the BSDF that the discretisation may cause. Sizes are chosen for it at the
-        start, and again at the solution, from where the fit goes on if that asks for larger ones.
+        Largest relative error of the BSDF due to the discretisation. The resolution is chosen for it at the
+        start, and again at the solution; if that requires a higher one, the fit continues with it.
     layer_method
         As of `SolverConfig`.
     config
-        Sizes of the discretisation, instead of those for the accuracy.
+        Resolution of the solver, instead of that for the accuracy.
     """
 
     method: str = "gradient"

@@ -1,4 +1,4 @@
-"""How a search for a minimum can end, each with its sentence."""
+"""Possible outcomes of a search for a minimum."""
 
 import dataclasses
 import enum
@@ -10,16 +10,16 @@ class Outcome(enum.Enum):
     """How a search ended."""
 
     CONVERGED = "converged: the first-order conditions hold within the bounds"
-    MAX_STEPS = "did not converge: the allowed number of evaluations was used up"
+    MAX_STEPS = "did not converge: the limit on the number of evaluations was reached"
     STALLED = (
-        "did not converge: no step lowers the misfit any more, but the first-order conditions do not hold"
+        "did not converge: no step lowers the misfit further, but the first-order conditions do not hold"
     )
-    NO_SLOPE = "did not converge: the model has no finite derivatives where the search ended"
+    NO_SLOPE = "did not converge: the derivatives of the model are not finite at the end of the search"
     NOT_FINITE = "did not start: the model is not finite at the start values"
 
     @property
     def converged(self) -> bool:
-        """Whether the minimum was found."""
+        """Whether a minimum was found."""
         return self is Outcome.CONVERGED
 
 
@@ -30,24 +30,25 @@ class Search:
     Parameters
     ----------
     method
-        ``gradient`` or ``simplex``; ``scan`` or ``profile`` for all searches of such a purpose together.
+        ``gradient`` or ``simplex``; ``scan`` or ``profile`` for all searches of a scan or of the profiles
+        combined.
     outcome
         How it ended.
     start, unit
-        Free parameters scaled to 0 ... 1, at the start and at the end.
+        Free parameters scaled to [0, 1], at the start and at the end.
     loss_start, loss
         Sum of squares of the objective there.
     jacobians, evaluations
-        How often the Jacobian, and the objective alone, was computed. Each trial point of the gradient
-        search is a Jacobian, accepted or not.
+        Number of evaluations of the Jacobian, and of the objective alone. Each trial point of the
+        gradient-based search is a Jacobian, accepted or not.
     run_seconds, compile_seconds
-        Wall time of the search and of what was compiled for it before, 0 where that was there.
+        Wall time of the search, and of compilation before it, 0 if the program was compiled already.
     decrement
-        How much lower the undamped step promises to bring the loss; the first-order test.
+        Decrease in the loss that the undamped step promises: the first-order test.
     triangle, gradient
         R of the QR factorisation of the final Jacobian J, and J^T r; None for the simplex.
     predicted
-        Predicted BSDF at the end.
+        Predicted BSDF at the end, 1/sr.
     path
         Loss after each step.
     """

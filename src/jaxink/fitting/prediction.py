@@ -9,7 +9,7 @@ from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 
 def predict(
@@ -20,20 +20,20 @@ def predict(
 ) -> np.ndarray:
     """Predict the BSDF of a sample, without a fit, at every point of a measurement.
 
-    Masks and the wavelengths that the sample names say what a fit takes; a prediction leaves nothing out.
-    `jaxink.fitting.marked` masks what the sample's file masks, all points kept.
+    Masks and the wavelengths that the sample lists only apply to fits; a prediction includes every point.
+    `jaxink.fitting.marked` applies the masks of the sample while keeping all points.
 
     Parameters
     ----------
     sample
         Sample, or its file.
     data
-        Measurement, or its file; only its directions, sides and wavelengths are used. At a wavelength that
-        the sample does not name, its parameters must hold, too; one given by wavelength needs a value there.
+        Measurement, or its file; only its directions, sides and wavelengths are used. Parameters given by
+        wavelength must have a value at each of its wavelengths.
     config
-        Sizes of the discretisation; None: those for the accuracy.
+        Resolution of the solver; None for that of the accuracy.
     accuracy
-        Largest relative error of the BSDF that the discretisation may cause.
+        Largest relative error of the BSDF due to the discretisation.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def predict(
     Raises
     ------
     InputRefusedError
-        If sample or data cannot be used.
+        Sample or data are invalid.
     """
     data, sample = read_inputs(data, sample)
-    return evaluate(ForwardModel(sample, *data.directions, config, accuracy))
+    return evaluate(ForwardModel(sample, *data.directions, config=config, accuracy=accuracy))

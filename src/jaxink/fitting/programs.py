@@ -13,7 +13,7 @@ from jaxink.numerics.weak_cache import WeakCache
 
 
 class Program(NamedTuple):
-    """A residual that is traced once for every program that calls it.
+    """A residual, traced once for all programs that call it.
 
     Parameters
     ----------
@@ -36,13 +36,8 @@ def _residual_of_structure(treedef, leaves):
 def program_of(objective: Objective) -> Program:
     """Compiled residual of an objective, shared by all objectives of the same structure.
 
-    Plain `jax.jit` of the arrays alone: a call then costs microseconds, where hashing the description of
-    the sample at each call would cost milliseconds.
-
-    Parameters
-    ----------
-    objective
-        The objective.
+    Plain `jax.jit` of the arrays alone: a call then costs microseconds; hashing the description of the sample
+    at each call would cost milliseconds.
     """
     arrays, static = _split(objective)
     leaves, treedef = jax.tree.flatten(static)
@@ -50,12 +45,11 @@ def program_of(objective: Objective) -> Program:
 
 
 def arrays_of(objective: Objective) -> Objective:
-    """What a program of its structure takes of an objective."""
+    """Arrays of an objective, the argument of a program of its structure."""
     return _split(objective)[0]
 
 
 def _split(objective: Objective):
     return eqx.partition(
-        jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective),
-        eqx.is_array,
+        jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective), eqx.is_array
     )

@@ -1,4 +1,4 @@
-"""The result of a fit: everything needed to report it, to check it and to predict from it again."""
+"""The result of a fit, complete for reporting, checking and predicting."""
 
 import dataclasses
 import hashlib
@@ -15,18 +15,18 @@ from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 SCHEMA_VERSION = 1
 RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
-# Columns of result.nc, with a value for each used point: by field, their name there and what they are.
+# Columns of result.nc with a value for each used point: name there and description, by field.
 COLUMNS = {
     "predicted_per_sr": ("predicted_per_sr", "fitted BSDF, 1/sr"),
     "sigma_per_sr": ("fit_sigma_per_sr", "independent standard deviation used by the fit, 1/sr"),
     "whitened": ("residual_whitened", "residual whitened by the noise covariance"),
 }
-# Fields in result.nc, or at the head of result.json; every other one is written, and read, by its name.
+# Fields in result.nc, or at the head of result.json; all others are written and read by their names.
 _ELSEWHERE = ("data", "outcome", *COLUMNS)
 
 
@@ -39,19 +39,19 @@ class FittedParameter:
     name, unit
         As in the sample.
     value
-        Value at the end.
+        Fitted value.
     standard_error
-        One standard error; None where it is not known, see ``flag``.
+        One standard error; None if unknown, see ``flag``.
     start, minimum, maximum
         Start value and range.
     free
-        Whether the fit could change it.
+        Whether it was fitted.
     tie
-        Expression that gave the value, or None.
+        Expression of a tied parameter, or None.
     flag
         Empty, or: ``at lower bound``, ``at upper bound``, ``not determined``, ``open below``, ``open above``.
     interval
-        Where chi-square rises by less than 1 with all others fitted anew; None where not computed.
+        Where chi-square increases by less than 1 with all others refitted; None if not computed.
     """
 
     name: str
@@ -69,18 +69,18 @@ class FittedParameter:
 
 @dataclasses.dataclass(frozen=True)
 class DerivedQuantity:
-    """A quantity that follows from the parameters, of one layer at one wavelength.
+    """A quantity derived from the parameters, for one layer at one wavelength.
 
     Parameters
     ----------
     layer, wavelength_nm
-        Where.
+        The layer and the wavelength.
     quantity
-        ``scattering_per_mm``, ``absorption_per_mm``, ``asymmetry_parameter`` g,
-        ``reduced_scattering_per_mm`` (scattering (1 - g)) or ``reduced_optical_thickness`` (that times
-        the thickness). An opaque layer has no coefficients unless it is made of Mie particles.
+        ``scattering_per_mm``, ``absorption_per_mm``, ``asymmetry_parameter`` g, ``reduced_scattering_per_mm``
+        (scattering (1 - g)) or ``reduced_optical_thickness`` (that times the thickness). An opaque layer has
+        no coefficients unless it consists of Mie particles.
     value, standard_error
-        Value and one standard error by the fit's covariance, None where not known.
+        Value and one standard error from the covariance of the fit, None if unknown.
     """
 
     layer: str
@@ -107,7 +107,7 @@ class SearchSummary:
 
     @property
     def is_single(self) -> bool:
-        """Whether it is one search from one start, not many of one purpose together."""
+        """Whether it is one search from one start, not several combined."""
         return self.method in ("gradient", "simplex")
 
 
@@ -121,7 +121,7 @@ class ProfileCurve:
 
 
 class NoiseOrigin(TypedDict):
-    """Where the noise came from, the factor of each scan, and whether the noise is known at all."""
+    """Origin of the noise, relative factor of each scan, and whether the noise is known at all."""
 
     origin: str
     scan_relative: float
@@ -132,40 +132,40 @@ class NoiseOrigin(TypedDict):
 class FitResult(SavedInFolder):
     """Result of a fit.
 
-    A field with a default may be absent from ``result.json``, as one is that an older jaxink did not know.
+    A field with a default may be absent from ``result.json`` that an older jaxink wrote.
 
     Parameters
     ----------
     sample
         With the fitted values in its parameter table.
     data
-        The measurement as it was used, masks included.
+        The measurement as used, including masks.
     predicted_per_sr, sigma_per_sr
         Prediction and independent noise at the used points.
     whitened
-        Residuals whitened by the noise covariance; None where the noise is not known.
+        Residuals whitened by the noise covariance; None if the noise is unknown.
     method, objective
-        ``gradient`` or ``simplex``; what was minimised.
+        As in `FitOptions`.
     outcome
         How the fit ended.
     parameters
         All parameters.
     correlation_names, correlations
-        Free parameters with a standard error and their correlations.
+        Free parameters with a standard error, and their correlations.
     derived
         Optical coefficients.
     merit, scans
-        Figures of merit, in all and by scan.
+        Figures of merit, in total and by scan.
     noise
-        Where the noise came from, and the factor of each scan.
+        Origin of the noise, and the factor of each scan.
     searches, profiles
         What was computed.
     solver
-        Sizes of the discretisation.
+        Resolution.
     versions, seed
-        To repeat it.
+        For reproducing it.
     notes
-        Sentences for the reader.
+        Remarks for the user.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -194,7 +194,7 @@ class FitResult(SavedInFolder):
 
     @cached_property
     def result_id(self) -> str:
-        """Identifier that both files of a saved result carry: a digest of what they hold."""
+        """Identifier that both files of a saved result carry: a digest of their content."""
         digest = hashlib.sha256(json.dumps(self._plain(), sort_keys=True).encode())
         for values in (self.data.bsdf_per_sr, self.predicted_per_sr, self.sigma_per_sr, self.whitened):
             digest.update(b"" if values is None else np.ascontiguousarray(values).tobytes())
@@ -212,7 +212,7 @@ class FitResult(SavedInFolder):
 
     @property
     def noise_sentence(self) -> str:
-        """Where the noise came from, in words."""
+        """Description of the noise."""
         sentence = str(self.noise["origin"]).rstrip(".")
         factor = self.noise["scan_relative"]
         if factor:
@@ -227,37 +227,26 @@ class FitResult(SavedInFolder):
 
     @property
     def config(self) -> SolverConfig:
-        """Sizes of the discretisation, as the fit ended with them."""
+        """Resolution at the end of the fit."""
         return SolverConfig(**cast("dict[str, Any]", self.solver))
 
     def forward_model(self, data: GonioData | None = None) -> ForwardModel:
-        """Forward model with the fitted values, at the points of this or of another measurement.
+        """Forward model with the fitted values, for this or another measurement.
 
         Parameters
         ----------
         data
-            Where to predict; None: the fitted measurement, masked points included.
+            Points to predict; None for the fitted measurement, including masked points.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, self.config)
+        return ForwardModel(self.sample, *at.directions, config=self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
-        """Predicted BSDF with the fitted values.
-
-        Parameters
-        ----------
-        data
-            Where to predict; None: the fitted measurement, masked points included.
-
-        Returns
-        -------
-        np.ndarray
-            1/sr, shape ``(points,)``.
-        """
+        """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""
         return evaluate(self.forward_model(data))
 
     def to_dataset(self):
-        """The measurement as an xarray Dataset, with prediction, noise and residuals beside it."""
+        """The measurement as an xarray Dataset, with prediction, noise and residuals."""
         dataset = self.data.to_dataset()
         for field, (name, what) in COLUMNS.items():
             column, values = np.full(len(self.data), np.nan), getattr(self, field)
@@ -291,5 +280,5 @@ class FitResult(SavedInFolder):
 
 
 def json_fields() -> tuple[str, ...]:
-    """Fields of a result that ``result.json`` holds under their own names."""
+    """Fields of a result that ``result.json`` contains under the same names."""
     return tuple(field.name for field in dataclasses.fields(FitResult) if field.name not in _ELSEWHERE)

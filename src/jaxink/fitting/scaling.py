@@ -7,10 +7,10 @@ from jaxtyping import Array, Bool, Float
 
 from jaxink.sample import Parameter
 
-# Below this share of a range the division becomes even instead of logarithmic: a range that begins at 0 (or
-# ends at 1) has no equal ratios all the way, and one over many decades would mostly serve its least values.
+# Below this share of a range the scale is linear instead of logarithmic: a range from 0 (or to 1) cannot be
+# logarithmic throughout, and one over many decades would mostly resolve its smallest values.
 _EVEN_SHARE = 0.01
-# Ranges narrower than this ratio are divided evenly.
+# Ranges narrower than this ratio have a linear scale.
 _NARROW = 3.0
 
 
@@ -22,9 +22,9 @@ class UnitScale(eqx.Module):
     minimum, maximum
         Ranges, shape ``(parameters,)``.
     even
-        True where the range is divided evenly.
+        True for a linear scale.
     origin, first, ratio
-        Elsewhere a parameter is origin + first * ratio^u, with u in 0 ... 1.
+        Otherwise a parameter is origin + first * ratio^u, with u in [0, 1].
     """
 
     minimum: Float[np.ndarray, " parameters"]
@@ -36,13 +36,7 @@ class UnitScale(eqx.Module):
 
     @classmethod
     def of(cls, parameters: tuple[Parameter, ...]) -> "UnitScale":
-        """Scale of some parameters.
-
-        Parameters
-        ----------
-        parameters
-            With minimum, maximum and scale.
-        """
+        """Scale of parameters, from their minimum, maximum and scale."""
         rows = []
         for p in parameters:
             near, far, pole, sign = {
@@ -57,25 +51,24 @@ class UnitScale(eqx.Module):
             origin = pole - sign * offset
             start, end = (p.minimum - origin, p.maximum - origin)
             rows.append((False, origin, start, end / start))
-        even, origin, first, ratio = zip(*rows, strict=True)
         return cls(
             np.array([p.minimum for p in parameters]),
             np.array([p.maximum for p in parameters]),
-            *(np.array(column) for column in (even, origin, first, ratio)),
+            *(np.array(column) for column in zip(*rows, strict=True)),
         )
 
     def to_physical(
         self, unit: Float[Array | np.ndarray, " parameters"]
     ) -> Float[Array | np.ndarray, " parameters"]:
-        """Parameters for variables in 0 ... 1; the ends map to minimum and maximum."""
+        """Parameters for variables in [0, 1]; the ends map to minimum and maximum."""
         curved = self.origin + self.first * self.ratio**unit
         straight = self.minimum + unit * (self.maximum - self.minimum)
-        # Plain numbers compile nothing.
+        # numpy arrays need no compilation.
         where = np.where if isinstance(unit, np.ndarray) else jnp.where
         return where(self.even, straight, curved)
 
     def to_unit(self, physical: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " parameters"]:
-        """Variables in 0 ... 1 for parameters."""
+        """Variables in [0, 1] for parameters."""
         share = np.where(self.even, 2.0, (physical - self.origin) / self.first)
         curved = np.log(share) / np.log(np.where(self.even, 2.0, self.ratio))
         straight = (physical - self.minimum) / (self.maximum - self.minimum)

@@ -1,4 +1,4 @@
-"""Fit by scipy's Nelder-Mead simplex, on the very same objective, scaling and start: the baseline."""
+"""Fit by scipy's Nelder-Mead simplex, with the same objective, scaling and start: the baseline."""
 
 import time
 from collections.abc import Callable
@@ -30,12 +30,12 @@ class SimplexSearch:
     Parameters
     ----------
     objective
-        What to minimise.
+        To be minimised.
     max_evaluations
         Limit of one search.
     relative_tolerance
-        Stops when the values of the simplex agree within this share of the best one, and its corners
-        within 1e-4 of the ranges.
+        Stops when the values of the simplex agree to this share of the best one, and its corners to 1e-4 of
+        the ranges.
     """
 
     def __init__(self, objective: Objective, max_evaluations: int = 2000, relative_tolerance: float = 1e-8):
@@ -46,19 +46,14 @@ class SimplexSearch:
         self.compile_seconds = 0.0
 
     def run(self, start: np.ndarray, progress: Callable[[int, float], None] | None = None) -> Search:
-        """Search from one start.
+        """Search from one start; without a Jacobian, hence without standard errors.
 
         Parameters
         ----------
         start
-            Free parameters scaled to 0 ... 1.
+            Free parameters scaled to [0, 1].
         progress
             Called after each iteration with its number and the best loss.
-
-        Returns
-        -------
-        Search
-            Without a Jacobian, hence without standard errors.
 
         References
         ----------

@@ -1,4 +1,4 @@
-"""Standard errors, correlations, and what the data leave open."""
+"""Standard errors, correlations and profiles."""
 
 import dataclasses
 
@@ -7,9 +7,9 @@ import numpy as np
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.outcome import Search
 
-# Directions of the scaled Jacobian weaker than this against the strongest are unknown, not merely large.
+# Below this share of the largest singular value of the scaled Jacobian, errors are unknown, not just large.
 _UNKNOWN = 1e-9
-# A profile follows chi-square up to this rise: two standard errors.
+# A profile follows chi-square up to this increase: two standard errors.
 _RISE = 4.0
 _STEPS_EACH_WAY = 7
 
@@ -21,10 +21,10 @@ class Covariance:
     Parameters
     ----------
     matrix
-        Shape ``(parameters, parameters)``; infinite on the diagonal where the data say nothing, 0 where a
-        parameter is held by its bound.
+        Shape ``(parameters, parameters)``; infinite on the diagonal for a parameter that the data do not
+        constrain, 0 for one held by its bound.
     held
-        True where a parameter sits on a bound with the misfit pushing outward.
+        True for a parameter at a bound with the gradient pointing outward.
     """
 
     matrix: np.ndarray
@@ -37,7 +37,7 @@ class Covariance:
 
     @property
     def correlation(self) -> np.ndarray:
-        """Correlations; nan where a parameter has no finite, positive standard error."""
+        """Correlations; nan for a parameter without a finite, positive standard error."""
         deviation = self.deviation
         good = np.isfinite(deviation) & (deviation > 0)
         scale = np.where(good, deviation, np.nan)
@@ -61,7 +61,7 @@ def covariance(triangle: np.ndarray, unit: np.ndarray, gradient: np.ndarray) -> 
     free = ~held
     matrix = np.zeros((n, n))
     if not np.all(np.isfinite(triangle)):
-        # Without derivatives nothing is known of any of them.
+        # Without derivatives all of them are unknown.
         matrix[free, free] = np.inf
     elif free.any():
         reduced = triangle[:, free]
@@ -72,7 +72,7 @@ def covariance(triangle: np.ndarray, unit: np.ndarray, gradient: np.ndarray) -> 
         inverse = np.where(known, 1 / np.where(known, singular, 1.0), 0.0)
         root = right.T * inverse / norms[:, None]
         block = root @ root.T
-        # A direction without information makes every parameter that takes part in it unknown.
+        # A direction without information makes every parameter that contributes to it unknown.
         open_share = np.sum(right[~known] ** 2, axis=0)
         unknown = open_share > 1e-6
         block[unknown, :] = block[:, unknown] = 0.0
@@ -83,20 +83,20 @@ def covariance(triangle: np.ndarray, unit: np.ndarray, gradient: np.ndarray) -> 
 
 @dataclasses.dataclass(frozen=True)
 class Profile:
-    """Chi-square along one parameter, all others fitted anew at each value.
+    """Chi-square along one parameter, with all others refitted at each value.
 
     Parameters
     ----------
     position
-        Which parameter.
+        Index of the parameter.
     unit
         Its values in the unit variable, ascending.
     rise
-        Chi-square above the minimum at each.
+        Increase in chi-square above the minimum at each.
     lower, upper
-        Ends of the interval in which it rises by less than 1, in the unit variable.
+        Ends of the interval in which it increases by less than 1, in the unit variable.
     open_below, open_above
-        True where the end of the range was reached before.
+        True if the end of the range was reached first.
     searches
         Fits of the others, in the order in which they were made.
     """
@@ -112,26 +112,21 @@ class Profile:
 
     @property
     def determined(self) -> bool:
-        """Whether the data close the interval on both sides."""
+        """Whether the interval is closed on both sides."""
         return not (self.open_below or self.open_above)
 
 
-def profile(
-    search: GradientSearch,
-    best: Search,
-    position: int,
-    deviation: float,
-) -> Profile:
+def profile(search: GradientSearch, best: Search, position: int, deviation: float) -> Profile:
     """Follow chi-square along one parameter in both directions.
 
     Parameters
     ----------
     search
-        The compiled search; no new compilation is needed.
+        The compiled search; no further compilation is needed.
     best
         The minimum.
     position
-        Which parameter.
+        Index of the parameter.
     deviation
         Its standard error in the unit variable; sets the first step.
 
@@ -158,7 +153,7 @@ def profile(
             if samples[at] > _RISE or step >= room:
                 break
             start = found.unit
-            # Chi-square rises about as the square: aim at the next whole standard error.
+            # Chi-square increases roughly quadratically: aim at the next integer standard error.
             step *= 2.0 if samples[at] < 1.0 else 1.5
     unit = np.array(sorted(samples))
     rise = np.array([samples[u] for u in unit])
@@ -168,7 +163,7 @@ def profile(
 
 
 def _crossing(unit, rise, centre, direction):
-    """Where the root of the rise passes 1 on one side; the end of the range where it does not."""
+    """Where the root of the increase passes 1 on one side; the end of the range if it does not."""
     side = unit >= centre if direction > 0 else unit <= centre
     u, root = unit[side], np.sqrt(np.maximum(rise[side], 0.0))
     if direction < 0:

@@ -1,4 +1,4 @@
-"""The ink alone, as light inside the plate meets it."""
+"""The BSDF of the ink alone, for light inside the plate."""
 
 from jaxink.ink.table import COMPONENTS, InkTable, read_ink_table
 from jaxink.ink.tabulate import TableOptions, ink_table

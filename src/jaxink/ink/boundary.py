@@ -1,4 +1,4 @@
-"""Table of a rough boundary alone, between two clear media: no layer, no light that comes back."""
+"""Table of a rough boundary between two clear half-spaces."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -23,26 +23,26 @@ from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import AMPLITUDES, WaveSurface, regular_power
 
-# Facets less steep than this leave the light where it is: all of it is regular.
+# Facets less steep than this do not scatter: all light is regular.
 _FLAT_SLOPE = 1e-6
 _AREA_RULE = FacetRule(48, 24)
-# Close to grazing a table's linear interpolation says little about the power; looked at up to here.
+# Largest incidence of the power balance: linear interpolation is poor closer to grazing.
 _LARGEST_THETA_DEG = 80.0
 
 
 @dataclasses.dataclass(frozen=True)
 class BoundaryOptions:
-    """Choices of a boundary's table.
+    """Options of a boundary's table.
 
     Parameters
     ----------
     index_inside, index_outside
-        Refractive indices of side I and side A, one number or one for each wavelength.
+        Refractive indices of side I and side A: one number, or one for each wavelength.
     n_theta, n_phi
-        Numbers of polar angles and of azimuths, those equally spaced. Lobes narrower than the steps are lost
-        or overstated; the attribute ``power_of_table`` tells.
+        Numbers of polar angles and of equally spaced azimuths. Lobes narrower than the steps are lost or
+        overestimated, which the attribute ``power_of_table`` shows.
     amplitude
-        Of `WaveSurface`; facets have none.
+        Amplitude of `WaveSurface`, not used for facets.
     """
 
     index_inside: float | Sequence[float]
@@ -64,8 +64,8 @@ class BoundaryOptions:
             values = np.asarray(getattr(self, name), float)
             if values.shape not in ((), (n_wavelengths,)) or not np.all((values >= 1) & np.isfinite(values)):
                 raise InputRefusedError(
-                    f"{name} is {getattr(self, name)}; it must be 1 or more, one number or one for each of "
-                    f"the {n_wavelengths} wavelengths."
+                    f"{name} is {getattr(self, name)}; it must be one number of at least 1, or one for each "
+                    f"of the {n_wavelengths} wavelengths."
                 )
             found.append(np.broadcast_to(values, n_wavelengths).copy())
         return found[0], found[1]
@@ -74,27 +74,22 @@ class BoundaryOptions:
 def boundary_table(
     boundary: RoughBoundary, n_theta: int = 91, n_phi: int = 73, limit_power: bool = False
 ) -> InkTable:
-    """Table of a boundary that a file describes.
+    """Table of a boundary described by a file.
 
     Parameters
     ----------
     boundary
-        Of `jaxink.ink.boundary_file.load_boundary`.
+        From `jaxink.ink.boundary_file.load_boundary`.
     n_theta, n_phi
-        As of `BoundaryOptions`.
+        As for `BoundaryOptions`.
     limit_power
-        Whether `within_incident_power` is applied.
+        Whether to apply `within_incident_power`.
 
     Returns
     -------
     InkTable
-        As `facet_boundary` or `wave_boundary`; its standard errors are those by the height scale, half of
-        what the table changes from one standard error below to one above.
-
-    Raises
-    ------
-    InputRefusedError
-        As `facet_boundary`.
+        As from `facet_boundary` or `wave_boundary`. Its standard errors, if any, follow from that of the
+        height scale by central differences.
     """
     options = BoundaryOptions(boundary.index_inside, boundary.index_outside, n_theta, n_phi)
     tabulate = facet_boundary if boundary.method == "facets" else wave_boundary
@@ -121,29 +116,29 @@ def facet_boundary(
 ) -> InkTable:
     """Table of a boundary made of facets, by ray optics.
 
-    Valid where facets are much larger than the wavelength. Light that meets one facet and leaves is counted,
-    with Smith's masking on both sides; what meets several facets is missing.
+    Valid if facets are much larger than the wavelength. Only light that meets a single facet is included,
+    with Smith's masking on both sides.
 
     Parameters
     ----------
     density
-        Of the facets' slopes.
+        Slope density of the facets.
     wavelengths_nm
-        Ascending.
+        Wavelengths, ascending.
     options
         Media and axes.
 
     Returns
     -------
     InkTable
-        ``power_of_table`` among its attributes gives the least and largest share of the power that the table
-        sends out, over all incidences up to 80 degrees and both sides: what is missing from 1 met several
-        facets. A flat surface has its Fresnel power in ``regular``, any other has no regular part.
+        Its attribute ``power_of_table`` gives the smallest and largest share of the power that the table
+        sends out, over both sides and incidences up to 80 degrees; the rest met several facets. A flat
+        surface has its Fresnel power in ``regular``; other surfaces have no regular part.
 
     Raises
     ------
     InputRefusedError
-        If the wavelengths, indices or numbers of angles are wrong.
+        If the wavelengths, indices or numbers of angles are invalid.
     """
     with computing():
 
@@ -161,26 +156,22 @@ def wave_boundary(
     Parameters
     ----------
     spectrum
-        Of the height.
+        Power spectrum of the height.
     wavelengths_nm
-        Ascending.
+        Wavelengths, ascending.
     options
         Media, axes, and the amplitude of the scattering.
 
     Returns
     -------
     InkTable
-        Its regular part is what the roughness leaves of Fresnel's; ``power_of_table`` as `facet_boundary`:
-        what differs from 1 is the error of the theory and of the steps of the table. Nothing is renormalised,
-        see `within_incident_power`; `jaxink.surfaces.wave_power.balance` has the theory's error alone.
-
-    Raises
-    ------
-    InputRefusedError
-        As `facet_boundary`.
+        Its regular part is Fresnel's, reduced by the roughness. The deviation of ``power_of_table`` (see
+        `facet_boundary`) from 1 is the error of the theory and of the table's steps; the error of the theory
+        alone is `jaxink.surfaces.wave_power.balance`. The table is not renormalised, see
+        `within_incident_power`.
     """
     with computing():
-        # Its user may have made it in 32 bits.
+        # It may have been created in 32 bits.
         spectrum = jax.tree.map(lambda number: jnp.asarray(number, float), spectrum)
 
         def sides(wavelength_nm, here, there, axes):
@@ -193,7 +184,7 @@ def wave_boundary(
 def _tabulate(side, wavelengths_nm, options: BoundaryOptions, title: str) -> InkTable:
     wavelengths = np.asarray(wavelengths_nm, float)
     if wavelengths.ndim != 1 or len(wavelengths) == 0 or np.any(np.diff(wavelengths, prepend=0) <= 0):
-        raise InputRefusedError(f"wavelengths_nm is {wavelengths_nm}; it must ascend from above 0.")
+        raise InputRefusedError(f"wavelengths_nm is {wavelengths_nm}; it must be positive and ascending.")
     inside, outside = options.indices(len(wavelengths))
     ratio = outside / inside
     kinks = critical_angles_deg([*(f(r) for f in (np.min, np.max) for r in (ratio, 1 / ratio))])
@@ -228,7 +219,7 @@ def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
 
     power = power_sent_out(table)[:, :, table.theta_deg <= _LARGEST_THETA_DEG]
     return {
-        "title": f"boundary alone: {title}",
+        "title": f"boundary: {title}",
         "grazing_theta_deg": float(grazing_deg),
         "power_of_table": f"{power.min():.6g} ... {power.max():.6g}",
         "interpolation_error": max(table.interpolation_error().values()),
@@ -238,7 +229,7 @@ def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
 
 @eqx.filter_jit
 def _facet_side(density, here, there, axes):
-    """BRDF, BTDF, and regular power of both, of light that comes through the medium ``here``."""
+    """BRDF, BTDF and the regular power of both, for light from the medium ``here``."""
     cosine, azimuth = axes
     flat = density.scale < _FLAT_SLOPE
     into, out, turn = (axis.ravel() for axis in jnp.meshgrid(cosine, cosine, azimuth, indexing="ij"))

@@ -1,4 +1,4 @@
-"""The description of a rough boundary between two clear media in a small TOML file."""
+"""TOML file that describes a rough boundary between two clear media."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectr
 
 METHODS = ("facets", "waves")
 INDEX = SURROUNDINGS["index_front"]
-# Numbers of each description; a file has exactly one of these tables.
+# Numbers of each description; a file contains exactly one of these tables.
 DESCRIPTIONS: dict[str, dict[str, Quantity]] = {
     "facets": ROUGHNESS,
     **SPECTRA,
@@ -28,7 +28,7 @@ DESCRIPTIONS: dict[str, dict[str, Quantity]] = {
         "height_scale_standard_error": Quantity("", 0.0, 1e3, 0.0, meaning="of the factor"),
     },
 }
-# Keys of a description that are no single number.
+# Keys of a description that are not numbers.
 OTHER_KEYS = {"facets": ("density",), "height_map": ("heights_um", "pitch_um", "method")}
 _MEDIA = ("index_inside", "index_outside")
 TOP_KEYS = (*_MEDIA, "wavelength_nm", *DESCRIPTIONS)
@@ -36,22 +36,22 @@ TOP_KEYS = (*_MEDIA, "wavelength_nm", *DESCRIPTIONS)
 
 @dataclasses.dataclass(frozen=True)
 class RoughBoundary:
-    """What is known of a rough boundary between two clear media.
+    """A rough boundary between two clear media.
 
     Parameters
     ----------
     wavelengths_nm
-        Ascending, in vacuum.
+        Wavelengths in vacuum, ascending.
     index_inside, index_outside
         Refractive indices of side I and side A, one for each wavelength.
     method
         One of `METHODS`.
     shape
-        Density of slopes for facets, power spectrum of the height for waves, for the height scale 1.
+        Slope density for facets, power spectrum of the height for wave optics, both for the height scale 1.
     heights
-        The map that the shape comes from, or None.
+        Height map from which the shape was computed, or None.
     height_scale, height_scale_standard_error
-        Factor of the heights of a map, and its standard error; 0: exactly known.
+        Factor of the heights of a map, and its standard error, 0 if it is exact.
     """
 
     wavelengths_nm: tuple[float, ...]
@@ -64,7 +64,7 @@ class RoughBoundary:
     height_scale_standard_error: float = 0.0
 
     def shape_at(self, height_scale: float) -> SlopeDensity | PowerSpectrum:
-        """The density or the spectrum of a map whose heights are multiplied by a factor."""
+        """The density or spectrum for heights multiplied by a factor."""
         if self.heights is None:
             return self.shape
         if isinstance(self.shape, TabulatedSlopes):
@@ -79,12 +79,12 @@ def load_boundary(path: str | Path) -> RoughBoundary:
     Parameters
     ----------
     path
-        TOML file, as `docs/surfaces.md` describes it; a height map is looked for beside it.
+        TOML file (see docs/surfaces.md); paths of height maps are relative to its folder.
 
     Raises
     ------
     InputRefusedError
-        Naming the file and the key, what is wrong and what would be right.
+        If the file is invalid; names the file and the key.
     """
     path = Path(path)
     document = document_of(text_of(path, "surface"), str(path))
@@ -99,14 +99,14 @@ def _boundary(document: dict[str, Any], folder: Path) -> RoughBoundary:
     only(document, TOP_KEYS, "the file")
     wavelengths = _numbers(document, "wavelength_nm", WAVELENGTH_NM)
     if any(late <= early for early, late in zip(wavelengths, wavelengths[1:], strict=False)):
-        raise InputRefusedError(f"wavelength_nm is {list(wavelengths)}; it must ascend.")
+        raise InputRefusedError(f"wavelength_nm is {list(wavelengths)}; it must be ascending.")
     media = {}
     for name in _MEDIA:
         values = _numbers(document, name, INDEX)
         if len(values) not in (1, len(wavelengths)):
             raise InputRefusedError(
-                f"{name} has {len(values)} values for {len(wavelengths)} wavelengths; give one number, or "
-                "one for each wavelength."
+                f"{name} has {len(values)} values for {len(wavelengths)} wavelengths; give one number or one "
+                "for each wavelength."
             )
         media[name] = values * len(wavelengths) if len(values) == 1 else values
     given = [name for name in DESCRIPTIONS if name in document]
@@ -123,7 +123,7 @@ def _boundary(document: dict[str, Any], folder: Path) -> RoughBoundary:
     if numbers.get("height_scale_standard_error", 0) >= numbers.get("height_scale", 1):
         raise InputRefusedError(
             f"{kind}.height_scale_standard_error is {numbers['height_scale_standard_error']:g}; it must be "
-            f"below the height_scale of {numbers['height_scale']:g}."
+            f"smaller than the height_scale of {numbers['height_scale']:g}."
         )
     return RoughBoundary(wavelengths, **media, **_DESCRIBED[kind](table, numbers, folder))
 
@@ -134,7 +134,7 @@ def _numbers(document: Mapping[str, Any], key: str, quantity: Quantity) -> tuple
         raise missing(key, key, quantity)
     given = document[key] if isinstance(document[key], list) else [document[key]]
     if not given:
-        raise InputRefusedError(f"{key} is an empty list; give a number or several.")
+        raise InputRefusedError(f"{key} is an empty list; give at least one number.")
     return tuple(bounded(value, quantity, key) for value in given)
 
 

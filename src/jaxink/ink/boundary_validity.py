@@ -1,4 +1,4 @@
-"""Whether the theory behind a boundary's table holds for its surface."""
+"""Validity of the theory behind a boundary's table."""
 
 import dataclasses
 import math
@@ -10,9 +10,9 @@ from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_power import validity
 from jaxink.surfaces.wave_surface import WaveSurface
 
-# Incidences at which a surface is judged, from either side.
+# Angles of incidence at which a surface is checked, from either side.
 INCIDENCES_DEG = (0.0, 30.0, 60.0, 75.0)
-# Number: least and largest value with which the theory holds, and the same in words.
+# Range of each number in which the theory is valid, and the range in words.
 _ANY = (-math.inf, math.inf)
 _WAVES = {
     "a_sigma_reflection": (*_ANY, "any; first order alone below 0.3"),
@@ -26,7 +26,7 @@ _WAVES = {
 _FACETS = {
     "a_sigma_reflection": (5.0, math.inf, "above 5"),
     "a_sigma_transmission": (5.0, math.inf, "above 5"),
-    # Of which `HeightMap.slope_statistics` warns.
+    # See `HeightMap.slope_statistics`.
     "slope_growth": (0.0, 1.15, "below 1.15"),
     "anisotropy": (1.0, 1.5, "below 1.5"),
 }
@@ -34,20 +34,20 @@ _FACETS = {
 
 @dataclasses.dataclass(frozen=True)
 class ValidityCheck:
-    """One number by which a theory is judged, over all wavelengths, incidences and sides.
+    """One criterion of validity, over all wavelengths, incidences and sides.
 
     Parameters
     ----------
     name
-        As `jaxink.surfaces.wave_power.validity` calls it.
+        Name in `jaxink.surfaces.wave_power.validity`.
     least, largest
-        Its range.
+        Range of its values.
     asked
-        In words, what it should be.
+        Required range, in words.
     holds
-        Whether it is so everywhere; None where any value is right.
+        Whether the criterion is met everywhere; None if any value is valid.
     worst, where
-        The value that is worst, and where.
+        The worst value and the conditions at which it occurs.
     """
 
     name: str
@@ -60,13 +60,7 @@ class ValidityCheck:
 
 
 def validity_checks(boundary: RoughBoundary) -> list[ValidityCheck]:
-    """Judge a boundary at normal incidence and at 30, 60 and 75 degrees, from either side.
-
-    Returns
-    -------
-    list[ValidityCheck]
-        Empty for a density of slopes by name: it knows no heights.
-    """
+    """Check a boundary at `INCIDENCES_DEG` from either side; empty for a slope density without heights."""
     if boundary.method == "facets" and boundary.heights is None:
         return []
     with computing():
@@ -85,7 +79,7 @@ def _check(name, values, low: float, high: float, asked: str) -> ValidityCheck:
 
 
 def _numbers(boundary: RoughBoundary) -> Iterator[tuple[str, float, str]]:
-    """Name, value and place of every number."""
+    """Name and value of every criterion, and the conditions."""
     spectrum = boundary.shape_at(boundary.height_scale)
     if not isinstance(spectrum, PowerSpectrum):
         statistics = boundary.heights.slope_statistics()

@@ -1,4 +1,4 @@
-"""Clear layers between the surroundings and one side of an ink's table."""
+"""Clear layers between the surroundings and one side of an ink table."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -16,27 +16,16 @@ class ClearRun:
     Parameters
     ----------
     indices
-        Refractive indices of the surroundings and of each layer, inwards; the last one is the sheet's side.
+        Refractive indices of the surroundings and of each layer, inwards; the last is on the sheet's side.
     optical_thickness
-        Of each layer.
+        Optical thickness of each layer.
     """
 
     indices: tuple[float, ...]
     optical_thickness: tuple[float, ...]
 
     def reflected_and_transmitted(self, kappa: Float[np.ndarray, " channels"]):
-        """Power that the run sends back to the sheet, and that it lets through.
-
-        Parameters
-        ----------
-        kappa
-            n sin(theta), shape ``(channels,)``.
-
-        Returns
-        -------
-        reflected, transmitted
-            Shares of the power, shape ``(channels,)``; transmission is the same in both directions.
-        """
+        """Reflectance towards the sheet, and transmittance (the same in both directions), by n sin(theta)."""
         cosines = [np.sqrt(np.maximum(1 - (kappa / n) ** 2, 0.0)) for n in self.indices]
         reflected, transmitted = np.zeros_like(kappa), (cosines[0] > 0).astype(float)
         for k, thickness in enumerate(self.optical_thickness):
@@ -51,7 +40,7 @@ class ClearRun:
 
 
 def _fresnel(index_1, index_2, cosine_1, cosine_2):
-    """Reflectance for unpolarised light: written apart from the solver's, as the whole verification is."""
+    """Unpolarised reflectance, independent of the solver's like the whole verification."""
     s_1, s_2, p_1, p_2 = index_1 * cosine_1, index_2 * cosine_2, index_2 * cosine_1, index_1 * cosine_2
     some = (cosine_1 > 0) | (cosine_2 > 0)
     r_s, r_p = ((a - b) / np.where(some, a + b, 1.0) for a, b in ((s_1, s_2), (p_1, p_2)))
@@ -61,7 +50,7 @@ def _fresnel(index_1, index_2, cosine_1, cosine_2):
 def clear_run(
     values: Mapping[str, float], surroundings: str, layers: Sequence[Layer], wavelength: float
 ) -> ClearRun:
-    """Clear layers from the surroundings inwards; the last layer's medium is the sheet's side."""
+    """Clear layers from the surroundings inwards to the sheet."""
 
     def get(name):
         return float(values.get(f"{name}@{wavelength:g}", values.get(name)))

@@ -1,4 +1,4 @@
-"""How the BSDF of an ink for light inside the plate differs between two descriptions of a sample."""
+"""Difference of an ink's BSDF inside the plate between two models of a sample."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -11,28 +11,28 @@ from jaxink.ink.table import InkTable
 from jaxink.ink.tabulate import TableOptions, ink_table
 from jaxink.sample import Sample
 
-# Closer to grazing, on either side, BSDFs between two media change without limit.
+# Relative changes are unlimited closer to grazing.
 LARGEST_THETA_DEG = 75.0
-# Differences of smooth functions need fewer entries than a ray tracer.
+# A comparison needs fewer entries than a ray tracer.
 _OPTIONS = TableOptions(n_theta=61, n_phi=13)
 
 
 @dataclasses.dataclass(frozen=True)
 class ComponentDifference:
-    """Change of one component over directions to `LARGEST_THETA_DEG` from the normal on either side.
+    """Change of one component over directions up to `LARGEST_THETA_DEG` from the normal on either side.
 
     Parameters
     ----------
     component
-        Of `jaxink.ink.table.COMPONENTS`.
+        One of `jaxink.ink.table.COMPONENTS`.
     wavelength_nm
         Wavelength.
     rms_percent
-        Root mean square of after / before - 1, over all pairs of directions.
+        Root mean square of after / before - 1 over all pairs of directions.
     largest_percent
-        The one largest in size, with its sign.
+        The change of largest magnitude.
     theta_i_deg, theta_o_deg, phi_deg
-        Where that is.
+        Directions at which it occurs.
     """
 
     component: str
@@ -46,13 +46,7 @@ class ComponentDifference:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class TableComparison:
-    """Tables of one ink by two descriptions of its sample.
-
-    Parameters
-    ----------
-    before, after
-        Of the same wavelengths.
-    """
+    """Tables of one ink by two models of its sample, at the same wavelengths."""
 
     before: InkTable
     after: InkTable
@@ -60,33 +54,20 @@ class TableComparison:
     def at(
         self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
     ) -> tuple[Float[np.ndarray, "..."], Float[np.ndarray, "..."]]:
-        """Both BSDFs at any directions; parameters as of `InkTable.interpolated`.
-
-        Returns
-        -------
-        tuple
-            Before and after, 1/sr.
-        """
+        """BSDF before and after, 1/sr; parameters as for `InkTable.interpolated`."""
         directions = (component, theta_i_deg, theta_o_deg, phi_deg, wavelength)
         return self.before.interpolated(*directions), self.after.interpolated(*directions)
 
     def of(self, component: str, wavelength: int = 0) -> ComponentDifference:
-        """Change of a component over all directions.
-
-        Parameters
-        ----------
-        component
-            Of `jaxink.ink.table.COMPONENTS`.
-        wavelength
-            Position of the wavelength.
-        """
+        """Change of a component over all directions, at the wavelength with this index."""
         theta = self.before.theta_deg[self.before.theta_deg <= LARGEST_THETA_DEG]
-        axes = np.meshgrid(theta, theta, self.before.phi_deg, indexing="ij")
-        before, after = self.at(component, *axes, wavelength)
+        theta_i, theta_o, phi = np.meshgrid(theta, theta, self.before.phi_deg, indexing="ij")
+        before, after = self.at(component, theta_i, theta_o, phi, wavelength)
         with np.errstate(divide="ignore", invalid="ignore"):
             change = 100 * np.where(before > 0, after / before - 1, np.nan)
+        where: tuple = (0, 0, 0)
         if np.all(np.isnan(change)):
-            where, rms = (0, 0, 0), np.nan
+            rms = np.nan
         else:
             where = np.unravel_index(np.nanargmax(np.abs(change)), change.shape)
             rms = float(np.sqrt(np.nanmean(change**2)))
@@ -95,34 +76,33 @@ class TableComparison:
             float(self.before.wavelength_nm[wavelength]),
             rms,
             float(change[where]),
-            *(float(axis[where]) for axis in axes),
+            *(float(axis[where]) for axis in (theta_i, theta_o, phi)),
         )
 
 
 def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float]) -> TableComparison:
-    """Tabulate the only scattering layer of a sample by two descriptions.
+    """Tabulate the only scattering layer of a sample by two models of it.
 
-    Layers that only the second description has belong to the ink, so that both tables lie between the same
-    media.
+    Layers that only the second model has belong to the ink, so that both tables are between the same media.
 
     Parameters
     ----------
     before, after
-        The sample; only the values of its layers count, not its backing, beam or instrument.
+        The sample by both models; only its layers matter, not its backing, beam or instrument.
     wavelengths_nm
         Wavelengths.
 
     Raises
     ------
     InputRefusedError
-        If the ink or its plate is not clear, or lies elsewhere in the second description.
+        If the ink or the side of its plate is ambiguous, or differs between the models.
     """
     known = {layer.name for layer in before.layers}
     ink = tuple(layer.name for layer in before.layers if layer.scatters)
     if len(ink) != 1:
         raise InputRefusedError(
-            f"the sample has {len(ink)} scattering layers ({', '.join(ink)}), and which of them is the ink "
-            "is not said."
+            f"the sample has {len(ink)} scattering layers ({', '.join(ink)}); the comparison needs "
+            "exactly one."
         )
     found = tuple(layer.name for layer in after.layers if layer.name not in known)
     first = ink_table(before, ink, wavelengths_nm, options=_OPTIONS)

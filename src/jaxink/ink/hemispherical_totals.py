@@ -1,4 +1,4 @@
-"""Hemispherical totals of a table, directions of its regular light, and the power that it sends out."""
+"""Hemispherical totals, regular directions and power balance of a table."""
 
 import math
 
@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from jaxink.ink.table import COMPONENTS, InkTable
 
-# Sum of all light that leaves may exceed the incident by the error of the table's own quadrature.
+# Tolerance for the error of the table's quadrature.
 _MOST_POWER = 1.01
 
 
@@ -26,7 +26,7 @@ def projected_weights(theta_deg: Float[np.ndarray, " angles"]) -> Float[np.ndarr
 
 
 def azimuth_weights(phi_deg: Float[np.ndarray, " azimuths"]) -> Float[np.ndarray, " azimuths"]:
-    """Weights of the integral over the full circle of a function that mirrors 0 to 180 degrees."""
+    """Weights of the integral over the full circle of a function that is symmetric about 180 degrees."""
     steps = np.diff(np.deg2rad(phi_deg))
     weights = np.zeros(len(phi_deg))
     weights[1:] += steps
@@ -37,10 +37,7 @@ def azimuth_weights(phi_deg: Float[np.ndarray, " azimuths"]) -> Float[np.ndarray
 def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]:
     """Share of the incident power that leaves diffusely: the integral of f cos(theta_o).
 
-    Returns
-    -------
-    np.ndarray
-        Shape ``(4, wavelengths, angles)``, exact for the table as `InkTable.interpolated`.
+    Exact for the table as read by `InkTable.interpolated`.
     """
     totals = table.rest_per_sr @ azimuth_weights(table.phi_deg) @ projected_weights(table.theta_deg)
     if table.lobes is not None:
@@ -50,20 +47,16 @@ def diffuse_totals(table: InkTable) -> Float[np.ndarray, "4 wavelengths angles"]
 
 
 def power_sent_out(table: InkTable) -> Float[np.ndarray, "2 wavelengths angles"]:
-    """Share of the power that a table sends out to both sides, scattered and regular.
+    """Share of the power that a table sends out, scattered and regular, of light from side I and from side A.
 
-    Returns
-    -------
-    np.ndarray
-        Shape ``(2, wavelengths, angles)``, light from side I before light from side A. 1 for a clear boundary
-        whose model and table are exact.
+    It is 1 for an exact table of a boundary that does not absorb.
     """
     each = dict(zip(COMPONENTS, diffuse_totals(table) + table.regular, strict=True))
     return np.stack([each["R_II"] + each["T_IA"], each["T_AI"] + each["R_AA"]])
 
 
 def excess_of_power(table: InkTable) -> str | None:
-    """Where a table sends out most, in words, if that is more than a ray tracer takes; else None."""
+    """The largest power sent out, in words, if it is too large for a ray tracer; otherwise None."""
     power = power_sent_out(table)
     side, w, i = np.unravel_index(np.argmax(power), power.shape)
     if power[side, w, i] <= _MOST_POWER:
@@ -77,36 +70,19 @@ def excess_of_power(table: InkTable) -> str | None:
 def exit_angles_deg(
     table: InkTable, component: str, wavelength: int, theta_i_deg
 ) -> Float[np.ndarray, " angles"]:
-    """Specular angle of a reflection, refracted angle of a transmission; nan where nothing is refracted.
-
-    Parameters
-    ----------
-    table
-        The table.
-    component
-        One of `COMPONENTS`.
-    wavelength
-        Position of the wavelength.
-    theta_i_deg
-        Angles of incidence.
-
-    Returns
-    -------
-    np.ndarray
-        Degrees from the normal on the side of leaving.
-    """
+    """Angle of the specular or refracted direction on the exit side; nan beyond the critical angle."""
     theta = np.asarray(theta_i_deg, float)
     if component[0] == "R":
         return theta
     into, out = (index[wavelength] for index in table.index_of_sides(component))
     sine = into / out * np.sin(np.deg2rad(theta))
-    # The critical angle itself, as a table holds it, may come out beyond 1 by rounding.
+    # At the critical angle, rounding may give more than 1.
     sine = np.where(np.abs(sine - 1) < 1e-9, 1.0, sine)
     with np.errstate(invalid="ignore"):
         return np.rad2deg(np.arcsin(sine))
 
 
 def critical_angle_deg(table: InkTable, component: str, wavelength: int) -> float:
-    """Angle of incidence beyond which nothing is refracted, 90 where there is none."""
+    """Critical angle of incidence, or 90 if there is none."""
     into, out = (float(index[wavelength]) for index in table.index_of_sides(component))
     return math.degrees(math.asin(out / into)) if component[0] == "T" and out < into else 90.0

@@ -1,4 +1,4 @@
-"""Which layers of a sample are its ink, and what lies on either side of them."""
+"""Selection of the ink's layers in a sample, and the media on either side."""
 
 import dataclasses
 import reprlib
@@ -12,19 +12,18 @@ FRONT, BACK = "surroundings.index_front", "surroundings.index_back"
 
 @dataclasses.dataclass(frozen=True)
 class InkLayers:
-    """Which layers of a sample are the ink, and what lies on either side.
+    """The ink's layers in a sample, and the media on either side.
 
     Parameters
     ----------
     sample
         The whole sample.
     first, last
-        Positions of the ink's first and last layer, in the order in which light meets them.
+        Positions of the ink's first and last layer, from the illuminated side.
     inside
-        On which side of the ink the plate is: ``front`` (light meets the plate first) or ``back``.
+        Side of the ink on which the plate is: ``front`` (light meets the plate first) or ``back``.
     index_front, index_back
-        Refractive indices of the media that the ink is put between, where given: numbers; else names of
-        the parameters that hold them.
+        Refractive indices of the adjacent media: numbers if given, otherwise names of parameters.
     """
 
     sample: Sample
@@ -54,17 +53,16 @@ def find_ink(
     sample
         The sample.
     layers
-        Names of neighbouring layers that make the ink; None: the only scattering one.
+        Names of the adjacent layers that form the ink; None: the only scattering one.
     inside
-        Side of the plate, ``front`` or ``back``; None: that on which the ink has a neighbouring layer.
+        Side of the plate, ``front`` or ``back``; None: the side on which the ink has an adjacent layer.
     index_inside, index_outside
-        Refractive indices on the plate's and on the other side; None: of what the sample has there.
+        Refractive indices on the plate's side and on the other side; None: those of the sample.
 
     Raises
     ------
     InputRefusedError
-        If the layers are not names, do not exist or are not neighbours, or if the side of the plate is not
-        clear.
+        If the layers do not exist or are not adjacent, or if the side of the plate is ambiguous.
     """
     first, last = _positions(sample, layers)
     known = [layer.name for layer in sample.layers]
@@ -89,14 +87,14 @@ def _positions(sample: Sample, layers: Sequence[str] | str | None) -> tuple[int,
         wanted = [layer.name for layer in sample.layers if layer.scatters]
         if len(wanted) != 1:
             raise InputRefusedError(
-                f"the sample has {len(wanted)} scattering layers ({', '.join(wanted)}); name those that are "
+                f"the sample has {len(wanted)} scattering layers ({', '.join(wanted)}); name those that form "
                 "the ink."
             )
     else:
         wanted = [layers] if isinstance(layers, str) else list(layers) if isinstance(layers, Iterable) else []
         if not wanted or not all(isinstance(name, str) for name in wanted):
             raise InputRefusedError(
-                f"layers takes names of layers, of {', '.join(known)}; it was given {reprlib.repr(layers)}."
+                f"layers is {reprlib.repr(layers)}; it must be names from {', '.join(known)}."
             )
     for name in wanted:
         if name not in known:
@@ -105,21 +103,21 @@ def _positions(sample: Sample, layers: Sequence[str] | str | None) -> tuple[int,
     first, last = positions[0], positions[-1]
     if positions != list(range(first, last + 1)):
         raise InputRefusedError(
-            f"the layers {', '.join(wanted)} are not neighbours; name those between, too."
+            f"the layers {', '.join(wanted)} are not adjacent; also name those between them."
         )
     if not any(layer.scatters for layer in sample.layers[first : last + 1]):
-        raise InputRefusedError(f"none of the layers {', '.join(wanted)} scatters; there is no ink in them.")
+        raise InputRefusedError(f"none of the layers {', '.join(wanted)} scatters; name a scattering one.")
     return first, last
 
 
 def _side_of_plate(inside: str | None, has_front: bool, has_back: bool) -> str:
-    """The side that is given, or the only one on which the ink has a neighbour."""
+    """The given side, or the only one on which the ink has an adjacent layer."""
     if inside is None:
         neighbours = [side for side, there in (("front", has_front), ("back", has_back)) if there]
         if len(neighbours) != 1:
             raise InputRefusedError(
-                f"the ink has {'layers on both sides' if neighbours else 'no layer beside it'}; say where "
-                'the plate is: inside = "front" or inside = "back", in the order in which light meets them.'
+                f"the ink has {'layers on both sides' if neighbours else 'no adjacent layer'}; state where "
+                'the plate is, as seen from the illuminated side: inside = "front" or inside = "back".'
             )
         (inside,) = neighbours
     if inside not in ("front", "back"):

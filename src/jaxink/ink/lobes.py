@@ -1,7 +1,7 @@
-"""Lobes of light that meets one facet of a rough interface and is regular else.
+"""Lobes of light that meets one facet of a rough interface and is otherwise regular.
 
-They are too narrow for the angles of a table. All of them follow from how the facets are inclined and from
-how much regular light passes between either side of the ink and the facets, which is smooth.
+They are too narrow for the angles of a table. They follow in closed form from the slope density of the facets
+and the share of light that passes regularly between either side of the ink and the facets, which is smooth.
 """
 
 import dataclasses
@@ -9,18 +9,16 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-# First letter: reflection or transmission; then the side that light comes from and the side it leaves to.
+# Reflection or transmission, the side that light comes from, and the side that it leaves to.
 COMPONENTS = ("R_II", "T_IA", "T_AI", "R_AA")
-# Facets over which the power of lobes is summed.
+# Numbers of slopes and azimuths of the sum over facets.
 _POWER_SLOPES, _POWER_AZIMUTHS = 400, 48
 _SIDES = "IA"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class FacetLobes:
-    """Rough interfaces of an ink, as far as they make lobes.
-
-    Axes of two are side I and side A.
+    """Lobes of the rough interfaces of an ink; axes of length 2 are side I and side A.
 
     Parameters
     ----------
@@ -29,17 +27,17 @@ class FacetLobes:
     index
         Refractive indices of side I and side A, shape ``(2, wavelengths)``.
     slope
-        Slopes of facets, ascending from 0, shape ``(slopes,)``.
+        Slopes of the facets, ascending from 0, shape ``(slopes,)``.
     radial_density
-        P(s) s, with P the density of slopes per area of the slope plane; linear between the slopes, 0 beyond;
+        P(s) s, where P is the slope density per area of the slope plane; linear between the slopes, 0 beyond;
         shape ``(faces, wavelengths, slopes)``.
     face_index
-        Refractive indices of the media that meet at each face, shape ``(2, faces, wavelengths)``.
+        Refractive indices of the media on both sides of each face, shape ``(2, faces, wavelengths)``.
     passage
-        Share of the light from each side and polar angle that comes to the face regularly, times Smith's
+        Share of the light from each side and polar angle that reaches the face regularly, times Smith's
         masking; shape ``(2, faces, wavelengths, angles)``.
     grazing_theta_deg
-        Beyond this angle the lobes stay as they are, as the table does.
+        The lobes are constant beyond this angle, like the table.
     """
 
     theta_deg: Float[np.ndarray, " angles"]
@@ -51,21 +49,7 @@ class FacetLobes:
     grazing_theta_deg: float = 90.0
 
     def bsdf(self, component: str, wavelength: int, theta_i_deg, theta_o_deg, phi_deg):
-        """BSDF of the lobes alone.
-
-        Parameters
-        ----------
-        component
-            One of `COMPONENTS`.
-        wavelength
-            Position of the wavelength.
-        theta_i_deg, theta_o_deg, phi_deg
-            Directions as in the table; of shapes that broadcast.
-
-        Returns
-        -------
-        np.ndarray
-            1/sr, of the common shape.
+        """BSDF of the lobes alone, 1/sr; parameters as for `InkTable.interpolated`.
 
         References
         ----------
@@ -87,22 +71,12 @@ class FacetLobes:
         return self.index[sides[1], wavelength] ** 2 * total
 
     def totals(self, component: str, wavelength: int) -> Float[np.ndarray, " angles"]:
-        """Share of the incident power in the lobes, summed over the facets: no lobe is too narrow.
+        """Share of the incident power in the lobes, for each polar angle.
 
-        Parameters
-        ----------
-        component
-            One of `COMPONENTS`.
-        wavelength
-            Position of the wavelength.
-
-        Returns
-        -------
-        np.ndarray
-            For each polar angle of incidence.
+        The sum runs over the facets, and is therefore accurate for lobes of any width.
         """
         start, end = (_SIDES.index(side) for side in component[2:])
-        # Steps grow with the slope, as those of the table's slopes do.
+        # Steps grow with the slope, like those of the tabulated slopes.
         reach = np.arcsinh(self.slope[-1] / self.slope[1]) / _POWER_SLOPES
         at = reach * (np.arange(_POWER_SLOPES) + 0.5)
         slope, step = self.slope[1] * np.sinh(at), self.slope[1] * reach * np.cosh(at)
@@ -129,7 +103,7 @@ class FacetLobes:
         return total
 
     def _at_face(self, side, face, wavelength, theta_deg):
-        """Sine and cosine in the medium of the face, and passage over the cosine; 0 if evanescent there."""
+        """Sine and cosine in the medium of the face, and passage over cosine, 0 if evanescent."""
         theta_deg = np.minimum(theta_deg, self.grazing_theta_deg)
         ratio = self.index[side, wavelength] / self.face_index[side, face, wavelength]
         sine = np.minimum(ratio * np.sin(np.deg2rad(theta_deg)), 1.0)
@@ -140,12 +114,12 @@ class FacetLobes:
 
 
 def _across(into, out, azimuth):
-    """Length of a difference of two vectors in the surface, without cancellation where they agree."""
+    """Length of the difference of two vectors in the surface, without cancellation."""
     return np.sqrt(np.maximum((into - out) ** 2 + 4 * into * out * np.sin(azimuth / 2) ** 2, 1e-24))
 
 
 def _reflected(here, there, into, out, azimuth):
-    """Slope of the facet that reflects one direction into the other; the lobe over density and areas."""
+    """Slope of the facet that reflects one direction into the other, and lobe over density and areas."""
     (sine_in, cosine_in), (sine_out, cosine_out) = into, out
     slope = _across(sine_in, sine_out, azimuth) / (cosine_in + cosine_out)
     towards = cosine_in * cosine_out - sine_in * sine_out * np.cos(azimuth)
@@ -154,9 +128,9 @@ def _reflected(here, there, into, out, azimuth):
 
 
 def _refracted(here, there, into, out, azimuth):
-    """The same in refraction; strength 0 where no facet refracts so far."""
+    """The same for refraction; the lobe is 0 if no facet refracts into this direction."""
     (sine_in, cosine_in), (sine_out, cosine_out) = into, out
-    # i towards the source, o away on the other side: the facet's normal lies along here i + there o.
+    # The facet's normal is along here i + there o, where i points to the source and o away on the other side.
     towards = -sine_in * sine_out * np.cos(azimuth) - cosine_in * cosine_out
     sign = 1.0 if here > there else -1.0
     along = sign * (here * cosine_in - there * cosine_out)
@@ -169,7 +143,7 @@ def _refracted(here, there, into, out, azimuth):
 
 
 def _sent(media, cosine, facing, up, is_reflected):
-    """Share that a facet sends on, and cosine of its direction with the normal on the side of leaving."""
+    """Share that a facet reflects or refracts, and cosine of this direction with the exit normal."""
     here, there = media
     reflectance = _fresnel(here, there, facing)
     if is_reflected:
@@ -180,7 +154,7 @@ def _sent(media, cosine, facing, up, is_reflected):
 
 
 def _fresnel(here, there, cosine):
-    """Reflectance for unpolarised light, 1 beyond the critical angle."""
+    """Unpolarised reflectance, 1 beyond the critical angle."""
     squared = 1 - (here / there) ** 2 * (1 - cosine**2)
     beyond = np.sqrt(np.maximum(squared, 0.0))
     s = (here * cosine - there * beyond) / (here * cosine + there * beyond + 1e-300)

@@ -1,4 +1,4 @@
-"""Polar angles of a table, dense where a BSDF between two media bends, and interpolation between them."""
+"""Polar angles of a table, dense at critical angles, and interpolation between them."""
 
 import math
 
@@ -6,62 +6,32 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 
-# Critical angles nearer to each other, or to grazing, than this are taken as one.
+# Critical angles closer to each other, or to grazing, than this are merged.
 _SAME_DEG = 0.05
 _FEWEST = 4
 _MOST_ENTRIES = 50_000_000
 
 
 def critical_angles_deg(index_ratios) -> list[float]:
-    """Angles in a medium beyond which light cannot propagate in thinner ones.
-
-    Parameters
-    ----------
-    index_ratios
-        Refractive indices of the other media over that of the medium.
-    """
+    """Critical angles in a medium, from the refractive indices of other media over its own."""
     return [math.degrees(math.asin(ratio)) for ratio in index_ratios if ratio < 1]
 
 
 def require_few_entries(n_theta: int, n_phi: int) -> None:
-    """Refuse a table that would not fit into memory.
-
-    Parameters
-    ----------
-    n_theta, n_phi
-        Numbers of polar angles and of azimuths.
-
-    Raises
-    ------
-    InputRefusedError
-        If it has more entries than are computed.
-    """
+    """Reject a table that would not fit into memory."""
     n_entries = int(n_theta) ** 2 * int(n_phi)
     if n_entries > _MOST_ENTRIES:
         raise InputRefusedError(
-            f"n_theta is {n_theta} and n_phi {n_phi}, so each of the four tables would have {n_entries:.3g} "
-            f"entries; lower them until there are at most {_MOST_ENTRIES:.3g}."
+            f"n_theta is {n_theta} and n_phi is {n_phi}, so each of the four components would have "
+            f"{n_entries:.3g} entries; reduce them to at most {_MOST_ENTRIES:.3g} entries."
         )
 
 
 def polar_grid(n_theta: int, critical_deg) -> np.ndarray:
-    """Angles from 0 to 90 degrees for linear interpolation, with critical angles among them.
+    """Ascending angles from 0 to 90 degrees that include the critical angles, shape ``(n_theta,)``.
 
-    Steps shrink in proportion to the root of the distance towards each critical angle, below which
-    Fresnel reflectance varies as that root, and towards grazing; elsewhere they are equal to within a
-    factor of two.
-
-    Parameters
-    ----------
-    n_theta
-        Number of angles.
-    critical_deg
-        Critical angles, in any order.
-
-    Returns
-    -------
-    np.ndarray
-        Ascending, shape ``(n_theta,)``.
+    Towards grazing and each critical angle, steps shrink in proportion to the square root of the distance,
+    like the variation of Fresnel reflectance; elsewhere they are equal to within a factor of two.
 
     Raises
     ------
@@ -81,7 +51,7 @@ def polar_grid(n_theta: int, critical_deg) -> np.ndarray:
         )
     steps = np.full(len(widths), _FEWEST)
     for _ in range(n_theta - fewest):
-        # The next angle goes where they are farthest apart; a segment with one dense end needs fewer.
+        # The next angle goes into the segment with the largest steps.
         steps[np.argmax(widths / steps)] += 1
     parts = [np.zeros(1)]
     for start, width, n_steps in zip(ends, widths, steps, strict=False):
@@ -90,26 +60,13 @@ def polar_grid(n_theta: int, critical_deg) -> np.ndarray:
         dense_at_both = (1 - np.cos(np.pi * unit)) / 2
         parts.append(start + width * (dense_at_end if start == 0 else dense_at_both))
     angles = np.concatenate(parts)
-    # Exact ends, whatever sine and cosine round to.
+    # Exact ends, without rounding errors of sine and cosine.
     angles[np.cumsum(steps)] = ends[1:]
     return angles
 
 
 def linear_matrix(grid: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Matrix that interpolates values on a grid linearly.
-
-    Parameters
-    ----------
-    grid
-        Ascending, shape ``(nodes,)``.
-    targets
-        Within the grid, shape ``(targets,)``.
-
-    Returns
-    -------
-    np.ndarray
-        Shape ``(targets, nodes)``.
-    """
+    """Matrix of linear interpolation from an ascending grid, shape ``(targets, nodes)``."""
     right = np.clip(np.searchsorted(grid, targets), 1, len(grid) - 1)
     share = (targets - grid[right - 1]) / (grid[right] - grid[right - 1])
     rows = np.zeros((len(targets), len(grid)))

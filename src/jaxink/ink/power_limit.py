@@ -1,4 +1,4 @@
-"""A table scaled down where it sends out more power than arrives."""
+"""Limits the power that a table sends out to the incident power."""
 
 import dataclasses
 
@@ -9,24 +9,14 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 
 def within_incident_power(table: InkTable) -> InkTable:
-    """Scale a table down where it sends out more power than arrives, and keep its reciprocity.
+    """Scale down a table for incidences at which it sends out more power than arrives, keeping reciprocity.
 
-    Every direction of either side has a factor, which multiplies the BSDF of light that comes from it and of
-    light that leaves along it.
-
-    Parameters
-    ----------
-    table
-        Of `facet_boundary` or `wave_boundary`.
-
-    Returns
-    -------
-    InkTable
-        Of no incidence more than 1; attribute ``least_power_factor``: the least factor, squared.
+    Every direction of either side has one factor, which multiplies the BSDF of light that arrives from it and
+    that leaves along it. The attribute ``least_power_factor`` of the result is the square of the smallest.
     """
     factor = np.ones((2, len(table.wavelength_nm), len(table.theta_deg)))
     limited = table
-    # Each step halves the excess, as a logarithm, at least.
+    # Each step at least halves the logarithm of the excess.
     for _ in range(40):
         excess = np.maximum(power_sent_out(limited), 1.0)
         if excess.max() < 1 + 1e-9:
@@ -38,7 +28,7 @@ def within_incident_power(table: InkTable) -> InkTable:
 
 
 def _scaled(table: InkTable, factor: np.ndarray) -> InkTable:
-    """Table with a factor for each side and direction, of coming and of leaving."""
+    """Table multiplied by the factors of the incident and of the exit direction."""
     bsdf, regular = table.bsdf_per_sr.copy(), table.regular.copy()
     for c, name in enumerate(COMPONENTS):
         come, leave = (factor["IA".index(side)] for side in name[2:])

@@ -1,9 +1,9 @@
-"""A table put back as an infinitely thin sheet between the other layers of its sample.
+"""A table as an infinitely thin sheet between the other layers of its sample.
 
-The sheet knows the table only. Light in the clear layers on either side of it is carried as basic radiance
-L/n^2 on channels of kappa = n sin(theta), in azimuthal cosine series; the table is read linearly in its polar
-angles. Regular light is followed at its own angles, so that every direction is exact apart from the table; so
-are the lobes of rough interfaces that it meets first. Of later ones the channels see averages.
+The sheet only uses the table. Light in the clear layers on either side is represented by basic radiance
+L/n^2 on channels of kappa = n sin(theta) and by azimuthal cosine series; the table is interpolated linearly
+in its polar angles. Regular light and its first lobes are computed at their own angles, which makes every
+direction exact apart from the table; later lobes are averaged over the channels.
 """
 
 import dataclasses
@@ -21,10 +21,9 @@ from jaxink.ink.table import COMPONENTS, InkTable
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.sample import Sample
 
-# Components by side of leaving, then side of incidence; side 0 is I, side 1 is A.
+# Components by exit side, then side of incidence; side 0 is I, side 1 is A.
 _BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
-# Orders kept of lobes, azimuths of the half circle that they come from, and parts of a channel over which
-# they are averaged.
+# Azimuthal orders of lobes, azimuths from which they are computed, and parts of a channel for averages.
 _LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
 
 
@@ -37,11 +36,11 @@ class Sheet:
     table
         The table.
     wavelength
-        Position of the wavelength in it.
+        Index of its wavelength.
     runs
-        What lies on side I and on side A.
+        Clear layers on side I and on side A.
     n_nodes
-        Channels of each block of kappa, between refractive indices.
+        Streams in each block of kappa between two refractive indices.
     """
 
     table: InkTable
@@ -67,7 +66,7 @@ class Sheet:
 
     @property
     def _blocks(self) -> list[tuple[float, float]]:
-        """Refractive index at the end of each block of channels, and its cosine at the block's start."""
+        """Refractive index at the end of each block of channels, and the cosine at its start."""
         largest = max(self.indices)
         ends = sorted({n for run in self.runs for n in run.indices if n <= largest})
         return [
@@ -88,21 +87,16 @@ class Sheet:
     def bsdf(
         self, lit_from: int, theta_i_deg: float, theta_o_deg, phi_deg, is_transmission
     ) -> Float[np.ndarray, " points"]:
-        """Diffuse BSDF of the whole, in the surroundings.
+        """Diffuse BSDF of the whole sample, 1/sr, for directions in the surroundings.
 
         Parameters
         ----------
         lit_from
             0: light comes from side I; 1: from side A.
         theta_i_deg
-            Incidence in the surroundings.
+            Angle of incidence.
         theta_o_deg, phi_deg, is_transmission
-            Outgoing directions there, shape ``(points,)``.
-
-        Returns
-        -------
-        np.ndarray
-            1/sr, shape ``(points,)``.
+            Exit directions, shape ``(points,)``.
         """
         theta_o_deg, phi_deg = np.asarray(theta_o_deg, float), np.asarray(phi_deg, float)
         leaves = np.where(is_transmission, 1 - lit_from, lit_from)
@@ -114,7 +108,7 @@ class Sheet:
         at_in, at_out = _Regular(self, kappa_in), _Regular(self, distinct)
         incident = np.zeros((2, 1))
         incident[lit_from] = at_in.transmitted[lit_from]
-        # Power that arrives at the sheet regularly from either side, after any number of passages.
+        # Power that reaches the sheet regularly from either side, after any number of passages.
         arriving = incident + at_in.reflected * at_in.to_and_fro(at_in.pass_sheet(incident))
         first = self._with_lobes((nodes, kappa_in), (self._parts, _whole(kappa_in))) @ arriving.ravel()
         at_nodes, after_any_number = self._multiple
@@ -135,12 +129,12 @@ class Sheet:
 
     @cached_property
     def _weight(self) -> np.ndarray:
-        """Etendue of the channels on both sides, the ring of azimuths included."""
+        """Etendue of the channels on both sides, including the full circle of azimuths."""
         return 2 * np.pi * np.tile(self.channels[1], 2)
 
     @cached_property
     def _multiple(self):
-        """Regular light at the channels, and the matrix from light scattered once to that of all orders."""
+        """Regular light at the channels, and the matrix from once-scattered light to all orders."""
         nodes, _ = self.channels
         at_nodes = _Regular(self, nodes)
         straight = np.block([[np.diag(at_nodes.sheet[o, i]) for i in range(2)] for o in range(2)])
@@ -173,7 +167,7 @@ class Sheet:
         return np.concatenate(blocks, axis=1)
 
     def _with_lobes(self, kappas, parts) -> np.ndarray:
-        """As `_scattered`, with the lobes as averages over the parts of outgoing and incoming channels."""
+        """As `_scattered`, with lobes averaged over the parts of the exit and incident channels."""
         kernel = self._scattered(kappas)
         if self.table.lobes is None:
             return kernel
@@ -187,7 +181,7 @@ class Sheet:
         return np.pad(kernel, missing) + series[:n_orders]
 
     def _lobes(self, kappa_out, kappa_in, phi_deg) -> np.ndarray:
-        """Lobes over n_o^2 from side to side at directions that broadcast, leaving before incidence."""
+        """Lobes over n_o^2 by exit side and side of incidence, for directions that broadcast."""
         shape = np.broadcast_shapes(*(np.shape(axis) for axis in (kappa_out, kappa_in, phi_deg)))
         found = np.zeros((2, 2, *shape))
         if self.table.lobes is None:
@@ -195,20 +189,20 @@ class Sheet:
         for o, row in enumerate(_BETWEEN):
             for i, name in enumerate(row):
                 sines = kappa_in / self.indices[i], kappa_out / self.indices[o]
-                angles = [np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) for sine in sines]
-                lobes = self.table.lobes_at(name, *angles, phi_deg, self.wavelength)
+                theta_i, theta_o = (np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) for sine in sines)
+                lobes = self.table.lobes_at(name, theta_i, theta_o, phi_deg, self.wavelength)
                 there = (sines[0] < 1) & (sines[1] < 1)
                 found[o, i] = np.where(there, lobes / self.indices[o] ** 2, 0.0)
         return found
 
     def _reading(self, kappa, side):
-        """Matrix that reads the table at the angles of channels on a side; 0 where there is no such light."""
+        """Matrix that reads the table at the angles of channels on a side; 0 for evanescent channels."""
         sine = kappa / self.indices[side]
         rows = linear_matrix(self.table.theta_deg, np.rad2deg(np.arcsin(np.minimum(sine, 1.0))))
         return np.where((sine < 1)[:, None], rows, 0.0)
 
     def regular(self, kappa) -> np.ndarray:
-        """Regular power from side to side, leaving before incidence, shape ``(2, 2, channels)``."""
+        """Regular power by exit side and side of incidence, shape ``(2, 2, channels)``."""
         table = self.table.regular[:, self.wavelength]
         return np.array(
             [
@@ -219,12 +213,12 @@ class Sheet:
 
 
 def _whole(kappa: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Channels of one part each."""
+    """Channels with one part each."""
     return kappa[:, None], np.ones((len(kappa), 1))
 
 
 def _cosine_series(values: np.ndarray, axis: int) -> np.ndarray:
-    """Coefficients of a function of azimuth at equal steps from 0 to 180 degrees."""
+    """Coefficients of a function of azimuth, given at equal steps from 0 to 180 degrees."""
     from scipy.fft import dct
 
     series = np.moveaxis(dct(values, type=1, axis=axis), axis, 0) / (2 * (values.shape[axis] - 1))
@@ -233,7 +227,7 @@ def _cosine_series(values: np.ndarray, axis: int) -> np.ndarray:
 
 
 class _Regular:
-    """Regular light at some channels: through the sheet, and what the runs send back and let out."""
+    """Regular light at given channels: in the sheet, and reflected and transmitted by the runs."""
 
     def __init__(self, sheet: Sheet, kappa: np.ndarray):
         self.sheet = sheet.regular(kappa)
@@ -241,11 +235,11 @@ class _Regular:
         self.reflected, self.transmitted = (np.stack(part) for part in zip(*pairs, strict=True))
 
     def pass_sheet(self, arriving):
-        """Light that leaves the sheet of light that arrives, shape ``(2, channels)``."""
+        """Regular light that leaves the sheet, from the light that arrives, shape ``(2, channels)``."""
         return np.einsum("oik,ik->ok", self.sheet, arriving)
 
     def to_and_fro(self, leaving):
-        """Light that leaves the sheet, all later regular passages included, ``(..., 2, channels)``."""
+        """Light that leaves the sheet, including all later regular passages, ``(..., 2, channels)``."""
         again = np.moveaxis(self.sheet * self.reflected, 2, 0)
         light = np.moveaxis(leaving, -1, 0)[..., None]
         steps = (np.eye(2) - again).reshape(len(again), *(1,) * (light.ndim - 3), 2, 2)
@@ -258,21 +252,21 @@ def sheets(table: InkTable, source: FitResult | Sample, n_nodes: int = 32) -> tu
     Parameters
     ----------
     table
-        As `ink_table` made it: its attributes tell the layers and the side of the plate.
+        From `ink_table`; its attributes name the layers and the side of the plate.
     source
         The sample.
     n_nodes
-        As of `Sheet`.
+        As for `Sheet`.
 
     Returns
     -------
     ink, sheets
-        The ink's place, and the sheet at each wavelength of the table.
+        The ink's layers, and the sheet at each wavelength of the table.
 
     Raises
     ------
     InputRefusedError
-        If the table is not of this sample: other layers, other neighbours, or more inks than one.
+        If the table does not belong to this sample, or other layers scatter or are rough.
     """
     sample = source.sample if isinstance(source, FitResult) else source
     names = str(table.attrs.get("layers", "")).split() or None
@@ -283,23 +277,24 @@ def sheets(table: InkTable, source: FitResult | Sample, n_nodes: int = 32) -> tu
         for layer in outer:
             if layer.scatters:
                 raise InputRefusedError(
-                    f"layer '{layer.name}' scatters beside the ink; a sheet is verified between clear layers."
+                    f"layer '{layer.name}' beside the ink scatters; a sheet needs clear layers around it."
                 )
             if layer.roughness:
                 raise InputRefusedError(
-                    f"layer '{layer.name}' is rough; a sheet is verified between smooth clear layers."
+                    f"layer '{layer.name}' beside the ink is rough; a sheet needs smooth layers around it."
                 )
         runs.append(("front" if before else "back", outer))
     values = sample.parameters.values_with({})
     found = []
     for w, wavelength in enumerate(table.wavelength_nm):
         here = [clear_run(values, f"surroundings.index_{side}", outer, wavelength) for side, outer in runs]
-        inner, outer = here if ink.inside == "front" else here[::-1]
-        for run, index, side in ((inner, table.index_inside[w], "I"), (outer, table.index_outside[w], "A")):
+        inside, outside = here if ink.inside == "front" else here[::-1]
+        sides = (inside, table.index_inside[w], "I"), (outside, table.index_outside[w], "A")
+        for run, index, side in sides:
             if abs(run.indices[-1] / index - 1) > 1e-9:
                 raise InputRefusedError(
                     f"side {side} of the table has the refractive index {index:g}, but the sample has "
-                    f"{run.indices[-1]:g} there; make the table for that index."
+                    f"{run.indices[-1]:g} there; compute the table for that index."
                 )
-        found.append(Sheet(table, w, (inner, outer), n_nodes))
+        found.append(Sheet(table, w, (inside, outside), n_nodes))
     return ink, found

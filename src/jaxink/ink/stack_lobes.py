@@ -1,4 +1,4 @@
-"""Regular light between either side of an ink and its rough interfaces, tabulated for their lobes."""
+"""Lobes of an ink's rough interfaces, from the regular light that reaches them."""
 
 import equinox as eqx
 import jax
@@ -8,35 +8,31 @@ import numpy as np
 from jaxink.ink.lobes import FacetLobes
 from jaxink.optics.fresnel import propagating_cosine
 from jaxink.optics.layers import ScatteringLayer, delta_m
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.specular import regular_fields
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.stack import Stack
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.slopes import SlopeDensity
 
-# Equal steps in arsinh(s / narrowest scale), of which linear interpolation of P(s) s is exact to 1e-4.
+# Steps are equal in arsinh(s / narrowest scale); linear interpolation of P(s) s is then accurate to 1e-4.
 _N_SLOPES = 1024
 
 
 def facet_lobes(
     stacks: Stack, config: SolverConfig, theta_deg: np.ndarray, grazing_deg: float
 ) -> FacetLobes | None:
-    """Lobes of the rough interfaces of an ink.
+    """Lobes of the rough interfaces of an ink, None if it has no facets.
 
     Parameters
     ----------
     stacks
-        The ink alone, side I in front; its numbers have the wavelength as leading axis.
+        The ink alone with side I in front; the leading axis of its numbers is the wavelength.
     config
-        Sizes of the discretisation: what delta-M takes as undeviated comes to the facets, too.
+        Resolution; light that delta-M treats as undeviated also reaches the facets.
     theta_deg
         Polar angles of the table.
     grazing_deg
-        Of `FacetLobes`.
-
-    Returns
-    -------
-    FacetLobes | None
-        None if no interface is rough by facets.
+        ``grazing_theta_deg`` of `FacetLobes`.
     """
     faces = _faces_of_facets(stacks)
     if not faces:
@@ -55,7 +51,7 @@ def facet_lobes(
         theta_deg=theta_deg,
         index=np.stack([stacks.index_front, stacks.index_back]),
         slope=slope,
-        # From wavelengths before faces before sides to sides, faces, wavelengths.
+        # Reorder the axes to sides, faces, wavelengths.
         radial_density=np.asarray(radial).swapaxes(0, 1),
         face_index=np.moveaxis(np.asarray(face_index), 0, 2),
         passage=np.moveaxis(np.asarray(passage), 0, 2),
@@ -64,7 +60,7 @@ def facet_lobes(
 
 
 def _faces_of_facets(stack: Stack) -> list[int]:
-    """Positions of the interfaces that facets make rough; lobes of waves have no closed form."""
+    """Positions of the interfaces with facets; lobes by wave optics have no closed form."""
     return [k for k in stack.rough if isinstance(stack.faces[k], SlopeDensity)]
 
 
@@ -84,7 +80,7 @@ def _at_every_wavelength(stacks: Stack, config: SolverConfig, slope, sines):
 
 
 def _reaching_faces(stack: Stack, config, kappa, side):
-    """Passage of light from one side to every rough interface, shape ``(faces, angles)``."""
+    """Share of light from one side that reaches each rough interface, shape ``(faces, angles)``."""
     column = jnp.stack(stack.indices)[:, None]
     thickness = [
         (delta_m(layer, config.n_moments) if isinstance(layer, ScatteringLayer) else layer).optical_thickness

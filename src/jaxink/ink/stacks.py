@@ -1,4 +1,4 @@
-"""The stack of an ink between its two media, and stacks and samples lit from their other side."""
+"""The stack of an ink between its two media, and reversed stacks and samples."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -16,26 +16,15 @@ _OPPOSITE_FACE = {"front_roughness": "back_roughness", "back_roughness": "front_
 
 
 def isolated_model(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) -> ForwardModel:
-    """Forward model of the ink between its two media, lit as in the sample.
+    """Forward model of the ink between its two media, illuminated as in the sample.
 
-    Parameters
-    ----------
-    ink
-        The ink.
-    wavelengths_nm
-        Wavelengths.
-    accuracy
-        Largest relative error of the BSDF that the discretisation may cause.
-
-    Returns
-    -------
-    ForwardModel
-        Has the discretisation, and builds the stacks of `ink_stacks`; its own points mean nothing.
+    It provides the resolution for an ``accuracy`` and builds the stacks of `ink_stacks`; its points are
+    placeholders.
     """
     sample = ink.sample
     whole = sample.layers
     layers = list(whole[ink.first : ink.last + 1])
-    # An interface is declared once, by either of the layers that meet there: it stays with the ink.
+    # An interface is declared once, by either of its layers; it belongs to the ink.
     if ink.first > 0:
         layers[0] = _with_faces(layers[0], whole[ink.first - 1], "front_roughness")
     if ink.last + 1 < len(whole):
@@ -68,22 +57,16 @@ def isolated_model(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: fl
 
 
 def ink_stacks(ink: InkLayers, model: ForwardModel, free_values: Mapping) -> Stack:
-    """Stacks of the ink alone at every wavelength of its model.
+    """Stacks of the ink alone; the leading axis of their numbers is the wavelength.
 
     Parameters
     ----------
     ink
         The ink.
     model
-        Of `isolated_model`.
+        From `isolated_model`.
     free_values
-        Values by name that replace those of the sample's table; differentiable in each, and traced ones
-        are welcome.
-
-    Returns
-    -------
-    Stack
-        Its numbers have the wavelength as leading axis.
+        Values by name that replace those of the sample; differentiable, may be traced.
     """
     values, wavelengths = ink.sample.parameters.values_with(free_values), model.wavelengths_nm
     each = [ink.sample.at_wavelength(values, wavelength) for wavelength in wavelengths]
@@ -92,33 +75,16 @@ def ink_stacks(ink: InkLayers, model: ForwardModel, free_values: Mapping) -> Sta
         name: jnp.full(len(wavelengths), medium) if isinstance(medium, float) else columns[medium]
         for name, medium in ((FRONT, ink.index_front), (BACK, ink.index_back))
     }
-    return jax.vmap(lambda w, v: model.stack(v, w))(jnp.asarray(wavelengths), columns | media)
+    return jax.vmap(lambda w, v: model.builder.stack(v, w))(jnp.asarray(wavelengths), columns | media)
 
 
 def reversed_stack(stack: Stack) -> Stack:
-    """The same stack, lit from its other side."""
-    last = len(stack.layers) + 1
-    return Stack(
-        stack.layers[::-1],
-        stack.index_back,
-        stack.index_front,
-        # Their order does not matter; in a fixed one both directions mostly share a compiled program.
-        tuple(sorted(last - medium for medium in stack.block_media)),
-        stack.exposed,
-        stack.faces[::-1],
-        stack.known[::-1],
-        tuple(sorted(last - medium for medium in stack.rarest)),
-    )
+    """The same stack, illuminated from the other side."""
+    return Stack(stack.layers[::-1], stack.index_back, stack.index_front, faces=stack.faces[::-1])
 
 
 def reversed_sample(sample: Sample) -> Sample:
-    """The same sample with fixed values, lit from its other side.
-
-    Returns
-    -------
-    Sample
-        Without free parameters, ties and instrument.
-    """
+    """The same sample with fixed values, illuminated from the other side, without its instrument."""
     swapped = {FRONT: BACK, BACK: FRONT}
 
     def renamed(name):
@@ -148,7 +114,7 @@ def reversed_sample(sample: Sample) -> Sample:
 
 
 def _with_faces(layer: Layer, neighbour: Layer, face: str) -> Layer:
-    """The layer with the face that it shares with a neighbour, where that one declares it."""
+    """The layer with the roughness of the face that it shares with a neighbour, if the latter declares it."""
     if any(own.face == face for own in layer.roughness):
         return layer
     shared = [
@@ -164,9 +130,9 @@ def _without(numbers: dict[str, Parameter], *stems: str) -> dict[str, Parameter]
 
 
 def _number(sample: Sample, name: str, value: float) -> Parameter:
-    """A parameter with its value in place of its tie.
+    """A parameter with its value instead of its tie; free only if it is an index that a fit can change.
 
-    Free where a fit can change an index, which decides on the channels; nothing else is fitted here.
+    Free indices determine the channels.
     """
     parameter = sample.parameters[name]
     is_index = "index_" in name or name.split("@")[0].endswith("refractive_index")
@@ -174,10 +140,9 @@ def _number(sample: Sample, name: str, value: float) -> Parameter:
 
 
 def _untabulated(parameter: Parameter) -> Parameter:
-    """The parameter, an angle of roughness tied to its value.
+    """The parameter; angles of roughness are tied to their values.
 
-    A model tabulates a face whose angle is known or free before it is used, which costs more than it saves
-    here.
+    Otherwise the model would tabulate the face in advance, which does not pay here.
     """
     if not parameter.name.endswith(".sigma_deg"):
         return parameter

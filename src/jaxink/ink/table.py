@@ -1,4 +1,4 @@
-"""Table of an ink layer's BSDF between the plate (side I, inside) and the other side (A, mostly air)."""
+"""Table of an ink's BSDF between the inside of the plate (side I) and the other side (A, usually air)."""
 
 import dataclasses
 from functools import cached_property
@@ -20,33 +20,33 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class InkTable:
-    """BSDF of an ink layer alone, four components; isotropic about the normal.
+    """BSDF of an ink alone, with four components; isotropic about the normal.
 
     Parameters
     ----------
     wavelength_nm
-        Ascending, shape ``(wavelengths,)``.
+        Wavelengths, ascending, shape ``(wavelengths,)``.
     theta_deg
-        Polar angles from 0 to 90, ascending, shape ``(angles,)``: of incidence and of outgoing light, each
-        from the normal in the medium of its own side.
+        Polar angles of incidence and exit, ascending from 0 to 90, shape ``(angles,)``; each is measured from
+        the normal in the medium of its own side.
     phi_deg
-        Azimuth from 0 to 180, ascending, shape ``(azimuths,)``: 180 on the side of the specular or
-        undeviated direction, 0 towards the source; the other half is its mirror image.
+        Azimuths, ascending from 0 (towards the source) to 180 (specular or undeviated direction), shape
+        ``(azimuths,)``; the other half is the mirror image.
     bsdf_per_sr
-        Radiance over irradiance without the regular part, no cosine, shape
-        ``(4, wavelengths, angles, angles, azimuths)``: component by `COMPONENTS`, incidence before outgoing.
+        Radiance over irradiance without cosine and without the regular part, shape
+        ``(4, wavelengths, angles, angles, azimuths)``: component as in `COMPONENTS`, incidence before exit.
     regular
         Power that leaves in the specular (R) or refracted (T) direction over incident power, shape
         ``(4, wavelengths, angles)``.
     index_inside, index_outside
-        Refractive indices of side I and of side A, shape ``(wavelengths,)``.
+        Refractive indices of side I and side A, shape ``(wavelengths,)``.
     bsdf_standard_error_per_sr, regular_standard_error
-        One standard error by the fit's covariance, shapes as their quantities; None where not known.
+        Standard errors from the fit's covariance, shapes as their quantities; None if unknown.
     attrs
-        Strings and numbers that tell where the table comes from.
+        Strings and numbers on the origin of the table.
     lobes
-        Of rough interfaces: part of ``bsdf_per_sr`` at its entries, and too narrow to be read between them;
-        None where all is smooth.
+        Lobes of rough interfaces, which are included in ``bsdf_per_sr`` but too narrow for interpolation;
+        None if all interfaces are smooth.
     """
 
     wavelength_nm: Float[np.ndarray, " wavelengths"]
@@ -74,8 +74,8 @@ class InkTable:
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 raise InputRefusedError(
-                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}, "
-                    f"but its axes ask for {shape}."
+                    f"{name} of an ink table has shape {np.shape(getattr(self, name))}; its axes require "
+                    f"{shape}."
                 )
         for name, last in (("theta_deg", 90.0), ("phi_deg", 180.0)):
             axis = getattr(self, name)
@@ -83,7 +83,7 @@ class InkTable:
                 raise InputRefusedError(f"{name} of an ink table must ascend from 0 to {last:g} degrees.")
 
     def index_of_sides(self, component: str) -> tuple[np.ndarray, np.ndarray]:
-        """Refractive indices of the side of incidence and of the side of leaving, for a component's name."""
+        """Refractive indices of the side of incidence and of the exit side of a component."""
         indices = {"I": self.index_inside, "A": self.index_outside}
         return indices[component[2]], indices[component[3]]
 
@@ -102,7 +102,7 @@ class InkTable:
     def lobes_at(
         self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
     ) -> Float[np.ndarray, "*points"]:
-        """BSDF of the lobes alone at any directions; parameters as of `interpolated`."""
+        """BSDF of the lobes alone at any directions; parameters as for `interpolated`."""
         if self.lobes is None:
             return np.zeros(np.broadcast_shapes(*map(np.shape, (theta_i_deg, theta_o_deg, phi_deg))))
         return self.lobes.bsdf(component, wavelength, theta_i_deg, theta_o_deg, phi_deg)
@@ -110,21 +110,16 @@ class InkTable:
     def interpolated(
         self, component: str, theta_i_deg, theta_o_deg, phi_deg, wavelength: int = 0
     ) -> Float[np.ndarray, "..."]:
-        """BSDF between the entries: lobes in closed form, and the rest linear in each angle.
+        """BSDF at any directions, 1/sr: lobes in closed form, the rest by linear interpolation.
 
         Parameters
         ----------
         component
             One of `COMPONENTS`.
         theta_i_deg, theta_o_deg, phi_deg
-            Directions, shapes that broadcast. Azimuths beyond 180 are mirrored.
+            Directions, of shapes that broadcast; azimuths beyond 180 are mirrored.
         wavelength
-            Position of the wavelength.
-
-        Returns
-        -------
-        np.ndarray
-            1/sr, of the common shape.
+            Index of the wavelength.
         """
         from scipy.interpolate import RegularGridInterpolator
 
@@ -132,11 +127,11 @@ class InkTable:
         values = self.rest_per_sr[COMPONENTS.index(component), wavelength]
         turned = np.abs((np.asarray(phi_deg, float) + 180) % 360 - 180)
         points = np.stack(np.broadcast_arrays(theta_i_deg, theta_o_deg, turned), axis=-1)
-        # Without the reshape a single point would come back as a row of one.
+        # Without the reshape, a single point would give an array of length one.
         rest = RegularGridInterpolator(axes, values)(points).reshape(points.shape[:-1])
         if self.lobes is None:
             return rest
-        # Where the lobes are all there is, the rest may fall below zero by rounding.
+        # The rest may be slightly negative by rounding.
         whole = rest + self.lobes_at(component, theta_i_deg, theta_o_deg, phi_deg, wavelength)
         return np.maximum(whole, 0.0)
 
@@ -148,15 +143,15 @@ class InkTable:
         Parameters
         ----------
         largest_theta_deg
-            Of the angles looked at: closer to grazing, entries may grow without limit.
+            Largest angle considered; closer to grazing, entries may grow without limit.
         lobes_apart
-            Whether the reader knows the lobes, as `interpolated` does, or only the entries.
+            Whether the lobes are evaluated separately, as by `interpolated`, or interpolated with the rest.
 
         Returns
         -------
         dict[str, float]
-            Over the largest BSDF at the same incidence. The quarter of the error that a table of every second
-            angle makes at the entries between, by the square law.
+            Error over the largest BSDF at the same incidence: a quarter, by the square law, of the error at
+            the entries that a table of every second angle omits.
         """
         kept = np.unique(np.append(np.arange(0, len(self.theta_deg), 2), len(self.theta_deg) - 1))
         looked_at = self.theta_deg <= largest_theta_deg
@@ -177,54 +172,32 @@ class InkTable:
 
     @classmethod
     def from_dataset(cls, dataset: "xarray.Dataset", called: str = "the Dataset") -> "InkTable":
-        """The table of a Dataset that `to_dataset` made.
-
-        Parameters
-        ----------
-        dataset
-            The Dataset.
-        called
-            How to call it in an error.
+        """The table of a Dataset from `to_dataset`; ``called`` is its name in messages.
 
         Raises
         ------
         InputRefusedError
-            If it is not of this schema or lacks a variable.
+            If it has another schema or lacks a variable.
         """
         return cls(**fields_of(dataset, called))
 
     def to_netcdf(self, path: str | Path) -> Path:
-        """Write the table to a netCDF 4 file, whole or not at all; `read_ink_table` reads it.
-
-        Parameters
-        ----------
-        path
-            The file, suffix .nc; one that exists is replaced.
-
-        Returns
-        -------
-        Path
-            Of the file.
+        """Write the table to a netCDF 4 file (suffix .nc), whole or not at all, replacing an existing one.
 
         Raises
         ------
         InputRefusedError
-            If the suffix is another or the folder cannot be written to.
+            If the suffix is different or the folder cannot be written to.
         """
         return write_dataset(self.to_dataset(), path)
 
 
 def read_ink_table(path: str | Path) -> InkTable:
-    """Read a table that `InkTable.to_netcdf` wrote.
-
-    Returns
-    -------
-    InkTable
-        Equal to what was written, to the last bit.
+    """Read a table written by `InkTable.to_netcdf`, equal to the last bit.
 
     Raises
     ------
     InputRefusedError
-        If it is missing, no netCDF file, or not an ink table.
+        If the file does not exist or is not an ink table.
     """
     return InkTable.from_dataset(read_dataset(Path(path), what="ink table"), str(path))

@@ -1,8 +1,9 @@
-"""The BSDF of an ink alone, as light inside the plate meets it, with its uncertainty."""
+"""The BSDF of an ink alone, for light inside the plate, with standard errors."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cache
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -23,30 +24,32 @@ from jaxink.optics.directions import Directions
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import ChannelPlan
+from jaxink.solver.stack import Stack
 
-# Pairs of directions of one solve, times azimuthal orders and derivatives: 160 MB for each array of them.
+# Pairs of directions times azimuthal orders and derivatives in one solve: 160 MB for each array.
 _MOST_TERMS = 20_000_000
-# Solves from which a thorough compilation pays.
+# Number of solves above which full optimisation pays.
 _MANY = 40
 
 
 @dataclasses.dataclass(frozen=True)
 class TableOptions:
-    """Choices of a table.
+    """Options of a table.
 
     Parameters
     ----------
     n_theta
-        Number of polar angles; None: 61, or more, up to 181, for inks that scatter forward in a narrow peak.
-        The error of linear interpolation goes as the inverse square, see `InkTable.interpolation_error`.
+        Number of polar angles; None: 61 to 181, more for inks with a narrow forward peak. The error of linear
+        interpolation varies as the inverse square, see `InkTable.interpolation_error`.
     n_phi
         Number of azimuths, equally spaced from 0 to 180 degrees; None: 37 to 91 by the same rule.
     inside
-        Side of the plate in the order in which light meets the layers, ``front`` or ``back``; None: that on
-        which the ink has a neighbouring layer.
+        Side of the plate as seen from the illuminated side, ``front`` or ``back``; None: the side on which
+        the ink has an adjacent layer.
     index_inside, index_outside
-        Refractive indices of side I and side A; None: of what the sample has there.
+        Refractive indices of side I and side A; None: those of the sample.
     accuracy
         Largest relative error of the BSDF that the discretisation of the solver may cause.
     """
@@ -63,18 +66,8 @@ class TableOptions:
             raise InputRefusedError(f"n_phi is {self.n_phi}; it must be at least 3.")
 
     def numbers(self, n_orders: int) -> tuple[int, int]:
-        """Numbers of polar angles and azimuths for an ink that needs so many azimuthal orders.
-
-        Parameters
-        ----------
-        n_orders
-            As of `SolverConfig`.
-
-        Returns
-        -------
-        n_theta, n_phi
-        """
-        # Measured: an error of linear interpolation of half a percent of the maximum, for thin layers.
+        """``n_theta`` and ``n_phi`` for an ink that needs ``n_orders`` azimuthal orders."""
+        # Gives interpolation errors of half a per cent of the maximum for thin layers.
         n_theta = min(max(61, round(3.6 * n_orders)), 181) if self.n_theta is None else self.n_theta
         n_phi = min(max(37, 2 * n_orders + 1), 91) if self.n_phi is None else self.n_phi
         require_few_entries(n_theta, n_phi)
@@ -93,25 +86,25 @@ def ink_table(
     Parameters
     ----------
     source
-        What is known of the ink. Only a `FitResult` gives standard errors.
+        Sample with the ink. Only a `FitResult` gives standard errors.
     layers
-        Names of the neighbouring layers that make the ink; None: the only scattering one.
+        Names of the adjacent layers that form the ink; None: the only scattering one.
     wavelengths_nm
-        Wavelengths; None: those of the fit or of the model, or those that the sample names.
+        Wavelengths; None: those of the fit, the model or the sample.
     values
         Values by name that replace those of the source; the table then has no standard errors.
     options
-        Choices; None for the defaults.
+        Options; None for the defaults.
 
     Raises
     ------
     InputRefusedError
-        If the ink, its plate or the wavelengths are not clear.
+        If the ink, its plate or the wavelengths are invalid or ambiguous.
 
     Notes
     -----
-    Between equal indices the BSDF of light that arrives and leaves grazing has no limit. The entries at 90
-    degrees are those a quarter of the last step before; the attribute ``grazing_theta_deg`` says where.
+    Between equal indices the BSDF has no limit at grazing incidence and exit. The entries at 90 degrees are
+    evaluated at the attribute ``grazing_theta_deg``, a quarter of the last step before.
     """
     options = TableOptions() if options is None else options
     require_kind("options", options, TableOptions)
@@ -122,7 +115,7 @@ def ink_table(
         for name, value in values.items():
             if name in table and table[name].tie is not None:
                 raise InputRefusedError(
-                    f"{name} is tied to '{table[name].tie}' and takes no value; give one to what it follows."
+                    f"{name} is tied to '{table[name].tie}'; set the parameters in this expression instead."
                 )
             table = table.replace(name, value=value)
         table.require_ranges()
@@ -136,7 +129,7 @@ def _covariance(source, values) -> ParameterCovariance:
     if not isinstance(source, FitResult):
         return ParameterCovariance.none("not from a fit")
     if values:
-        return ParameterCovariance.none("other values than those of the fit")
+        return ParameterCovariance.none("values differ from those of the fit")
     return ParameterCovariance.of(source)
 
 
@@ -152,12 +145,14 @@ def _sample_and_wavelengths(source, wavelengths_nm):
     for wavelength in wavelengths:
         require_number("a wavelength of wavelengths_nm", wavelength)
         if not 0 < wavelength < np.inf:
-            raise InputRefusedError(f"wavelengths_nm names {wavelength:g}; it must be positive and finite.")
+            raise InputRefusedError(
+                f"wavelengths_nm contains {wavelength:g}; it must be positive and finite."
+            )
     wavelengths = sorted(map(float, wavelengths))
     if not wavelengths:
         raise InputRefusedError("the sample names no wavelength_nm; give wavelengths_nm.")
     if len(set(wavelengths)) != len(wavelengths):
-        raise InputRefusedError(f"wavelengths_nm names a wavelength twice: {wavelengths}.")
+        raise InputRefusedError(f"wavelengths_nm contains a wavelength twice: {wavelengths}.")
     return sample, tuple(wavelengths)
 
 
@@ -166,8 +161,8 @@ def _tabulate(
 ) -> InkTable:
     model = isolated_model(ink, wavelengths, options.accuracy)
     stacks, tangents = _stacks_and_tangents(ink, model, covariance.names)
-    other_way = reversed_stack(stacks), reversed_stack(tangents)
-    one_way = tuple(reversed_stack(tree) for tree in other_way)
+    one_way = stacks, tangents, model.plan
+    other_way = reversed_stack(stacks), reversed_stack(tangents), model.plan.reversed(len(stacks.layers))
     lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
     stacks = lit[0][0]
     n_theta, n_phi = options.numbers(model.config.n_orders)
@@ -178,20 +173,23 @@ def _tabulate(
     spectrum = []
     for w in range(len(wavelengths)):
         (r_ii, t_ia), (r_aa, t_ai) = (
-            _side(_at(trees[0], w, 0), _at(trees[1], w, 1), evaluated, phi_deg, model.config) for trees in lit
+            _side(_at(stack, w, 0), _at(tangent, w, 1), evaluated, phi_deg, model.config, plan)
+            for stack, tangent, plan in lit
         )
-        spectrum.append([_with_error(*part, covariance) for part in (r_ii, t_ia, t_ai, r_aa)])
-    # Four columns by wavelength and component: BSDF, its error, regular power, its error.
-    bsdf, bsdf_error, regular, regular_error = (
+        components = r_ii, t_ia, t_ai, r_aa
+        spectrum.append([_with_error(bsdf, regular, covariance) for bsdf, regular in components])
+    # By wavelength and component: BSDF, its error, regular power, its error.
+    columns: list[Any] = [
         None if column[0][0] is None else np.swapaxes(np.array(column), 0, 1)
         for column in zip(*(zip(*parts, strict=True) for parts in spectrum), strict=True)
-    )
+    ]
+    bsdf_per_sr, bsdf_error, regular_power, regular_error = columns
     table = InkTable(
         wavelength_nm=np.array(wavelengths),
         theta_deg=theta_deg,
         phi_deg=phi_deg,
-        bsdf_per_sr=bsdf,
-        regular=regular,
+        bsdf_per_sr=bsdf_per_sr,
+        regular=regular_power,
         index_inside=np.asarray(stacks.index_front),
         index_outside=np.asarray(stacks.index_back),
         bsdf_standard_error_per_sr=bsdf_error,
@@ -207,7 +205,7 @@ def _tabulate(
 
 
 def _with_error(bsdf, regular, covariance: ParameterCovariance):
-    """BSDF and regular power of one component, each with its standard error or None."""
+    """BSDF and regular power of a component, each with its standard error or None."""
     if not covariance.known:
         return bsdf[0], None, regular[0], None
     return bsdf[0], covariance.standard_error(bsdf[1:]), regular[0], covariance.standard_error(regular[1:])
@@ -229,7 +227,7 @@ def _attrs(ink, covariance, options, config, grazing_deg):
 
 
 def _stacks_and_tangents(ink: InkLayers, model: ForwardModel, names: tuple[str, ...]) -> tuple[Stack, Stack]:
-    """Stacks by wavelength, and their derivatives by parameter, then wavelength."""
+    """Stacks by wavelength, and their derivatives by parameter and wavelength."""
     start = ink.sample.parameters.values_with({})
 
     @jax.jit
@@ -249,7 +247,7 @@ def _at(tree, position: int, axis: int):
 
 
 def _kinks_deg(stacks: Stack) -> list[float]:
-    """Critical angles of the surroundings against every other medium, at both ends of their dispersion."""
+    """Critical angles of both sides against every other medium, at the extremes of their dispersion."""
     indices = np.array(stacks.indices)
     angles = []
     for own in (indices[0], indices[-1]):
@@ -259,16 +257,16 @@ def _kinks_deg(stacks: Stack) -> list[float]:
     return angles
 
 
-def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig):
-    """Reflection and transmission, of each the BSDF at all pairs of directions and the regular power.
+def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfig, plan: ChannelPlan):
+    """Reflection and transmission: of each, the BSDF at all pairs of directions and the regular power.
 
-    The value comes first, its slopes by each parameter follow.
+    The leading axis has the value first, then its derivative by each parameter.
     """
     n_theta, n_phi = len(theta_deg), len(phi_deg)
     per_incidence = 2 * n_theta * n_phi
     each = config.n_orders * (1 + len(tangents.index_front))
     n_chunks = -(-n_theta * per_incidence * each // _MOST_TERMS)
-    # Chunks of one size share one compiled program: the last incidence fills up the last chunk.
+    # Chunks of equal size share one compiled program; the last incidence pads the last chunk.
     size = -(-n_theta // n_chunks)
     padded = np.append(theta_deg, np.full(n_chunks * size - n_theta, theta_deg[-1]))
     bsdf, regular = [], []
@@ -283,7 +281,7 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
             np.deg2rad(180.0 - phi),
             side,
         )
-        diffuse, straight = _light().now(1)(stack, tangents, directions, config)
+        diffuse, straight = _light().now(1)(stack, tangents, directions, config, plan)
         bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
         regular.append(np.asarray(straight))
     wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
@@ -294,9 +292,10 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
 def _light() -> Tiered:
     """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
 
-    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig):
+    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig, plan: ChannelPlan):
         def of(s):
-            return diffuse_bsdf(s, directions, config), jnp.stack(regular_power(s, directions.sin_incidence))
+            diffuse = diffuse_bsdf(s, directions, config, plan)
+            return diffuse, jnp.stack(regular_power(s, directions.sin_incidence))
 
         if len(tangents.index_front) == 0:
             return jax.tree.map(lambda v: v[None], of(stack))

@@ -1,4 +1,4 @@
-"""Covariance of a fit, carried over to the entries of a table."""
+"""Propagation of a fit's covariance to the entries of a table."""
 
 import dataclasses
 
@@ -15,9 +15,9 @@ class ParameterCovariance:
     Parameters
     ----------
     names, matrix
-        Parameters and their covariance, in their own units; empty where no standard error can be given.
+        Parameters and their covariance in their own units; empty if there are no standard errors.
     sentence
-        For the reader of the table.
+        Explanation for users of the table.
     """
 
     names: tuple[str, ...]
@@ -31,35 +31,29 @@ class ParameterCovariance:
 
     @classmethod
     def none(cls, why: str) -> "ParameterCovariance":
-        """No standard errors, for a reason."""
+        """No standard errors, with the reason."""
         return cls((), np.zeros((0, 0)), f"no standard errors: {why}")
 
     @classmethod
     def of(cls, result: FitResult) -> "ParameterCovariance":
-        """Covariance of a fit; a parameter that is held by its bound counts as known."""
+        """Covariance of a fit; a parameter at its bound is treated as known."""
         rows = [result[name] for name in result.correlation_names]
         silent = [p for p in rows if p.standard_error is None]
         held = [p.name for p in silent if p.flag in ("at lower bound", "at upper bound")]
         lost = [p.name for p in silent if p.name not in held]
         if lost:
-            return cls.none(f"the fit leaves {', '.join(lost)} open")
+            return cls.none(f"the fit does not determine {', '.join(lost)}")
         known = [i for i, p in enumerate(rows) if p.standard_error is not None]
         if not known:
-            return cls.none("the fit gives none")
+            return cls.none("the fit has none")
         errors = np.array([rows[i].standard_error for i in known])
-        sentence = "one standard error by the fit's covariance"
+        sentence = "standard errors from the fit's covariance"
         if held:
-            sentence += f"; {', '.join(held)} counts as known, on its bound"
+            sentence += f"; {', '.join(held)} at its bound is treated as known"
         covariance = errors[:, None] * result.correlations[np.ix_(known, known)] * errors
         return cls(tuple(rows[i].name for i in known), covariance, sentence)
 
     def standard_error(self, slopes: Float[np.ndarray, "parameters *shape"]) -> Float[np.ndarray, "*shape"]:
-        """Standard error of quantities with these derivatives.
-
-        Parameters
-        ----------
-        slopes
-            Derivatives by each parameter, parameters first.
-        """
+        """Standard error of quantities with these derivatives by the parameters."""
         variance = np.einsum("p...,pq,q...->...", slopes, self.matrix, slopes, optimize=True)
         return np.sqrt(np.maximum(variance, 0.0))

@@ -1,4 +1,4 @@
-"""A table as a thin sheet on its plate, against the full model and against the measurement."""
+"""Comparison of a table, as a thin sheet on its plate, with the full model and with the measurement."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -17,22 +17,22 @@ _AWAY_FROM_GRAZING_DEG = 75.0
 
 @dataclasses.dataclass(frozen=True)
 class SheetCheck:
-    """The sheet against the full model at one incidence.
+    """Comparison of the sheet with the full model at one incidence.
 
     Parameters
     ----------
     wavelength_nm
         Wavelength.
     lit_from
-        ``inside``: light meets the plate first; ``outside``: the ink.
+        ``inside``: light meets the plate first; ``outside``: light meets the ink first.
     side
         ``R`` or ``T``.
     theta_i_deg
-        Incidence in the surroundings.
+        Angle of incidence in the surroundings.
     largest_difference
-        Over all outgoing directions, over the largest BSDF of the full model among them.
+        Largest difference over all exit directions, relative to the largest BSDF of the full model.
     largest_away_from_grazing
-        The same over outgoing angles to 75 degrees.
+        The same for exit angles up to 75 degrees.
     """
 
     wavelength_nm: float
@@ -45,15 +45,15 @@ class SheetCheck:
 
 @dataclasses.dataclass(frozen=True)
 class SheetVerification:
-    """What `verify_sheet` found.
+    """Result of `verify_sheet`.
 
     Parameters
     ----------
     checks
-        One for each wavelength, side that is lit, side of leaving and incidence.
+        One for each wavelength, illuminated side, exit side and incidence.
     sheet_rms, model_rms
-        Relative root mean square difference of sheet and of full model from the used points of the
-        measurement, by side of leaving; None without a measurement.
+        Relative root mean square differences of the sheet and of the full model from the used points of the
+        measurement, by exit side; None without a measurement.
     """
 
     checks: tuple[SheetCheck, ...]
@@ -62,7 +62,7 @@ class SheetVerification:
 
     @property
     def largest_difference(self) -> float:
-        """Of all checks."""
+        """The largest difference of all checks."""
         return max(check.largest_difference for check in self.checks)
 
 
@@ -72,29 +72,29 @@ def verify_sheet(
     theta_i_deg: Sequence[float] = (0.0, 15.0, 30.0, 45.0, 60.0),
     n_nodes: int = 32,
 ) -> SheetVerification:
-    """Put a table back as a thin sheet on its plate, and compare with the full model and the measurement.
+    """Put a table on its plate as a thin sheet and compare it with the full model and the measurement.
 
     Parameters
     ----------
     table
-        As `ink_table` made it, perhaps written and read again.
+        Table from `ink_table`.
     source
-        What it was made from.
+        Fit or sample from which it was computed.
     theta_i_deg
-        Incidences in the surroundings; empty: only the measurement is compared.
+        Angles of incidence in the surroundings; if empty, only the measurement is compared.
     n_nodes
-        As of `Sheet`.
+        As for `Sheet`.
 
     Returns
     -------
     SheetVerification
-        Outgoing directions are every 2.5 degrees to 87.5 in the plane of incidence and across it. The
-        comparison with the measurement is made where the result's instrument has no cones.
+        Exit directions are every 2.5 degrees up to 87.5, in the plane of incidence and perpendicular to it.
+        The measurement is only compared if the instrument has no cones.
 
     Raises
     ------
     InputRefusedError
-        If the table is not of this sample.
+        If the table does not belong to this sample.
     """
     ink, of_wavelength = sheets(table, source, n_nodes)
     sample = dataclasses.replace(ink.sample, source_half_angle_deg=0.0, detector_half_angle_deg=0.0)
@@ -133,19 +133,14 @@ def _checks(of_wavelength, sample, lit_from, theta_i_deg):
 
 
 def _against_measurement(of_wavelength, source, lit_from):
-    """Relative root mean squares by side, of the sheet and of the fit."""
+    """Relative root mean square differences of the sheet and of the fit, by side."""
     if not isinstance(source, FitResult):
         return None, None
     if source.sample.source_half_angle_deg or source.sample.detector_half_angle_deg:
         return None, None
     data, used = source.data, source.data.used
-    theta_i, theta_o, phi, wavelength, side, measured = (
-        column[used]
-        for column in (
-            *data.directions,
-            data.bsdf_per_sr,
-        )
-    )
+    columns = (column[used] for column in (*data.directions, data.bsdf_per_sr))
+    theta_i, theta_o, phi, wavelength, side, measured = columns
     predicted = np.full(len(measured), np.nan)
     for sheet in of_wavelength:
         here = np.isclose(wavelength, sheet.table.wavelength_nm[sheet.wavelength], rtol=0, atol=1e-6)

@@ -48,7 +48,7 @@ def match_columns(
     InputRefusedError
         If a required column is missing, misspelt, duplicated, or in another unit.
     """
-    notes = []
+    notes: list[str] = []
     names = _renamed(table, columns, notes)
     known, extra = {}, {}
     for index, name in enumerate(names):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt32
@@ -20,6 +20,7 @@ from jaxink.measurement.scans import SAME, Scan, scan_numbers
 if TYPE_CHECKING:
     import xarray
 
+Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
@@ -77,8 +78,9 @@ class GonioData:
     bsdf_per_sr: Float[np.ndarray, " points"]
     sigma_per_sr: Float[np.ndarray, " points"] | None = None
     extra: Mapping[str, np.ndarray] = field(default_factory=dict)
-    row: Int[np.ndarray, " points"] | None = None
-    mask: UInt32[np.ndarray, " points"] | None = None
+    # Of None, the file's first rows, and no mask, are made at once: no reader meets it.
+    row: Int[np.ndarray, " points"] = cast("np.ndarray", None)
+    mask: UInt32[np.ndarray, " points"] = cast("np.ndarray", None)
     source: str = ""
     notes: tuple[str, ...] = ()
     attrs: Mapping[str, str | int | float] = field(default_factory=dict)
@@ -145,15 +147,21 @@ class GonioData:
         return np.where(self.is_transmission, "T", "R")
 
     @property
-    def directions(self) -> tuple[np.ndarray, ...]:
+    def directions(self) -> Columns:
         """Angles, wavelength and side of each point, in the order in which a forward model takes them."""
-        names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission")
-        return tuple(getattr(self, name) for name in names)
+        angles = self.theta_i_deg, self.theta_o_deg, self.phi_deg
+        return *angles, self.wavelength_nm, self.is_transmission
+
+    @property
+    def used_directions(self) -> Columns:
+        """Those of the points that no mask excludes."""
+        theta_i, theta_o, phi, wavelength, is_transmission = (column[self.used] for column in self.directions)
+        return theta_i, theta_o, phi, wavelength, is_transmission
 
     @property
     def used(self) -> Bool[np.ndarray, " points"]:
         """True if no mask excludes the point."""
-        return self.mask == 0
+        return np.equal(self.mask, 0)
 
     @cached_property
     def scan_index(self) -> Int[np.ndarray, " points"]:
@@ -165,9 +173,8 @@ class GonioData:
         """The scans: reflection first, then by wavelength, then by incidence."""
         _, first = np.unique(self.scan_index, return_index=True)
         columns = (self.side[first], self.wavelength_nm[first], self.theta_i_deg[first])
-        used = np.bincount(self.scan_index, weights=self.used).astype(int)
-        columns += (np.bincount(self.scan_index), used)
-        rows = zip(*(column.tolist() for column in columns), strict=True)
+        points, used = (np.bincount(self.scan_index, weights=w).astype(int) for w in (None, self.used))
+        rows = zip(*(column.tolist() for column in (*columns, points, used)), strict=True)
         return tuple(Scan(index, *row) for index, row in enumerate(rows))
 
     def select(

@@ -90,7 +90,7 @@ def fields_of(dataset: "xarray.Dataset", called: str) -> dict[str, Any]:
 
 def _extra(dataset: "xarray.Dataset", called: str) -> dict[str, np.ndarray]:
     """Extra columns in their original order, by their original names."""
-    numbered = [(re.match(r"extra_(\d{1,6})_", str(name)), name) for name in dataset.data_vars]
+    numbered = [(re.match(r"extra_(\d{1,6})_", name), name) for name in map(str, dataset.data_vars)]
     ordered = sorted((int(found[1]), name) for found, name in numbered if found)
     return {
         _attribute(dataset[name].attrs, "column", str, called): values_of(

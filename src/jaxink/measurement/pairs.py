@@ -115,9 +115,11 @@ def repeat_differences(data: GonioData) -> tuple[Differences, DirectionMeans]:
         b.append(order[start + j])
         # All pairs give the sample variance; together they have the weight of size - 1 degrees of freedom.
         weight.append(np.full(i.size, 2.0 / size))
-    a, b, weight = (np.concatenate(part) if part else np.empty(0, int) for part in (a, b, weight))
-    relative = (value[b] - value[a]) / mean[group[a]] / np.sqrt(2)
-    differences = Differences(relative, weight.astype(float), scan[a], scan[b], np.full(a.size, 2.0))
+    first_of, second_of = (np.concatenate(part) if part else np.empty(0, int) for part in (a, b))
+    relative = (value[second_of] - value[first_of]) / mean[group[first_of]] / np.sqrt(2)
+    weights = np.concatenate(weight) if weight else np.empty(0)
+    twice = np.full(first_of.size, 2.0)
+    differences = Differences(relative, weights, scan[first_of], scan[second_of], twice)
     along_normal = np.minimum(data.theta_i_deg, data.theta_o_deg)[here] <= ANGLE_TOLERANCE_DEG
     means = DirectionMeans(mean, count, scan[first], keys[first], sign[first], along_normal[first])
     return differences, means

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -141,7 +142,7 @@ def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, s
     return kept, {"sample": chosen}
 
 
-def _angles(table: TextTable, known, notes) -> dict[str, np.ndarray]:
+def _angles(table: TextTable, known, notes) -> dict[str, Any]:
     angles = {name: checks.numbers(table, known[name], name) for name in ANGLES}
     checks.refuse_radians(table, angles)
     for name in ("theta_i_deg", "theta_o_deg"):
@@ -240,7 +241,7 @@ def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
         notes.append(
             f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all rows were kept as repeats."
         )
-    seen, copies = {}, []
+    seen, copies = dict[tuple[str, ...], int](), []
     for line, row in zip(table.lines, table.rows, strict=True):
         first = seen.setdefault(row, line)
         if first != line:

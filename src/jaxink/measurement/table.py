@@ -122,7 +122,7 @@ def _without_comments(lines, notes):
 
 def _delimiter(path, header: str, row: int, notes: list[str]) -> str:
     counts = {delimiter: header.count(delimiter) for delimiter in _DELIMITERS}
-    delimiter = max(counts, key=counts.get)
+    delimiter = max(counts, key=lambda delimiter: counts[delimiter])
     if counts[delimiter] == 0:
         raise refusal(path, "the header contains no comma; separate the columns by commas", row)
     if delimiter != ",":

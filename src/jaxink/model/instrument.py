@@ -5,7 +5,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.errors import InputRefusedError
 from jaxink.optics.directions import Directions
 
 
@@ -145,18 +144,3 @@ def _disc_overlap(distance, a, b):
     beta = np.arccos(np.clip((x**2 + b**2 - a**2) / (2 * x * b), -1, 1))
     lens = a**2 * (alpha - np.sin(2 * alpha) / 2) + b**2 * (beta - np.sin(2 * beta) / 2)
     return np.where(distance <= large - small, np.pi * small**2, np.where(distance >= a + b, 0.0, lens))
-
-
-def require_equal_surroundings(index_front: float, index_back: float, cones: Cones) -> None:
-    """Refuse cones where the undeviated beam would be refracted to another size.
-
-    Raises
-    ------
-    InputRefusedError
-        If the cones are not ideal and the surroundings differ.
-    """
-    if not cones.is_ideal and index_front != index_back:
-        raise InputRefusedError(
-            f"source or detector cones are declared, but index_front = {index_front:g} and index_back = "
-            f"{index_back:g} differ; cones need the same medium on both sides."
-        )

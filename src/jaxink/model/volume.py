@@ -1,18 +1,19 @@
-"""What a layer is made of: its phase function and coefficients from the values of its parameters."""
+"""What a layer is made of: its optics and coefficients from the values of its parameters."""
 
-import dataclasses
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.model.mie_sizes import MieSizes
 from jaxink.numerics.precision import computing
-from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, mie_coefficients
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
+from jaxink.particles.mie import mie_coefficients
 from jaxink.particles.mixture import Population, mixture_coefficients
 from jaxink.particles.phase_function import (
     HenyeyGreenstein,
@@ -22,13 +23,10 @@ from jaxink.particles.phase_function import (
     TabulatedByMoments,
     TwoTermHenyeyGreenstein,
 )
-from jaxink.particles.size_distribution import REACH, discrete, log_normal, monodisperse, sizes_needed
-from jaxink.sample import Layer, Sample
+from jaxink.particles.size_distribution import discrete, log_normal, monodisperse
+from jaxink.sample import Layer
 
-# Size parameters that a compiled program may serve.
-_SERVED = (DEFAULT_MAX_SIZE_PARAMETER, 80.0, 160.0, 320.0)
-# A tail need not be served further than this many times the median by volume.
-_TAIL = 4.0
+_SMALL = MieSizes()
 
 
 class VolumeScattering(NamedTuple):
@@ -47,80 +45,64 @@ class VolumeScattering(NamedTuple):
     absorption_per_mm: Float[Array, ""]
 
 
-@dataclasses.dataclass(frozen=True)
-class MieSizes:
-    """Sizes of the Mie series that a compiled program needs.
+class LayerCoefficients(eqx.Module):
+    """Volume scattering of one layer at one wavelength.
 
     Parameters
     ----------
-    max_size_parameter
-        Largest size parameter served.
-    n_sizes
-        Number of sizes of each log-normal distribution, by what the names of its parameters begin with.
+    scattering_per_mm, absorption_per_mm
+        Coefficients.
+    asymmetry_parameter
+        Mean cosine g of the scattering angle.
+    reduced_scattering_per_mm
+        scattering (1 - g).
+    reduced_optical_thickness
+        scattering (1 - g) thickness; infinite where opaque.
     """
 
-    max_size_parameter: float = DEFAULT_MAX_SIZE_PARAMETER
-    n_sizes: tuple[tuple[str, int], ...] = ()
+    scattering_per_mm: Float[Array, ""]
+    absorption_per_mm: Float[Array, ""]
+    asymmetry_parameter: Float[Array, ""]
+    reduced_scattering_per_mm: Float[Array, ""]
+    reduced_optical_thickness: Float[Array, ""]
 
 
-def mie_sizes(sample: Sample, wavelengths_nm: tuple[float, ...]) -> MieSizes:
-    """Sizes of the Mie series that serve all particles of a sample wherever a fit may take them.
+def layer_optics(
+    layer: Layer, values: Mapping, wavelength_nm, sizes: MieSizes
+) -> tuple[ClearLayer | ScatteringLayer, LayerCoefficients | None]:
+    """Optics of one layer at one wavelength, and its coefficients; None for a clear one.
 
     Parameters
     ----------
-    sample
-        The sample.
-    wavelengths_nm
-        Wavelengths in vacuum.
-
-    Raises
-    ------
-    InputRefusedError
-        If particles are too large for the Mie series as the sample gives them.
+    layer, values, wavelength_nm, sizes
+        As for `volume_scattering`.
     """
-    wanted, n_sizes = DEFAULT_MAX_SIZE_PARAMETER, []
-    start = sample.parameters.values_with({})
-    for layer in sample.layers:
-        if layer.phase_function != "mie":
-            continue
-        per_nm = max(
-            2 * math.pi * sample.at_wavelength(start, w)[f"{layer.name}.refractive_index"] / w
-            for w in wavelengths_nm
-        )
-        for name, table in layer.particles.items():
-            if table is not None:
-                given = x = per_nm * max(table[0])
-            else:
-                given, x = (per_nm * largest for largest in _largest(sample, f"{name}.radius_nm"))
-            if given > _SERVED[-1]:
-                raise InputRefusedError(
-                    f"layer '{layer.name}': particles '{name}' have a size parameter of {given:.4g}, but the "
-                    f"Mie series is served up to {_SERVED[-1]:g}, here {_SERVED[-1] / per_nm:.0f} nm; give "
-                    "smaller particles, or a phase function without a radius."
-                )
-            variance = f"{name}.radius_variance_ln"
-            if any(p.split("@")[0] == variance for p in sample.parameters):
-                largest = _largest(sample, variance)[1]
-                n_sizes.append((name, sizes_needed(x, largest)))
-                by_volume = x * math.exp(3 * largest)
-                x = by_volume * min(math.exp(REACH * math.sqrt(largest)), _TAIL)
-            wanted = max(wanted, x)
-    served = next((x for x in _SERVED if x >= wanted), _SERVED[-1])
-    return MieSizes(served, tuple(n_sizes))
 
+    def get(key):
+        return values[f"{layer.name}.{key}"]
 
-def _largest(sample: Sample, name: str) -> tuple[float, float]:
-    """Largest value that a quantity has as given, and that it may come to have in a fit."""
-    start = sample.parameters.values_with({})
-    given = [p for p in sample.parameters.values() if p.name.split("@")[0] == name]
-    return (
-        max(start[p.name] for p in given),
-        max(p.maximum if p.free else start[p.name] for p in given),
-    )
+    if not layer.scatters:
+        return ClearLayer(get("refractive_index"), get("absorption_per_mm") * get("thickness_mm")), None
+    phase, scattering, absorption = volume_scattering(layer, values, wavelength_nm, sizes)
+    extinction = scattering + absorption
+    asymmetry = phase.moments(2)[1]
+    if layer.opaque:
+        thickness, reduced = jnp.asarray(OPAQUE_OPTICAL_THICKNESS), jnp.asarray(jnp.inf)
+    else:
+        thickness_mm = get("thickness_um") / 1000
+        thickness = extinction * thickness_mm
+        reduced = scattering * (1 - asymmetry) * thickness_mm
+    # A layer with no extinction has no albedo; any value serves.
+    albedo = scattering / jnp.where(extinction > 0, extinction, 1.0)
+    optics = ScatteringLayer(get("refractive_index"), thickness, albedo, phase)
+    if layer.opaque and layer.phase_function != "mie":
+        # Only the albedo of such a layer is known: no length gives its coefficients a scale.
+        scattering = absorption = jnp.asarray(jnp.nan)
+    return optics, LayerCoefficients(scattering, absorption, asymmetry, scattering * (1 - asymmetry), reduced)
 
 
 def volume_scattering(
-    layer: Layer, values: Mapping[str, Float[ArrayLike, ""]], wavelength_nm, sizes: MieSizes = MieSizes()
+    layer: Layer, values: Mapping[str, Float[ArrayLike, ""]], wavelength_nm, sizes: MieSizes = _SMALL
 ) -> VolumeScattering:
     """Phase function and coefficients of a scattering layer at one wavelength.
 

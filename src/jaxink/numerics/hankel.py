@@ -73,4 +73,5 @@ def interpolate_log(
     position = jnp.clip(jnp.maximum(log_position, _LEAST_LOG) / STEP + N_NODES // 2, 1.0, N_NODES - 3.0)
     first = jnp.floor(position).astype(int) - 1
     weights = cubic_weights(position - first - 1)
-    return sum(w * jnp.take_along_axis(values, first + k, axis=-1) for k, w in enumerate(weights))
+    terms = [w * jnp.take_along_axis(values, first + k, axis=-1) for k, w in enumerate(weights)]
+    return sum(terms[1:], start=terms[0])

@@ -8,6 +8,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 
+def at_least_tiny(value):
+    """Keep light that is trapped without loss, which nothing excites, from dividing by zero."""
+    return jnp.maximum(value, 1e-12)
+
+
 def transpose(matrix: Float[Array, "... i j"]) -> Float[Array, "... j i"]:
     """Transpose of the last two axes."""
     return jnp.swapaxes(matrix, -1, -2)

@@ -38,7 +38,8 @@ def require_float64() -> None:
     """Raise `PrecisionError` if JAX uses 32-bit floats, and the errors of `refuse_in_fork` and jaxlib."""
     require_safe_jaxlib()
     claim_process()
-    if not jax.config.jax_enable_x64:
+    # JAX makes the attributes of its configuration at run time.
+    if not jax.config.jax_enable_x64:  # type: ignore[attr-defined]
         raise PrecisionError(
             "jaxink needs 64-bit floats, but JAX uses 32 bits; call "
             'jax.config.update("jax_enable_x64", True) first, or compute inside '

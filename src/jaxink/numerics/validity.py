@@ -3,7 +3,9 @@
 from collections.abc import Callable
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from jaxink.errors import InputRefusedError
 
@@ -11,6 +13,14 @@ from jaxink.errors import InputRefusedError
 def is_known(value) -> bool:
     """Whether a value, or every leaf of a tree, is concrete, that is, not being traced by JAX."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
+
+
+def known_array(value) -> Array:
+    """`jnp.asarray`, of which a known number stays known while a function is being compiled."""
+    if not is_known(value):
+        return jnp.asarray(value)
+    with jax.ensure_compile_time_eval():
+        return jnp.asarray(value)
 
 
 def require(name: str, value, is_right: Callable[[np.ndarray], np.ndarray], requirement: str) -> None:

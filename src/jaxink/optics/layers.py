@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.numerics.validity import known_array
 from jaxink.optics.phase_function import PhaseFunction
 
 
@@ -18,7 +19,7 @@ class ClearLayer(eqx.Module):
         Absorption coefficient times thickness, 0 or more.
     """
 
-    refractive_index: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
 
 
@@ -37,7 +38,7 @@ class ScatteringLayer(eqx.Module):
         Phase function of one scattering, mean over the sphere 1.
     """
 
-    refractive_index: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     single_scattering_albedo: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     phase_function: PhaseFunction

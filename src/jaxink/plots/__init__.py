@@ -1,4 +1,4 @@
-"""Figures of a fit result; matplotlib is imported when one is drawn, and its global state is left alone."""
+"""Figures of a fit result; matplotlib is imported on demand and its global state is not changed."""
 
 from jaxink.plots.fit_figures import FIGURE_FOLDER, cut_figure, figures, residual_map, save_figures
 

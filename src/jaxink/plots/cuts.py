@@ -1,4 +1,4 @@
-"""Measured and fitted BSDF in the plane of incidence, with the residuals below."""
+"""In-plane scans of the measured and fitted BSDF, with the residuals below."""
 
 import dataclasses
 from typing import TYPE_CHECKING
@@ -24,21 +24,16 @@ MASKED: Style = {"color": "0.45", "marker": "x", "markersize": 3.2, "linestyle":
 FITTED: Style = {"color": "#c22f2f", "linewidth": 1.3}
 BEFORE: Style = {"color": "#2f5fc2", "linewidth": 1.2, "linestyle": (0, (3, 1.5))}
 PEAK: Style = {"color": "0.25", "linewidth": 0.9, "linestyle": (0, (4, 3))}
-# A gap this many times wider than the usual step is not bridged by the line.
+# The line is broken at gaps this many times wider than the usual step.
 _GAP = 2.5
 _MOST_COLUMNS = 5
 
 
 @dataclasses.dataclass(frozen=True)
 class CutLayout:
-    """Places of the panels, in inches; fixed, because a layout engine takes longer than the drawing.
+    """Positions of the panels in inches; fixed, because a layout engine takes longer than the drawing.
 
-    Parameters
-    ----------
-    scans
-        Number of incidences.
-    states
-        Number of predictions, each with residuals of its own.
+    ``states`` is the number of predictions, each with its own residuals.
     """
 
     scans: int
@@ -55,12 +50,12 @@ class CutLayout:
 
     @property
     def bands(self) -> int:
-        """Rows of incidences."""
+        """Number of rows of incidences."""
         return -(-self.scans // _MOST_COLUMNS)
 
     @property
     def columns(self) -> int:
-        """Incidences beside each other: bands are equally long."""
+        """Number of incidences in a row; all rows are equally long."""
         return -(-self.scans // self.bands)
 
     @property
@@ -74,7 +69,7 @@ class CutLayout:
         return width, self._top + self.bands * self._band_height + self._bottom
 
     def axes(self, figure: PageFigure, scan: int, title: str) -> "tuple[Axes, ...]":
-        """Panels of one incidence: logarithmic, linear, residual of each state."""
+        """Panels of one incidence: logarithmic, linear, and the residual of each state."""
         band, column = divmod(scan, self.columns)
         x = self._left + column * (self._panel + self._beside)
         y = self.size[1] - self._top - band * self._band_height - self._above
@@ -87,9 +82,9 @@ class CutLayout:
         return tuple(made)
 
     def write_labels(self, figure: PageFigure, title: str) -> None:
-        """Title above and the common axis label below."""
+        """Title at the top and the common axis label at the bottom."""
         figure.write_title(title)
-        figure.write_below("polar angle of view [°], negative on the source's side", self._bottom - 0.02)
+        figure.write_below("viewing angle [°], negative towards the source", self._bottom - 0.02)
 
 
 def draw_cuts(
@@ -100,22 +95,10 @@ def draw_cuts(
     labels: tuple[str, ...],
     later: list[ScanView] | None = None,
 ) -> None:
-    """Draw one column for each incidence: logarithmic, linear, residual.
+    """Draw one column for each scan of one side and wavelength: logarithmic, linear, residual.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `CutLayout` gives for the scans.
-    views
-        Scans, of one side and wavelength.
-    title
-        Of the page.
-    limit
-        Half-width of the residual axis.
-    labels
-        Its label, for each prediction.
-    later
-        The same scans under a second prediction: its curve beside the first, its residuals below.
+    The figure must have the size given by `CutLayout`. ``limit`` is the half-width of the residual axes,
+    ``labels`` their labels; ``later`` are the same scans with a second prediction, drawn with its residuals.
     """
     states = [views] if later is None else [views, later]
     layout = CutLayout(len(views), len(states))
@@ -155,7 +138,7 @@ def _draw_values(axes: "Axes", states: tuple[ScanView, ...]) -> None:
 
 
 def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: Style) -> None:
-    """Residuals; a triangle at the edge stands for one beyond it."""
+    """Residuals; a triangle at the edge marks a residual beyond it."""
     shown = view.in_plane & view.used
     x, y = view.signed_deg[shown], view.residual[shown]
     axes.axhline(0, color=style["color"], linewidth=1.0, zorder=2)
@@ -170,9 +153,8 @@ def _draw_residual(axes: "Axes", view: ScanView, limit: float, style: Style) -> 
 
 
 def _with_gaps(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line that is broken where points are missing, at the peaks for instance."""
+    """The line with breaks where points are missing, for example at the peaks."""
     step = np.diff(x)
-    # Repeats of a direction are no step.
     usual = np.median(step[step > 0]) if (step > 0).any() else np.inf
     after = np.flatnonzero(step > _GAP * usual) + 1
     return np.insert(x, after, np.nan), np.insert(y, after, np.nan)
@@ -192,7 +174,7 @@ def _set_axes(axes: "tuple[Axes, ...]", log_ends: tuple[float, float], largest: 
         set_angle_axis(axis, axis is lowest)
     log.set_yscale("log")
     log.set_ylim(*log_ends)
-    # Plain decimals: three or four labels, whatever the span.
+    # Three or four labels in plain decimals, for any span.
     span = log_ends[1] / log_ends[0]
     subs = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if span < 8 else (1.0, 2.0, 5.0) if span < 300 else (1.0,)
     log.yaxis.set_major_locator(LogLocator(subs=subs))
@@ -205,7 +187,7 @@ def _say_absent(axes: "tuple[Axes, ...]", view: ScanView) -> None:
     for axis in axes:
         axis.set_axis_off()
     count, points = int((view.in_plane & view.used).sum()), int(view.used.sum())
-    text = f"{count} of {points} points lie in the plane:\nno cut with fewer than {FEWEST_IN_PLANE}"
+    text = f"{count} of {points} points are in the plane;\nan in-plane scan needs {FEWEST_IN_PLANE}"
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 

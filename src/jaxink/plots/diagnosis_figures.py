@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: residuals and cuts before and after, candidates, and what it changes in the ink."""
+"""Figures of a diagnosis: residuals and in-plane scans before and after, candidates, and the ink's BSDF."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jaxink.numerics.digits import rounded
 from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
 from jaxink.plots.cuts import CutLayout, draw_cuts
 from jaxink.plots.discs import DiscLayout, draw_discs
@@ -25,23 +26,13 @@ if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
     from jaxink.ink.comparison import TableComparison
 
-# Beyond as many, a report would be a catalogue of pages.
+# With more, the report would become too long.
 MOST_WAVELENGTHS = 3
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CaptionedFigure:
-    """A figure with what is to be said of it.
-
-    Parameters
-    ----------
-    name
-        Of its file, without suffix.
-    caption
-        One or two sentences.
-    figure
-        The figure.
-    """
+    """A figure with its caption and the name of its file, without suffix."""
 
     name: str
     caption: str
@@ -49,18 +40,7 @@ class CaptionedFigure:
 
 
 def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
-    """Wavelengths that are drawn: all, or those where the declared model fails most.
-
-    Parameters
-    ----------
-    diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    tuple[float, ...]
-        Ascending, at most `MOST_WAVELENGTHS`.
-    """
+    """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
     data = diagnosis.result.data
     of_point = data.wavelength_nm[data.used]
     wavelengths = np.unique(of_point)
@@ -72,7 +52,7 @@ def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
 def diagnosis_figures(
     diagnosis: "Diagnosis", change: "TableComparison | None" = None
 ) -> Iterator[CaptionedFigure]:
-    """All figures of a diagnosis, drawn one after the other.
+    """Draw all figures of a diagnosis, one after the other.
 
     Parameters
     ----------
@@ -84,9 +64,8 @@ def diagnosis_figures(
     Yields
     ------
     CaptionedFigure
-        ``residuals_550nm`` where data lie in the plane of incidence, ``residual_discs_R_550nm`` where they
-        leave it, ``cuts_R_550nm``, ``candidates``, ``inside_550nm``. Where nothing was added, what would be
-        drawn twice is drawn once.
+        ``residuals_550nm`` for data in the plane of incidence, ``residual_discs_R_550nm`` for data out of
+        it, ``cuts_R_550nm``, ``candidates`` and ``inside_550nm``.
     """
     for wavelength_nm in drawn_wavelengths(diagnosis):
         pages = _Pages(diagnosis, wavelength_nm)
@@ -104,7 +83,7 @@ class _Pages:
     def __init__(self, diagnosis: "Diagnosis", wavelength_nm: float):
         self.diagnosis, self.wavelength_nm = diagnosis, wavelength_nm
         has_steps = bool(diagnosis.steps)
-        self.states = ("before", "after") if has_steps else ("as declared",)
+        self.states = ("before", "after") if has_steps else ("declared model",)
         summaries = (diagnosis.before, diagnosis.after) if has_steps else (diagnosis.before,)
         views = {side: [self._views(summary, side) for summary in summaries] for side in SIDES}
         self.views = {side: states for side, states in views.items() if states[0]}
@@ -125,7 +104,7 @@ class _Pages:
         return " ".join([text, *_spectrum_words(self.diagnosis), *_once_words(self.diagnosis)])
 
     def residuals(self) -> Iterator[CaptionedFigure]:
-        """Strips of the sides whose points lie in the plane, discs of the others."""
+        """Strips for sides with in-plane data only, discs for the others."""
         flat = [s for s, states in self.views.items() if all(np.all(v.in_plane[v.used]) for v in states[0])]
         if flat:
             yield self._strips(flat)
@@ -141,7 +120,7 @@ class _Pages:
         limit, label = self._limit(sides, True), residual_label(self.diagnosis.result)
         with blank_figure(*layout.size) as page:
             draw_strips(page, rows, self._title("residuals"), limit, label)
-        text = "Residuals, measured minus model in standard deviations of the noise, on one colour scale."
+        text = "Residuals, measured minus model, in standard deviations of the noise."
         return CaptionedFigure(f"residuals_{self.wavelength_nm:g}nm", self._caption(text), page)
 
     def _discs(self, side: str) -> CaptionedFigure:
@@ -150,22 +129,22 @@ class _Pages:
         title = self._title(f"residuals in {SIDES[side]}")
         with blank_figure(*DiscLayout(len(views), len(self.states)).size) as page:
             draw_discs(page, views, title, limit, label, self.states)
-        text = f"Residuals in {SIDES[side]} over all directions of view, on one colour scale."
+        text = f"Residuals in {SIDES[side]} over all viewing directions."
         return CaptionedFigure(f"residual_discs_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
 
     def cuts(self) -> Iterator[CaptionedFigure]:
-        """Cuts of each side, all on one residual scale."""
+        """In-plane scans of each side, on one residual scale."""
         cut = [side for side, states in self.views.items() if any(view.has_cut for view in states[0])]
         for side in cut:
             first, *later = self.views[side]
             limit = self._limit(cut, True)
             labels = tuple(f"{state} [σ]" for state in self.states)
-            title = self._title(f"{SIDES[side]} in the plane of incidence")
+            title = self._title(f"in-plane scans in {SIDES[side]}")
             with blank_figure(*CutLayout(len(first), len(self.states)).size) as page:
                 draw_cuts(page, first, title, limit, labels, later[0] if later else None)
             text = (
-                f"Measured and modelled BSDF in {SIDES[side]}, below it the residuals in standard deviations "
-                "of the noise; a triangle at the edge stands for one beyond it."
+                f"Measured and modelled BSDF in {SIDES[side]}, with the residuals in standard deviations of "
+                "the noise below; a triangle marks a residual beyond the edge."
             )
             yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
 
@@ -173,44 +152,43 @@ class _Pages:
 def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
     rows = diagnosis.candidates[:MOST_BARS]
     added = [step.effect for step in diagnosis.steps]
-    title = _title(diagnosis, "effects that would lower the misfit")
+    title = _title(diagnosis, "candidate effects")
     with blank_figure(*candidates_size(len(rows))) as page:
         draw_candidates(page, rows, added, title)
     text = (
-        f"Fall of chi-square by each of the {len(rows)} leading of {len(diagnosis.candidates)} effects "
-        "alone, as the first screen predicts it and as a refit with the effect gives it, where there was one."
+        f"Decrease in chi-square by each of the {len(rows)} leading of {len(diagnosis.candidates)} effects "
+        "alone, predicted by the first screen and, if there was a refit, obtained by it."
     )
     return CaptionedFigure("candidates", text, page)
 
 
 def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[CaptionedFigure]:
     for i, wavelength_nm in enumerate(change.before.wavelength_nm):
-        title = _title(diagnosis, f"the ink for light from inside the plate at {wavelength_nm:g} nm")
+        title = _title(diagnosis, f"the ink's BSDF inside the plate at {wavelength_nm:g} nm")
         with blank_figure(*InsideLayout().size) as page:
             draw_inside(page, change, i, title)
         index = float(change.before.index_inside[i])
         text = (
-            f"BSDF of the ink alone for light that arrives from inside the plate (index {index:g}), in the "
-            "plane of incidence, by the fit of the declared model and by that with what was found."
+            f"BSDF of the ink alone for light from inside the plate (index {index:g}), in the plane of "
+            "incidence, by the declared and by the extended model."
         )
-        yield CaptionedFigure(
-            f"inside_{wavelength_nm:g}nm", " ".join([text, *_spectrum_words(diagnosis)]), page
-        )
+        caption = " ".join([text, *_spectrum_words(diagnosis)])
+        yield CaptionedFigure(f"inside_{wavelength_nm:g}nm", caption, page)
 
 
 def _title(diagnosis: "Diagnosis", what: str) -> str:
-    def misfit(summary):
-        reduced = summary.fitted.reduced_chi_square
-        return "not defined" if reduced is None else f"{reduced:.4g}"
-
-    line = f"reduced chi-square {misfit(diagnosis.before)} as declared"
+    before, after = (
+        rounded(summary.fitted.reduced_chi_square, 4, "undefined")
+        for summary in (diagnosis.before, diagnosis.after)
+    )
+    line = f"reduced χ² {before} as declared"
     if diagnosis.steps:
-        line += f", {misfit(diagnosis.after)} with {', '.join(step.effect for step in diagnosis.steps)}"
+        line += f", {after} with {', '.join(step.effect for step in diagnosis.steps)}"
     return f"{measurement_name(diagnosis.result)}: {what}\n{line}"
 
 
 def _once_words(diagnosis: "Diagnosis") -> list[str]:
-    return [] if diagnosis.steps else ["No effect was added, so there is one state and no second to compare."]
+    return [] if diagnosis.steps else ["No effect was added."]
 
 
 def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
@@ -218,6 +196,4 @@ def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
     count = len(np.unique(data.wavelength_nm[data.used]))
     if count <= MOST_WAVELENGTHS:
         return []
-    return [
-        f"Of {count} wavelengths, the {MOST_WAVELENGTHS} at which the declared model fails most are drawn."
-    ]
+    return [f"Shown are the {MOST_WAVELENGTHS} of {count} wavelengths with the largest misfit."]

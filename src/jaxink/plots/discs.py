@@ -1,4 +1,4 @@
-"""Residuals over all directions of view, one disc for each incidence."""
+"""Residuals over all viewing directions, one disc for each incidence."""
 
 import dataclasses
 from typing import TYPE_CHECKING, Any, cast
@@ -19,15 +19,7 @@ _NARROWEST = 7.6
 
 @dataclasses.dataclass(frozen=True)
 class DiscLayout:
-    """Places of the discs, in inches.
-
-    Parameters
-    ----------
-    scans
-        Number of discs.
-    states
-        How many of them belong to one scan, beside each other.
-    """
+    """Positions of the discs in inches; ``states`` of the ``scans`` discs belong to one scan."""
 
     scans: int
     states: int = 1
@@ -37,7 +29,7 @@ class DiscLayout:
 
     @property
     def columns(self) -> int:
-        """Discs beside each other."""
+        """Number of discs in a row."""
         return min(self.scans, -(-_MOST_COLUMNS // self.states) * self.states)
 
     @property
@@ -69,22 +61,10 @@ def draw_discs(
     label: str,
     states: tuple[str, ...] = ("",),
 ) -> None:
-    """Draw polar discs on one colour scale; triangles point up where measured exceeds fitted.
+    """Draw polar discs on one colour scale; triangles point up if measured exceeds fitted.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `DiscLayout` gives for the scans.
-    views
-        Scans, of one side and wavelength; where there are several states, each scan once for each of them.
-    title
-        Of the page.
-    limit
-        Half-width of the colour scale.
-    label
-        Its label.
-    states
-        Words for the states, in the order of the scans.
+    The figure must have the size given by `DiscLayout`. ``views`` are scans of one side and wavelength, each
+    once for each of the ``states``; ``limit`` is the half-width of the colour scale, ``label`` its label.
     """
     layout = DiscLayout(len(views), len(states))
     figure.write_title(title)
@@ -92,17 +72,15 @@ def draw_discs(
         drawn = _draw_disc(layout.axes(figure, i), view, limit, states[i % len(states)])
     figure.draw_colour_bar(drawn, layout.bar_axes(figure), label)
     peak = "○ specular direction, ☆ source" if views[0].side == "R" else "○ undeviated beam"
-    text = (
-        f"▲ measured above, ▼ below the fit;  {peak};  rings: polar angle of view 30°, 60°, 90°;  around: phi"
-    )
+    text = f"▲ measured above, ▼ below the fit;  {peak};  rings: viewing angle 30°, 60°, 90°;  azimuth: phi"
     figure.write_below(text, 0.15, "bottom", 8.5)
 
 
 def _draw_disc(axes: "PolarAxes", view: ScanView, limit: float, state: str):
-    # As in the cuts: the source's half-plane (phi 0) to the left, the peak (phi 180) to the right.
+    # As in the scans: the source's half-plane (phi 0) on the left, the peak (phi 180) on the right.
     axes.set_theta_zero_location("W")
     axes.set_theta_direction(-1)
-    # Size and colour both grow with the residual: the pattern also shows in black and white.
+    # Size and colour both grow with the residual, so that the pattern is also visible in greyscale.
     share = np.minimum(np.abs(view.residual) / limit, 1.0)
     size = np.clip(9000 / max(int(view.used.sum()), 1), 12, 60) * (0.1 + 0.9 * share)
     for sign, marker in ((1, "^"), (-1, "v")):

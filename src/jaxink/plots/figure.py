@@ -1,4 +1,4 @@
-"""A figure outside pyplot, with what all pages have in common; places are in inches, from below left."""
+"""A figure without pyplot, and the common elements of all pages; positions in inches from the lower left."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -19,7 +19,7 @@ Style = dict[str, Any]
 
 
 class PageFigure(Figure):
-    """A figure that shows itself as the last value of a notebook cell."""
+    """A figure that is displayed as the last value of a notebook cell."""
 
     def _repr_png_(self) -> bytes:
         return self.png()
@@ -41,12 +41,12 @@ class PageFigure(Figure):
         self.text(0.5, top, title, ha="center", va="top", fontsize=11, linespacing=1.35)
 
     def write_panel_title(self, title: str, x: float, y: float, fontsize: float = 10) -> None:
-        """Title above a panel; not that of its axes, whose place would be sought anew at each drawing."""
+        """Title above a panel; axes titles are slower, because they are positioned at each drawing."""
         wide, tall = self.get_size_inches()
         self.text(x / wide, (y + 0.06) / tall, title, ha="center", fontsize=fontsize)
 
     def write_below(self, text: str, y: float, va: str = "top", fontsize: float = 9) -> None:
-        """A line in the middle, below the panels."""
+        """A centred line below the panels."""
         self.text(0.5, y / self.get_size_inches()[1], text, ha="center", va=va, fontsize=fontsize)
 
     def draw_colour_bar(self, drawn: "Collection", axes: "Axes", label: str) -> None:
@@ -57,8 +57,7 @@ class PageFigure(Figure):
 
     def draw_line_legend(self, entries: Iterable[tuple[str, Style]]) -> None:
         """Legend of lines, at the bottom."""
-        handles = [Line2D([], [], **style, label=text) for text, style in entries]
-        self.draw_legend(handles)
+        self.draw_legend([Line2D([], [], **style, label=text) for text, style in entries])
 
     def draw_legend(self, handles: list[Any]) -> None:
         """Legend at the bottom."""
@@ -67,20 +66,14 @@ class PageFigure(Figure):
 
 @contextmanager
 def blank_figure(width_inch: float, height_inch: float) -> Iterator[PageFigure]:
-    """An empty figure with matplotlib's default style while it is being drawn; the user's stays as it is.
-
-    Parameters
-    ----------
-    width_inch, height_inch
-        Size.
-    """
+    """An empty figure, drawn with matplotlib's default style; the user's style is not changed."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         yield PageFigure(figsize=(width_inch, height_inch))
 
 
 def set_angle_axis(axes: "Axes", labelled: bool) -> None:
-    """Signed polar angle across, a grid, no frame."""
+    """Horizontal axis of signed polar angles, with a grid and without a frame."""
     set_angle_ticks(axes)
     axes.set_axisbelow(True)
     axes.grid(True, color="0.9", linewidth=0.6)
@@ -89,6 +82,6 @@ def set_angle_axis(axes: "Axes", labelled: bool) -> None:
 
 
 def set_angle_ticks(axes: "Axes") -> None:
-    """Signed polar angle across."""
+    """Horizontal axis of signed polar angles."""
     axes.set_xlim(-90, 90)
     axes.set_xticks([-60, -30, 0, 30, 60])

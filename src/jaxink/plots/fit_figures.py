@@ -1,4 +1,4 @@
-"""Whole figures: one page for each wavelength and side."""
+"""Figures of a fit, one for each wavelength and side."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -24,7 +24,7 @@ FORMATS = ("png", "pdf", "svg")
 
 
 def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
-    """Measured and fitted cuts in the plane of incidence with residuals, for every incidence.
+    """Measured and fitted in-plane scans with residuals, for every incidence.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
     Raises
     ------
     InputRefusedError
-        If the result holds no such scan, or fewer than five points in the plane at every incidence.
+        If the result has no such scan, or fewer than five in-plane points at every incidence.
     """
     from jaxink.plots.cuts import CutLayout, draw_cuts
     from jaxink.plots.figure import blank_figure
@@ -46,17 +46,17 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
     views = _views(result, wavelength_nm, side)
     if not any(view.has_cut for view in views):
         raise InputRefusedError(
-            f"{side} at {wavelength_nm:g} nm: no incidence has five points in the plane of incidence; see "
-            "residual_map."
+            f"{side} at {wavelength_nm:g} nm: no scan has five points in the plane of incidence; use "
+            "residual_map instead."
         )
-    title = _title(result, wavelength_nm, side, "cuts in the plane of incidence")
+    title = _title(result, wavelength_nm, side, "in-plane scans")
     with blank_figure(*CutLayout(len(views)).size) as page:
         draw_cuts(page, views, title, residual_limit(views, True), (residual_label(result),))
     return page
 
 
 def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
-    """Residual over (theta_o, phi), one disc for each incidence, on one scale.
+    """Residuals over (theta_o, phi), one disc for each incidence, on one scale.
 
     Parameters
     ----------
@@ -66,15 +66,15 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
     Raises
     ------
     InputRefusedError
-        If the result holds no such scan.
+        If the result has no such scan.
     """
     from jaxink.plots.discs import DiscLayout, draw_discs
     from jaxink.plots.figure import blank_figure
 
     views = _views(result, wavelength_nm, side)
-    what = "residual over all directions of view"
+    what = "residuals over all viewing directions"
     if not any(view.has_cut for view in views):
-        what += " (too few points in the plane for cuts)"
+        what += " (too few in-plane points)"
     title = _title(result, wavelength_nm, side, what)
     with blank_figure(*DiscLayout(len(views)).size) as page:
         draw_discs(page, views, title, residual_limit(views, False), residual_label(result))
@@ -82,28 +82,21 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
 
 
 def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
-    """All figures of a result, drawn one after the other.
-
-    Parameters
-    ----------
-    result
-        The fit.
+    """Draw all figures of a result, one after the other.
 
     Yields
     ------
     name, figure
-        ``cuts_R_550nm`` where data lie in the plane of incidence, ``residual_map_R_550nm`` where they
-        leave it.
+        ``cuts_R_550nm`` for data in the plane of incidence, ``residual_map_R_550nm`` for data out of it.
     """
     pages = sorted({(s.wavelength_nm, s.side) for s in result.data.scans if s.used})
     for wavelength_nm, side in pages:
         views = _views(result, wavelength_nm, side)
         name = f"{side}_{wavelength_nm:g}nm"
-        if any(view.has_cut for view in views):
+        has_cut = any(view.has_cut for view in views)
+        if has_cut:
             yield f"cuts_{name}", cut_figure(result, wavelength_nm, side)
-        if any((view.used & ~view.in_plane).any() for view in views) or not any(
-            view.has_cut for view in views
-        ):
+        if not has_cut or any((view.used & ~view.in_plane).any() for view in views):
             yield f"residual_map_{name}", residual_map(result, wavelength_nm, side)
 
 
@@ -115,14 +108,9 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
     result
         The fit.
     folder
-        Made if it does not exist.
+        Created if it does not exist.
     formats
-        Of ``png``, ``pdf``, ``svg``.
-
-    Returns
-    -------
-    list[Path]
-        The files.
+        Any of ``png``, ``pdf`` and ``svg``.
 
     Raises
     ------
@@ -132,7 +120,7 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
     for suffix in formats:
         if suffix not in FORMATS:
             raise InputRefusedError(
-                f"figures cannot be written as '{suffix}'; choose of: {', '.join(FORMATS)}."
+                f"figures cannot be written as '{suffix}'; choose from {', '.join(FORMATS)}."
             )
     from jaxink.plots.figure import DPI
 
@@ -151,7 +139,7 @@ def _views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanVie
     if not views:
         held = sorted({f"{s.side} at {s.wavelength_nm:g} nm" for s in result.data.scans if s.used})
         raise InputRefusedError(
-            f"the result holds no {side} at {wavelength_nm:g} nm; it holds {', '.join(held)}."
+            f"the result has no {side} at {wavelength_nm:g} nm; it has {', '.join(held)}."
         )
     return views
 
@@ -160,7 +148,7 @@ def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> s
     merit = result.merit.reduced_chi_square
     fit = f"{result.method} fit"
     if merit is not None:
-        fit += f", reduced chi-square {merit:.4g} over all scans"
+        fit += f", reduced χ² {merit:.4g} over all scans"
     if not result.converged:
         fit += ", DID NOT CONVERGE"
     return f"{measurement_name(result)}: {SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"

@@ -1,4 +1,4 @@
-"""The BSDF of an ink for light from inside its plate, by two descriptions of the sample."""
+"""The BSDF of an ink for light from inside its plate, by two models."""
 
 import dataclasses
 from typing import TYPE_CHECKING
@@ -13,16 +13,15 @@ if TYPE_CHECKING:
 
     from jaxink.ink.comparison import TableComparison
 
-# Light from inside: what comes back into the plate, and what leaves on the other side.
-FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "out of the other side"}
-# Within the plate; beyond the critical angle light is guided.
+FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "to the other side"}
+# In the plate; beyond the critical angle light is guided.
 INCIDENCES_DEG = (0.0, 30.0, 50.0, 70.0)
 _VIEW_DEG = np.linspace(-85.0, 85.0, 171)
 
 
 @dataclasses.dataclass(frozen=True)
 class InsideLayout:
-    """Places of the panels, in inches: two rows for each component, curves above their change."""
+    """Positions of the panels in inches: for each component a row of curves and a row of changes."""
 
     _left, _right, _top, _bottom = 0.8, 0.2, 0.5, 0.6
     _panel, _beside, _above, _between, _below = 2.3, 0.55, 0.3, 0.13, 0.3
@@ -50,18 +49,9 @@ class InsideLayout:
 
 
 def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, title: str) -> None:
-    """Draw cuts in the plane of incidence by both tables, and the relative change below.
+    """Draw the in-plane BSDF of both tables at a wavelength, given by its index, and the change below.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `InsideLayout` gives.
-    change
-        The tables.
-    wavelength
-        Position of the wavelength.
-    title
-        Of the page.
+    The figure must have the size given by `InsideLayout`.
     """
     layout = InsideLayout()
     figure.write_title(title)
@@ -83,10 +73,7 @@ def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, 
             if column == 0:
                 above.set_ylabel(f"{component} [1/sr]", fontsize=9)
                 below.set_ylabel("change [%]", fontsize=9)
-    text = (
-        "polar angle of the outgoing light in its own medium [°], negative towards where the light comes from"
-    )
-    figure.write_below(text, 0.54)
+    figure.write_below("exit angle in the medium of the exit side [°], negative towards the source", 0.54)
     figure.draw_line_legend([("before", BEFORE), ("after", FITTED)])
 
 
@@ -96,7 +83,7 @@ def _change_percent(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
 
 def _limit(relative: list[np.ndarray]) -> float:
-    """Half-width of one axis for all incidences, wide enough for all of them."""
+    """Half-width of the common axis of all incidences."""
     sizes = np.abs(np.concatenate(relative))
     sizes = sizes[np.isfinite(sizes)]
     return 1.1 * max(float(sizes.max()), 1e-3) if sizes.size else 1.0

@@ -1,4 +1,4 @@
-"""What a figure shows of one scan: signed in-plane angles, fit and residual; numpy only."""
+"""Data of one scan for figures: signed in-plane angles, fit and residual."""
 
 import dataclasses
 from typing import TYPE_CHECKING
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from jaxink.fitting import FitResult
     from jaxink.measurement import GonioData
 
-# In the plane of incidence: azimuth this near to 0 or 180 degrees, or a view this near to the normal.
+# In-plane points: azimuth this close to 0 or 180 degrees, or viewing direction this close to the normal.
 IN_PLANE_DEG = 1.0
 _NORMAL_DEG = 1e-3
 FEWEST_IN_PLANE = 5
@@ -18,18 +18,18 @@ SIDES = {"R": "reflection", "T": "transmission"}
 
 @dataclasses.dataclass(frozen=True)
 class ScanView:
-    """One incidence at one wavelength and side, as it is drawn.
+    """One incidence at one wavelength and side.
 
     Parameters
     ----------
     theta_i_deg, side
         Which scan.
     theta_o_deg, phi_deg
-        Directions of view.
+        Viewing directions.
     measured, fitted
         BSDF, 1/sr; fitted is nan at masked points.
     residual
-        Measured minus fitted, in sigma, or in per cent of the fit where the noise is not known.
+        Measured minus fitted, in sigma, or in per cent of the fit if the noise is unknown.
     used
         False at masked points.
     """
@@ -51,25 +51,17 @@ class ScanView:
 
     @property
     def has_cut(self) -> bool:
-        """Whether enough used points lie in the plane of incidence."""
+        """Whether enough used points are in the plane of incidence."""
         return int((self.in_plane & self.used).sum()) >= FEWEST_IN_PLANE
 
     @property
     def signed_deg(self) -> np.ndarray:
-        """Polar angle of view, negative on the source's side."""
+        """Viewing angle, negative towards the source."""
         return np.where(np.abs(self.phi_deg) < 90, -self.theta_o_deg, self.theta_o_deg)
 
 
 def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanView]:
-    """The scans of one wavelength and side, by incidence.
-
-    Parameters
-    ----------
-    result
-        The fit.
-    wavelength_nm, side
-        Which scans.
-    """
+    """The scans of one wavelength and side, in the order of incidence."""
     return views_of(result.data, result.predicted_per_sr, result.whitened, wavelength_nm, side)
 
 
@@ -80,17 +72,7 @@ def views_of(
     wavelength_nm: float,
     side: str,
 ) -> list[ScanView]:
-    """The scans of one wavelength and side under any prediction, by incidence.
-
-    Parameters
-    ----------
-    data
-        The measurement.
-    predicted_per_sr, whitened
-        Prediction and whitened residual at its used points; residuals are in per cent where there are none.
-    wavelength_nm, side
-        Which scans.
-    """
+    """As `scan_views`, for any prediction and whitened residuals at the used points."""
     fitted, residual = np.full((2, len(data)), np.nan)
     fitted[data.used] = predicted_per_sr
     if whitened is None:
@@ -108,13 +90,13 @@ def views_of(
 
 
 def measurement_name(result: "FitResult") -> str:
-    """The measurement in words, and whether it was simulated."""
+    """Name of the measurement, and whether it was simulated."""
     kind = "SIMULATED measurement" if is_simulated(result) else "Measurement"
     return f"{kind} {result.data.source}" if result.data.source else kind
 
 
 def is_simulated(result: "FitResult") -> bool:
-    """Whether an attribute, the file name or the sample's title says that the measurement was simulated."""
+    """Whether an attribute, the file name or the sample's title contains the word simulated."""
     texts = [result.data.source, result.sample.title, *(f"{k} {v}" for k, v in result.data.attrs.items())]
     return any("simulated" in str(text).lower() for text in texts)
 
@@ -125,7 +107,7 @@ def residual_label(result: "FitResult") -> str:
 
 
 def residual_limit(views: list[ScanView], in_plane: bool) -> float:
-    """Half-width of one residual scale for all scans: nearly all points, and never less than 3."""
+    """Half-width of the common residual scale: nearly all points, and at least 3."""
     shown = [view.used & view.in_plane if in_plane else view.used for view in views]
     sizes = np.concatenate([np.abs(view.residual[here]) for view, here in zip(views, shown, strict=True)])
     return float(max(3.0, np.ceil(np.percentile(sizes, 99.5)))) if sizes.size else 3.0

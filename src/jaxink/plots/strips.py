@@ -1,4 +1,4 @@
-"""Residuals in the plane of incidence as strips: angle of view across, incidences below each other."""
+"""In-plane residuals as strips: viewing angle horizontally, one strip for each incidence."""
 
 import dataclasses
 from typing import TYPE_CHECKING, Any
@@ -13,24 +13,16 @@ from jaxink.plots.scan_views import ScanView
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Share of the distance of two incidences that a strip fills.
+# Height of a strip over the distance of two strips.
 _FILLED = 0.86
-# A cell is at most this many times as wide as the usual step: what was not measured stays empty.
+# Largest width of a cell over the usual step, so that gaps in the data stay empty.
 _WIDEST = 1.5
 _EMPTY = "0.93"
 
 
 @dataclasses.dataclass(frozen=True)
 class StripLayout:
-    """Places of the panels, in inches.
-
-    Parameters
-    ----------
-    incidences
-        Number of incidences in each row of panels.
-    columns
-        Panels beside each other.
-    """
+    """Positions of the panels in inches, for the numbers of incidences in each row of panels."""
 
     incidences: tuple[int, ...]
     columns: int
@@ -65,20 +57,10 @@ class StripLayout:
 def draw_strips(
     figure: PageFigure, rows: list[list[tuple[str, list[ScanView]]]], title: str, limit: float, label: str
 ) -> None:
-    """Draw panels of strips on one colour scale.
+    """Draw panels of strips on one colour scale, whose half-width is ``limit``.
 
-    Parameters
-    ----------
-    figure
-        An empty one, of the size that `StripLayout` gives for the scans.
-    rows
-        Panels of each row: words above, and the scans of one side and wavelength, by incidence.
-    title
-        Of the page.
-    limit
-        Half-width of the colour scale.
-    label
-        Its label.
+    The figure must have the size given by `StripLayout`. Each panel of ``rows`` has a title and the scans of
+    one side and wavelength, in the order of incidence.
     """
     layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(rows[0]))
     figure.write_title(title)
@@ -91,8 +73,8 @@ def draw_strips(
             if j == 0:
                 axes.set_ylabel("incidence", fontsize=9)
     figure.draw_colour_bar(drawn, layout.bar_axes(figure), label)
-    figure.write_below("polar angle of view [°], negative on the source's side", 0.52)
-    text = "○ specular direction or undeviated beam;  ☆ source;  red: measured above, blue: below the model"
+    figure.write_below("viewing angle [°], negative towards the source", 0.52)
+    text = "○ specular direction or undeviated beam;  ☆ source;  red: measured above the model, blue: below"
     figure.write_below(text, 0.1, "bottom", 8.5)
 
 
@@ -123,7 +105,7 @@ def _draw_strips(axes: "Axes", views: list[ScanView], limit: float):
 
 
 def _cells(angle_deg: np.ndarray, row: int) -> list[np.ndarray]:
-    """Corners of a cell for each point; repeats of a direction share its height."""
+    """Corners of a cell for each point; repeated readings of a direction share its height."""
     distinct, of_point = np.unique(np.round(angle_deg, 6), return_inverse=True)
     step = np.diff(distinct)
     half = _WIDEST * np.median(step) / 2 if step.size else 2.0

@@ -1,4 +1,4 @@
-"""The report of a diagnosis: files for a program, for a browser and for paper."""
+"""The report of a diagnosis as JSON, HTML and figures."""
 
 from jaxink.report.writing import write_report
 

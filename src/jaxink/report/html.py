@@ -1,4 +1,4 @@
-"""One page of HTML that needs no network: everything that comes from outside is escaped here."""
+"""Elements of a self-contained HTML page; all text is escaped here."""
 
 import base64
 import math
@@ -30,26 +30,24 @@ code { font-size: .95em; }
 @page { size: A4 landscape; margin: 12mm; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; } }
 """
-
-
-# Stands in a cell for no number.
+# Shown in a cell without a number.
 NONE = "\N{EN DASH}"
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number in a cell; a dash for none."""
+    """A number, or a dash."""
     if value is not None and math.isinf(value):
         return "unlimited"
     return rounded(value, digits, NONE)
 
 
 def share(value: float | None) -> str:
-    """A share in a cell, in per cent."""
+    """A fraction in per cent."""
     return percent(value, missing=NONE)
 
 
 def chance(p_value: float | None) -> str:
-    """A probability in a cell."""
+    """A probability."""
     return "below 1e-300" if p_value == 0 else number(p_value, 2)
 
 
@@ -59,7 +57,7 @@ def paragraph(text: str, kind: str = "") -> str:
 
 
 def verdict(sentence: str, code: str, is_good: bool) -> str:
-    """The verdict on top of the page."""
+    """The verdict with its code."""
     kind = "verdict good" if is_good else "verdict"
     return f"<p{_class(kind)}>{escape(sentence)}<br><code>{escape(code)}</code></p>\n"
 
@@ -70,21 +68,11 @@ def bullets(lines: Iterable[str]) -> str:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Iterable[int] = (0,)) -> str:
-    """A table of plain text.
-
-    Parameters
-    ----------
-    heads, rows
-        Cells.
-    text_columns
-        Positions of the columns that are words, not numbers.
-    """
-    words = set(text_columns)
+    """A table of plain text; ``text_columns`` are the positions of columns without numbers."""
+    kinds = dict.fromkeys(text_columns, "text")
 
     def cells(row, tag):
-        shown = (
-            f"<{tag}{_class('text' if i in words else '')}>{escape(c)}</{tag}>" for i, c in enumerate(row)
-        )
+        shown = (f"<{tag}{_class(kinds.get(i, ''))}>{escape(c)}</{tag}>" for i, c in enumerate(row))
         return f"<tr>{''.join(shown)}</tr>\n"
 
     body = "".join(cells(row, "td") for row in rows)
@@ -92,7 +80,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Ite
 
 
 def figure(png: bytes, caption: str) -> str:
-    """A figure that is part of the page."""
+    """A figure embedded in the page."""
     data = base64.b64encode(png).decode("ascii")
     words = escape(caption, quote=True)
     return (

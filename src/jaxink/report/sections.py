@@ -1,7 +1,7 @@
-"""The sections of the report, each from the fields of a diagnosis."""
+"""Sections of the report."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from jaxink.report.ink_table import inside_sentences
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
 
+T = TypeVar("T")
 _SETTINGS = {
-    "max_effects": "most effects",
-    "max_parameters": "most free parameters",
-    "level": "level",
+    "max_effects": "maximum number of effects",
+    "max_parameters": "maximum number of free parameters",
+    "level": "significance level",
     "n_bootstrap": "null data sets",
     "seed": "seed",
 }
@@ -26,12 +27,11 @@ _SETTINGS = {
 
 def report_title(diagnosis: "Diagnosis") -> str:
     """Title of the page."""
-    name = measurement_name(diagnosis.result)
-    return f"Diagnosis of the {name[0].lower() + name[1:] if name.startswith('M') else name}"
+    return f"Diagnosis: {measurement_name(diagnosis.result)}"
 
 
 def top(diagnosis: "Diagnosis") -> str:
-    """The verdict, what was measured, and whether the fit ended well."""
+    """The verdict, the measurement, and whether the fit converged."""
     result, found = diagnosis.result, diagnosis.verdict
     data = result.data
     wavelengths = np.unique(data.wavelength_nm[data.used])
@@ -48,12 +48,9 @@ def top(diagnosis: "Diagnosis") -> str:
 
 
 def merit(diagnosis: "Diagnosis") -> str:
-    """Errors before and after, of the fit and of points that it did not see."""
-    states = {"as declared": diagnosis.before}
-    if diagnosis.steps:
-        states["with what was added"] = diagnosis.after
+    """Errors before and after, for fitted and held-out points."""
     rows = []
-    for name, summary in states.items():
+    for name, summary in _states(diagnosis, diagnosis.before, diagnosis.after):
         rows.append([name, "fitted", *_merit_cells(summary.fitted)])
         rows.append([name, "held out", *_merit_cells(summary.held_out)])
     heads = [
@@ -62,18 +59,21 @@ def merit(diagnosis: "Diagnosis") -> str:
         "absolute RMSD of \N{GREEK SMALL LETTER PI} f",
         "relative RMSD",
         "rms of model / measured - 1",
-        "chi-square",
+        "χ²",
         "degrees of freedom",
-        "reduced",
-        "probability",
+        "reduced χ²",
+        "p",
     ]
     parts = [table(heads, rows, (0, 1))]
     if not diagnosis.steps:
-        parts.append(paragraph("No effect was added: the model after is the model before."))
-    parts.append(
-        paragraph("Held out: each point by a fit that did not see its scan, or its part of the scan.")
-    )
-    return section("Error before and after", *parts)
+        parts.append(paragraph("No effect was added."))
+    text = "Held out: each point is predicted by a fit without its scan, or without its part of the scan."
+    return section("Error before and after", *parts, paragraph(text))
+
+
+def _states(diagnosis: "Diagnosis", before: T, after: T) -> list[tuple[str, T]]:
+    """Values of the declared and, if effects were added, of the extended model, with their names."""
+    return [("declared", before), ("extended", after)][: 2 if diagnosis.steps else 1]
 
 
 def _merit_cells(figures: "Figures") -> list[str]:
@@ -89,7 +89,7 @@ def _merit_cells(figures: "Figures") -> list[str]:
 
 
 def steps(diagnosis: "Diagnosis") -> str:
-    """The effects that were added, one after the other."""
+    """The effects that were added, in this order."""
     if not diagnosis.steps:
         return ""
     rows = []
@@ -100,43 +100,33 @@ def steps(diagnosis: "Diagnosis") -> str:
         strength = _with_unit(with_uncertainty(s.strength, s.standard_error), s.unit)
         rows.append(
             [str(i + 1), s.effect, s.form.statement, strength, terms, others]
-            + [number(s.predicted_drop), number(s.actual_drop), gain]
+            + [number(s.predicted_delta_chi_square), number(s.actual_delta_chi_square), gain]
         )
     heads = [
         "step",
         "effect",
-        "what it says",
+        "meaning",
         "strength",
-        "all its terms",
-        "not told apart from",
-        "chi-square falls, predicted",
-        "by the refit",
-        "gain of held-out log density",
+        "all parameters",
+        "indistinguishable from",
+        "Δχ² predicted",
+        "Δχ² by refit",
+        "gain in held-out log density",
     ]
-    return section(
-        "What was added",
-        table(heads, rows, (1, 2, 4, 5)),
-        paragraph(
-            "Strength: distance from the declared model, with its standard error in the last digits; none "
-            "where the end of a range holds it. The gain is the mean over the fits "
-            "that left a part out, with its standard error."
-        ),
+    text = (
+        "Strength: distance from the declared model, with its standard error in units of the last digits "
+        "(none at the end of a range). Gain: mean over the fits with parts held out, with its standard error."
     )
+    return section("Effects added", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
 
 
 def parameters(diagnosis: "Diagnosis") -> str:
     """Free parameters before and after."""
     before, after = diagnosis.parameters_before, diagnosis.parameters_after
-    misfit_heads = ["misfit may shift by", "determined"] if diagnosis.structure_remains else []
+    misfit_heads = ["possible shift by misfit", "determined"] if diagnosis.structure_remains else []
     if not diagnosis.steps:
-        rows = [
-            [
-                name,
-                _with_unit(with_uncertainty(*estimate), _unit(diagnosis, name)),
-                *_by_misfit(diagnosis, name),
-            ]
-            for name, estimate in before.items()
-        ]
+        values = {n: _with_unit(with_uncertainty(*e), _unit(diagnosis, n)) for n, e in before.items()}
+        rows = [[name, value, *_by_misfit(diagnosis, name)] for name, value in values.items()]
         return section("Parameters", table(["parameter", "value(s.e.)", *misfit_heads], rows))
     rows = []
     for name, (value, error) in after.items():
@@ -148,13 +138,13 @@ def parameters(diagnosis: "Diagnosis") -> str:
             cells[2] = share(first / value - 1) if value else NONE
             cells[3] = number((first - value) / error, 3) if error else NONE
         rows.append([name, unit, *cells, *_by_misfit(diagnosis, name)])
-    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias of before", "in standard errors"]
-    heads += misfit_heads
-    text = "The bias is before minus after, relative to the value after, and in standard errors of it."
+    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias before", "bias / s.e.", *misfit_heads]
+    text = "Bias: before minus after, relative to the value after and in units of its standard error (s.e.)."
     if misfit_heads:
         text += (
-            " What remains of the misfit may have shifted the value after by the last but one column (a "
-            "standard deviation); a value that it may have shifted to the end of its range is not determined."
+            " The remaining misfit may have shifted the value after by the amount in the last but one column "
+            "(one standard deviation). A value that may have been shifted to the end of its range is not "
+            "determined."
         )
     return section("Parameters before and after", table(heads, rows, (0, 1)), paragraph(text))
 
@@ -175,36 +165,35 @@ def _with_unit(text: str, unit: str) -> str:
 
 
 def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
-    """All effects that were looked for, and those that cannot be."""
+    """All effects that were tested, and those that cannot be."""
     heads = [
         "effect",
         "z",
         "p",
-        "p of all together",
-        "absorbed by parameters",
+        "family-wise adjusted p",
+        "degenerate with parameters",
         "detection limit",
         "unit of the limit",
         "strength",
         "unit",
         "class",
-        "chi-square falls, predicted",
-        "by a refit",
+        "Δχ² predicted",
+        "Δχ² by refit",
         "status",
         "reason",
     ]
     rows = [_candidate_cells(row) for row in diagnosis.candidates]
-    parts = [table(heads, rows, (0, 6, 8, 9, 12, 13))]
-    parts.append(
-        paragraph(
-            "p of all together: chance that any effect stands out as much where there is noise alone. "
-            "Absorbed: share of the effect that the free parameters imitate. Strength: by the refit where "
-            "there was one, else by the screen. A share: of the area, like a typical case of the effect."
-        )
+    text = (
+        "Family-wise adjusted p: probability that noise alone makes any effect this significant. Degenerate "
+        "with parameters: fraction of the effect that the free parameters reproduce. Strength: from the "
+        "refit if there was one, otherwise from the screen. Unit share: part of the area that is like a "
+        "typical case of the effect."
     )
+    parts = [table(heads, rows, (0, 6, 8, 9, 12, 13)), paragraph(text)]
     if diagnosis.not_testable:
         lines = (f"{name}: {reason}" for name, reason in diagnosis.not_testable.items())
-        parts += [paragraph("These data say nothing about:"), bullets(lines)]
-    return section("Effects that were looked for", *parts, *figures)
+        parts += [paragraph("The data do not constrain these effects:"), bullets(lines)]
+    return section("Effects tested", *parts, *figures)
 
 
 def _candidate_cells(row: "CandidateRow") -> list[str]:
@@ -213,56 +202,54 @@ def _candidate_cells(row: "CandidateRow") -> list[str]:
         number(row.z, 3),
         chance(row.p_raw),
         chance(row.p_adjusted),
-        share(row.absorbed_fraction),
+        share(row.degenerate_fraction),
         number(row.detection_limit, 3),
         row.detection_limit_unit,
         number(row.strength),
         row.unit,
         ", ".join(row.members) if len(row.members) > 1 else "",
-        number(row.predicted_drop),
-        number(row.refit_drop),
+        number(row.predicted_delta_chi_square),
+        number(row.refit_delta_chi_square),
         row.status.replace("_", " "),
         row.reason,
     ]
 
 
 def remains(diagnosis: "Diagnosis") -> str:
-    """What stands in the residual after the last step."""
+    """Structure in the residual after the last step."""
     location = diagnosis.location
     sentence = location.sentence[0].upper() + location.sentence[1:]
-    smooth = f"{share(location.smooth.share)} of its mean square is smooth"
+    smooth = f"{share(location.smooth.share)} of its mean square varies smoothly with direction"
     parts = [paragraph(f"{sentence}. {smooth} (p = {chance(location.smooth.p_value)}).")]
-    states = {"as declared": diagnosis.structure_before}
-    if diagnosis.steps:
-        states["with what was added"] = diagnosis.structure_after
-    heads, rows = ["test of order"], dict[str, list[str]]()
-    for name, structure in states.items():
-        heads += [f"value {name}", "p", "p of the worst scan"]
+    states = _states(diagnosis, diagnosis.structure_before, diagnosis.structure_after)
+    heads, rows = ["test for structure"], dict[str, list[str]]()
+    for name, structure in states:
+        heads += [f"value, {name} model", "p", "p of the worst scan"]
         for s in structure.statistics:
             cells = [number(s.value), chance(s.p_value), chance(s.worst_p_value)]
             rows.setdefault(s.name, [s.name.replace("_", " ")]).extend(cells)
     parts.append(table(heads, rows.values()))
     lines = []
-    for name, structure in states.items():
-        led = f", led by {structure.leading.replace('_', ' ')}" if structure.leading else ""
-        lines.append(f"All tests together, {name}: p = {chance(structure.p_value)}{led}.")
+    for name, structure in states:
+        led = f"; most significant: {structure.leading.replace('_', ' ')}" if structure.leading else ""
+        lines.append(f"All tests combined, {name} model: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
     if diagnosis.consistency:
-        parts.append(paragraph("Readings that must be equal, under the noise in use:"))
-        heads = ["readings", "pairs", "deviation of one reading", "noise of one reading", "p"]
+        parts.append(paragraph("Readings that must agree within the stated noise:"))
+        heads = ["readings", "pairs", "scatter of a reading", "noise of a reading", "p"]
         pairs = (
-            [c.kind, str(c.pairs), share(c.relative), share(c.stated), chance(c.p_value)]
+            [c.kind, str(c.pairs), share(c.relative), share(c.expected), chance(c.p_value)]
             for c in diagnosis.consistency
         )
         parts.append(table(heads, pairs))
     if location.factors:
-        parts.append(paragraph("Where it stands, in standard deviations of the noise:"))
-        heads = ["divided by", "share of the smooth part", "p", "mean residuals"]
+        parts.append(paragraph("Mean residuals by group, in standard deviations of the noise:"))
+        heads = ["grouped by", "share of the smooth part", "p", "mean residuals"]
         factors = (
             [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
         )
         parts.append(table(heads, factors, (0, 3)))
-    return section("What remains", *parts)
+    return section("Remaining residual", *parts)
 
 
 def _levels(levels: Sequence[str], means: np.ndarray) -> str:
@@ -271,8 +258,8 @@ def _levels(levels: Sequence[str], means: np.ndarray) -> str:
 
 
 def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> str:
-    """What was found changes in the BSDF that is exported."""
-    title = "The ink for light inside the plate"
+    """Change of the exported BSDF."""
+    title = "BSDF of the ink inside the plate"
     if isinstance(change, str):
         return section(title, paragraph(change))
     rows = []
@@ -284,23 +271,23 @@ def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str)
                 [f"{component}, {words}", f"{c.wavelength_nm:g} nm", f"{number(c.rms_percent, 3)} %"]
                 + [f"{c.largest_percent:+.3g} %", where]
             )
-    heads = ["component", "wavelength", "rms change", "largest", "there"]
+    heads = ["component", "wavelength", "rms change", "largest change", "directions"]
     text = (
-        "Change of the BSDF from the fit of the declared model to that with what was added, over all "
-        f"directions to {LARGEST_THETA_DEG:g}° from the normal on either side."
+        "Change of the BSDF from the declared to the extended model, over all directions up to "
+        f"{LARGEST_THETA_DEG:g}° from the normal on either side."
     )
-    lines = inside_sentences(diagnosis)
-    return section(title, paragraph(text), table(heads, rows, (0, 4)), bullets(lines), *figures)
+    parts = paragraph(text), table(heads, rows, (0, 4)), bullets(inside_sentences(diagnosis))
+    return section(title, *parts, *figures)
 
 
 def origin(diagnosis: "Diagnosis") -> str:
-    """What is needed to repeat it."""
+    """Settings and versions, for a repetition."""
     result = diagnosis.result
     lines = [f"Catalogue of effects: version {diagnosis.to_dict()['catalogue_version']}."]
     chosen = {name: diagnosis.settings[key] for key, name in _SETTINGS.items()}
     said = ", ".join(f"{name} {value:g}" for name, value in chosen.items() if value is not None)
     lines.append(f"Diagnosis: {said}.")
     lines.append(f"Fit of the declared model: {result.method}, {result.outcome.value}; seed {result.seed}.")
-    lines.append(f"Discretisation: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.")
+    lines.append(f"Resolution: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.")
     lines.append(f"Versions: {', '.join(f'{k} {v}' for k, v in result.versions.items())}.")
-    return section("How it was computed", bullets(lines))
+    return section("Settings and versions", bullets(lines))

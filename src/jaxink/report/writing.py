@@ -1,4 +1,4 @@
-"""Write a report: for a program, for a reader, and its figures."""
+"""Write the report of a diagnosis: JSON, HTML and figures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,31 +16,22 @@ if TYPE_CHECKING:
 REPORT_PAGE = "report.html"
 
 
-def write_report(
-    diagnosis: "Diagnosis",
-    folder: str | Path,
-    with_figures: bool = True,
-) -> list[Path]:
-    """Write ``report.json``, ``report.html`` and ``figures``: all or nothing.
+def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool = True) -> list[Path]:
+    """Write ``report.json``, ``report.html`` and the folder ``figures``; all of them or none.
 
     Parameters
     ----------
     diagnosis
         The diagnosis.
     folder
-        Made if it does not exist; figures of an older report are removed, other files stay.
+        Created if it does not exist; figures of an older report are removed, other files stay.
     with_figures
-        Whether any are drawn.
-
-    Returns
-    -------
-    list[Path]
-        The files.
+        Whether to draw figures.
 
     Raises
     ------
     InputRefusedError
-        The folder cannot be written.
+        If the folder cannot be written.
     """
     change = inside_change(diagnosis)
     tables = None if isinstance(change, str) else change

@@ -294,3 +294,9 @@ def layer_method(name: str) -> str:
             f"layer_method is '{name}'; give one of {', '.join(LAYER_METHODS)}, or fastest."
         )
     return name
+
+
+def respond(method: str, a_matrix, b_matrix, half_thickness) -> tuple[Array, Array]:
+    """`layer_response` by a method of `layer_method`."""
+    functions = dict(zip(LAYER_METHODS, (layer_response, doubled_response), strict=True))
+    return functions[layer_method(method)](a_matrix, b_matrix, half_thickness)

@@ -16,7 +16,9 @@ from jaxtyping import Array, Float
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known
 from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
-from jaxink.solver.stack import SolverConfig, Stack
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import ChannelPlan, plan_channels
+from jaxink.solver.stack import Stack
 
 # Moments looked at: Henyey-Greenstein's fall below 1e-4 there up to an asymmetry parameter of 0.965.
 _MOST_MOMENTS = 320
@@ -38,7 +40,7 @@ class Demand(eqx.Module):
     escaping_sine
         Of grazing light from the thinner of them: the largest.
     exposed
-        As of `Stack`.
+        As of `ChannelPlan`.
     rough
         Whether a face is rough: light scattered once is then not exact any more where it meets that face.
     """
@@ -52,8 +54,8 @@ class Demand(eqx.Module):
     rough: bool = eqx.field(static=True, default=False)
 
 
-def demand(stack: Stack) -> Demand:
-    """Read off a stack what it asks of the discretisation."""
+def demand(stack: Stack, plan: ChannelPlan) -> Demand:
+    """Read off a stack and its channels what it asks of the discretisation."""
     layers = [stack.layers[k] for k in stack.scattering]
     moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
     outside = jnp.stack([stack.index_front, stack.index_back])
@@ -65,7 +67,7 @@ def demand(stack: Stack) -> Demand:
         largest_sine=jnp.minimum(jnp.max(sines), 1.0),
         smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
         escaping_sine=jnp.minimum(escaping, 1.0),
-        exposed=stack.exposed,
+        exposed=plan.exposed,
         rough=bool(stack.rough),
     )
 
@@ -83,13 +85,7 @@ def sizes_for(
         Largest relative error of the BSDF, aimed at for every direction up to 89 degrees.
     layer_method
         As of `SolverConfig`.
-
-    Raises
-    ------
-    InputRefusedError
-        As `require_accuracy`.
     """
-    require_accuracy(accuracy)
     moments = np.atleast_2d(demand.phase_moments)
     sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
     each = zip(moments, np.ravel(demand.optical_thickness), np.atleast_2d(sines), strict=True)
@@ -149,7 +145,10 @@ _demand = eqx.filter_jit(demand)
 
 
 def choose_sizes(
-    stack: Stack, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+    stack: Stack,
+    accuracy: float = DEFAULT_ACCURACY,
+    layer_method: str = "fastest",
+    plan: ChannelPlan | None = None,
 ) -> SolverConfig:
     """Smallest sizes that keep the BSDF of a stack within an accuracy, as far as its phase functions tell.
 
@@ -159,15 +158,19 @@ def choose_sizes(
         The stack, with known numbers.
     accuracy, layer_method
         As of `sizes_for`.
+    plan
+        As for `diffuse_bsdf`.
 
     Raises
     ------
     InputRefusedError
-        As `sizes_for`, or if the stack is being differentiated or compiled.
+        As `require_accuracy`, or if the stack is being differentiated or compiled.
     """
+    require_accuracy(accuracy)
     if not is_known(stack):
         raise InputRefusedError(
             "sizes of the discretisation cannot be chosen while a stack is being differentiated or compiled: "
             "choose them before, with choose_sizes(stack, accuracy), and pass them as config."
         )
-    return sizes_for(_demand(stack), accuracy, layer_method)
+    plan = plan_channels(stack) if plan is None else plan
+    return sizes_for(_demand(stack, plan), accuracy, layer_method)

@@ -1,12 +1,15 @@
 """Regular light in a stack: undeviated or specular, a number for each channel."""
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
+from jaxink.numerics.linear_algebra import at_least_tiny
+from jaxink.optics.directions import Directions
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
-from jaxink.solver.star_product import at_least_tiny
 
 
 class RegularFields(eqx.Module):
@@ -44,6 +47,28 @@ class RegularFields(eqx.Module):
     arriving_from_back: Float[Array, "interfaces channels"]
     returning_from_front: Float[Array, "interfaces channels"]
     returning_from_back: Float[Array, "interfaces channels"]
+
+
+class RegularPaths(NamedTuple):
+    """Regular light along the incidence and along the way out of each point.
+
+    Parameters
+    ----------
+    directions
+        The points.
+    kappa
+        n sin(theta) of all incidences and, after them, of all ways out.
+    way_out
+        Position in ``kappa`` of each point's way out; that of its incidence is the same as in the points.
+    fields_in, fields_out
+        The light, shape ``(..., points)``.
+    """
+
+    directions: Directions
+    kappa: Float[Array, " directions"]
+    way_out: Int[Array, " points"]
+    fields_in: RegularFields
+    fields_out: RegularFields
 
 
 def attenuation(optical_thickness, cosine):

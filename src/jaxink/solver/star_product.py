@@ -11,13 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.numerics.linear_algebra import inverse, resolvent, transpose
-
-
-def at_least_tiny(value):
-    """Keep light that is trapped without loss, which nothing excites, from dividing by zero."""
-    return jnp.maximum(value, 1e-12)
-
+from jaxink.numerics.linear_algebra import at_least_tiny, inverse, resolvent, transpose
 
 # Reflectance seen from above and from below, and transmittance, of no element at all.
 NOTHING = (0.0, 0.0, 1.0)

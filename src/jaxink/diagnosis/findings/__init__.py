@@ -1,1 +1,1 @@
-"""Findings: the verdict on a search, and what it rests on."""
+"""The verdict on a search, and the evidence for it."""

@@ -1,9 +1,9 @@
-"""The outcome of a search, judged and put together."""
+"""Judges the outcome of a search and assembles the diagnosis."""
 
 from jaxink.diagnosis.findings.candidates import candidate_rows
 from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
-from jaxink.diagnosis.findings.further_measurements import Further, further_measurements
+from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
 from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
 from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.parameters import (
@@ -20,7 +20,7 @@ _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
 
 
 def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
-    """The verdict on a search, with all that it rests on."""
+    """Judge a search and collect the evidence for the verdict."""
     first, last, steps, policy = found.first, found.last, found.steps, found.options.policy
     further = _further(found, follow)
     before = summary_of(first, found.cross_validation)
@@ -70,8 +70,8 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     )
 
 
-def _further(found: SearchResult, follow: Progress) -> tuple[Further, ...]:
-    """Measurements that would tell the members of the class apart, where one effect was found."""
+def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement, ...]:
+    """Measurements that would distinguish the members of the class, if exactly one effect was found."""
     if len(found.steps) != 1 or len(found.steps[0].members) < 2:
         return ()
     screening = found.screenings[0]

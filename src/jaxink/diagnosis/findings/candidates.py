@@ -1,4 +1,4 @@
-"""What a screen and its refits say of each effect."""
+"""Table of candidate effects: the result of the screen, and of the refit if there was one."""
 
 import dataclasses
 from typing import NamedTuple
@@ -13,26 +13,32 @@ from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
 
 @dataclasses.dataclass(frozen=True)
 class CandidateRow:
-    """What the first screen says of an effect, and its refit where there was one."""
+    """A candidate effect in the first or last screen; fields as in ``report.json``."""
 
     effect: str
     z: float
     p_raw: float
     p_adjusted: float
-    absorbed_fraction: float
+    degenerate_fraction: float
     detection_limit: float
     detection_limit_unit: str
     strength: float
     unit: str
     members: tuple[str, ...]
-    predicted_drop: float
-    refit_drop: float | None
+    predicted_delta_chi_square: float
+    refit_delta_chi_square: float | None
     status: Testability
     reason: str
 
+    @property
+    def delta_chi_square(self) -> float:
+        """Decrease in chi-square by the refit, or as predicted by the screen."""
+        refit = self.refit_delta_chi_square
+        return self.predicted_delta_chi_square if refit is None else refit
+
 
 class _Limit(NamedTuple):
-    """Detection limit of an effect, and what that says of whether it can be tested."""
+    """Detection limit of an effect, and whether the data can test for it."""
 
     strength: float
     status: Testability
@@ -40,24 +46,19 @@ class _Limit(NamedTuple):
 
 
 def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[CandidateRow, ...]:
-    """One row for each candidate of a screen, the leading first.
+    """One row for each candidate of a screen, largest decrease in chi-square first.
 
-    Parameters
-    ----------
-    screening
-        The screen.
-    steps
-        What was found; where nothing was, refits tell whether the detection limits hold.
+    If no step was taken, refits verify the detection limits.
     """
     members = {name: step.members for step in steps for name in step.members}
     is_checked = not steps and not screening.stage.accepted
     rows = []
     for c in screening.result.candidates:
         refit = screening.refits.get(c.name)
-        # A direction is per unit of what its setting does; strengths are told in a unit of their own.
+        # A direction is normalised by its setting; reported strengths have the unit of the effect.
         direction = screening.directions[c.name][max(c.inner, 0)]
         limit = _limit(screening, c, direction, is_checked)
-        # A linear step beyond its range says nothing.
+        # A linear step beyond its range is meaningless.
         step = c.strength * direction.column_strength if abs(c.strength) <= direction.largest else np.nan
         rows.append(
             CandidateRow(
@@ -65,21 +66,19 @@ def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[Candi
                 z=c.z,
                 p_raw=c.p_raw,
                 p_adjusted=c.p_adjusted,
-                absorbed_fraction=c.absorbed_fraction,
+                degenerate_fraction=c.degenerate_fraction,
                 detection_limit=limit.strength,
                 detection_limit_unit=direction.unit,
                 strength=refit.strength if refit else step,
                 unit=refit.effect.strength.unit if refit else direction.unit,
                 members=members.get(c.name, (c.name,)),
-                predicted_drop=c.predicted_drop,
-                refit_drop=refit.drop if refit else None,
+                predicted_delta_chi_square=c.predicted_delta_chi_square,
+                refit_delta_chi_square=refit.delta_chi_square if refit else None,
                 status=limit.status,
                 reason=limit.reason,
             )
         )
-    return tuple(
-        sorted(rows, key=lambda r: -(r.refit_drop if r.refit_drop is not None else r.predicted_drop))
-    )
+    return tuple(sorted(rows, key=lambda row: -row.delta_chi_square))
 
 
 def _limit(screening: Screening, c: ScreenedCandidate, direction: Direction, is_checked: bool) -> _Limit:
@@ -87,9 +86,9 @@ def _limit(screening: Screening, c: ScreenedCandidate, direction: Direction, is_
     if status == Testability.TESTABLE and is_checked:
         limit = limit_by_refits(screening.stage, direction, limit, c.critical_z)
     if limit >= direction.largest and status == Testability.TESTABLE:
-        status, reason = Testability.HARDLY, "hardly any strength within its range would be seen"
+        status, reason = Testability.HARDLY, "hardly any strength within its range would be detected"
     limit *= direction.column_strength
     usual = direction.effect.usual
     if status == Testability.TESTABLE and limit > usual:
-        status, reason = Testability.HARDLY, f"its detection limit lies beyond its usual strength, {usual:g}"
+        status, reason = Testability.HARDLY, f"its detection limit exceeds its usual strength, {usual:g}"
     return _Limit(limit, status, reason)

@@ -1,12 +1,13 @@
-"""The outcome of a diagnosis, and its file."""
+"""The outcome of a diagnosis, and its file ``report.json``."""
 
 import dataclasses
 from typing import Any, ClassVar
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
-from jaxink.diagnosis.findings.further_measurements import Further
+from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
+from jaxink.diagnosis.findings.report_reading import REPORT_FILE, REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
     candidate_row,
     figures_row,
@@ -25,9 +26,6 @@ from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
 from jaxink.sample import Sample
 
-REPORT_VERSION = 1
-REPORT_FILE = "report.json"
-
 
 @dataclasses.dataclass(frozen=True)
 class Diagnosis(SavedInFolder):
@@ -40,30 +38,30 @@ class Diagnosis(SavedInFolder):
     verdict, steps, before, after, candidates
         As in ``report.json``.
     not_testable
-        Effects of the catalogue about which the case says nothing, with the reason.
+        Effects that cannot be tested in this case, with the reason.
     structure_before, structure_after
-        Whether anything is left.
+        Tests for structure in the residual of the first and of the last model.
     location
-        Where, after the last step.
+        Where the residual of the last model is large.
     parameters_before, parameters_after
         Value and standard error of each free parameter.
     misfit_errors
-        Standard deviation by which what remains of the misfit may have shifted each parameter; None where a
-        bound holds it.
+        Standard deviation by which the remaining misfit may have biased each parameter; None if it is at a
+        bound.
     undetermined
-        Parameters that what remains of the misfit may shift to a bound of their range.
+        Parameters that the remaining misfit may have moved to a bound of their range.
     refined
-        The sample with what was found of it.
+        The sample including the effects found that are properties of the sample.
     effects
-        Those accepted.
+        The effects accepted.
     remaining
         Candidates of the last screen.
     settings
-        Level, bootstrap and seed of the screen, and the most effects.
+        Level, number of draws and seed of the screen, and the largest number of effects and parameters.
     further
-        Measurements that would tell the first two members of an ambiguous class apart.
+        Measurements that would distinguish the first two members of an ambiguous class.
     consistency
-        Whether the readings agree with each other where they must.
+        Agreement of readings that must be equal.
     """
 
     json_file: ClassVar[str] = REPORT_FILE
@@ -86,12 +84,12 @@ class Diagnosis(SavedInFolder):
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]
-    further: tuple[Further, ...] = ()
+    further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
 
     @property
     def structure_remains(self) -> bool:
-        """Whether the model that was ended with misses the data."""
+        """Whether the final model does not fit the data."""
         return self.verdict.code.structure_remains
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Which further measurement would tell effects apart that the data at hand do not."""
+"""Further measurements that would distinguish effects that the present data cannot."""
 
 import dataclasses
 
@@ -12,22 +12,22 @@ from jaxink.measurement import FitNoise, GonioData
 
 _INCIDENCES_DEG, _APART_DEG = (75.0, 45.0, 20.0, 5.0), 7.5
 _VIEW_DEG = np.arange(-85.0, 86.0, 5.0)
-# Views nearer than this to a regular peak or to the source are not asked for.
+# Directions this close to a regular (specular or directly transmitted) peak or to the source are skipped.
 _NEAR_DEG = 4.0
 
 
 @dataclasses.dataclass(frozen=True)
-class Further:
-    """A measurement, and how well it would tell two effects apart.
+class FurtherMeasurement:
+    """A measurement, and how well it would distinguish two effects.
 
     Parameters
     ----------
     effects
-        The two.
+        The two effects.
     measurement
-        What to measure, as often and as well as what was measured.
+        What to measure, with the sampling and the noise of the present data.
     chi_square
-        By which the second effect would miss data that follow the first, all parameters fitted anew.
+        Chi-square of the second effect, all parameters refitted, on noise-free data that follow the first.
     """
 
     effects: tuple[str, str]
@@ -37,15 +37,15 @@ class Further:
 
 def further_measurements(
     setup: Setup, accepted: tuple[Effect, ...], first: Refit, second: Refit
-) -> tuple[Further, ...]:
-    """Measurements from a menu that would tell two effects apart, the most telling first.
+) -> tuple[FurtherMeasurement, ...]:
+    """Candidate measurements that would distinguish two effects, the most decisive first.
 
-    The first effect, as fitted, predicts old and new points without noise; the second is fitted to them.
+    The first effect, as fitted, predicts the present and the new points; the second is fitted to them.
 
     Parameters
     ----------
     setup, accepted
-        Of the stage at which both were fitted.
+        Of the stage at which both effects were fitted.
     first, second
         Their refits.
 
@@ -80,22 +80,18 @@ def further_measurements(
     for number, name in enumerate(menu, start=1):
         left_out = (item > 0) & (item != number)
         solution = rival.fit(second.solution.values, second.solution.free, left_out=left_out)
-        found.append(Further((first.effect.name, second.effect.name), name, solution.chi_square))
+        found.append(FurtherMeasurement((first.effect.name, second.effect.name), name, solution.chi_square))
     return tuple(sorted(found, key=lambda f: -f.chi_square))
 
 
 def menu_of(old: np.ndarray) -> dict[str, np.ndarray]:
-    """Further points, by what they are called.
+    """Additional points by name, with columns as in `old`.
 
     Parameters
     ----------
     old
-        Incidence, view, azimuth, wavelength and side of the points at hand, shape ``(points, 5)``.
-
-    Returns
-    -------
-    dict[str, np.ndarray]
-        The same columns of the points that each item adds.
+        Incidence, view, azimuth (degrees), wavelength (nm) and side of the present points, shape ``(points,
+        5)``.
     """
     incidences = np.unique(old[:, 0])
     settings = np.unique(old[:, 3:5], axis=0)
@@ -106,7 +102,7 @@ def menu_of(old: np.ndarray) -> dict[str, np.ndarray]:
     phi = np.mod(old[:, 2], 180.0)
     if np.all((phi < 1) | (phi > 179)):
         angle = float(incidences[-1])
-        menu[f"the plane across that of incidence, at {angle:g} degrees"] = _plane(angle, 90.0, settings)
+        menu[f"the plane normal to that of incidence, at {angle:g} degrees"] = _plane(angle, 90.0, settings)
     return menu
 
 

@@ -1,10 +1,10 @@
-"""The judgement on what was found and what is left: a verdict with its sentence."""
+"""From evidence to verdict and sentence."""
 
 import dataclasses
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
-from jaxink.diagnosis.findings.further_measurements import Further
+from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.summary import Summary
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
@@ -16,27 +16,7 @@ from jaxink.diagnosis.statistics.structure import StructureResult
 
 @dataclasses.dataclass(frozen=True)
 class Evidence:
-    """What a verdict rests on.
-
-    Parameters
-    ----------
-    steps
-        What was added.
-    before, after
-        Figures of merit.
-    structure
-        What is left after.
-    location
-        Where.
-    candidates
-        Of the first screen.
-    further
-        Measurements that would tell an ambiguous class apart, the most telling first.
-    consistency
-        Of the readings with each other.
-    undetermined
-        Parameters that the misfit leaves open.
-    """
+    """The evidence for a verdict: `structure` of the final residual, all else as in `Diagnosis`."""
 
     steps: tuple[Step, ...]
     before: Summary
@@ -44,23 +24,13 @@ class Evidence:
     structure: StructureResult
     location: Location
     candidates: tuple[CandidateRow, ...]
-    further: tuple[Further, ...] = ()
+    further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
     undetermined: tuple[str, ...] = ()
 
 
 def is_met(summary: Summary, structure: StructureResult, policy: SearchPolicy = DEFAULT_POLICY) -> bool:
-    """Whether a residual is noise, or so small that the stated noise cannot tell.
-
-    Parameters
-    ----------
-    summary
-        Its size.
-    structure
-        Its order.
-    policy
-        What counts as noise.
-    """
+    """Whether a residual is consistent with noise, or below the accuracy of the stated noise."""
     figures = summary.fitted
     if figures.probability is None:
         return True
@@ -74,24 +44,16 @@ def _is_ordered(structure: StructureResult, policy: SearchPolicy) -> bool:
 
 
 def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
-    """Code, effects and sentence.
-
-    Parameters
-    ----------
-    evidence
-        What was found.
-    policy
-        What counts as noise, and what tells effects apart.
-    """
+    """Code, effects and sentence."""
     verdict = _judged(evidence, policy)
     if verdict.code is VerdictCode.NOT_TESTABLE:
         return verdict
     sentence = verdict.sentence
     if evidence.undetermined:
-        sentence += f" With this misfit the data do not determine {', '.join(evidence.undetermined)}."
-    broken = [c.sentence for c in evidence.consistency if c.is_broken]
+        sentence += f" Given this misfit, the data do not determine {', '.join(evidence.undetermined)}."
+    broken = [c.sentence for c in evidence.consistency if c.exceeds_noise]
     if broken:
-        sentence += f" The data differ among themselves: {'; '.join(broken)}."
+        sentence += f" The data are inconsistent: {'; '.join(broken)}."
     return dataclasses.replace(verdict, sentence=sentence)
 
 
@@ -101,7 +63,7 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
         return Verdict(
             VerdictCode.NOT_TESTABLE,
             (),
-            "There are no more points than free parameters, so nothing can be missed.",
+            "There are not more points than free parameters, so the fit leaves nothing to test.",
         )
     met = is_met(after, evidence.structure, policy)
     if not steps:
@@ -110,12 +72,12 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     others = list(dict.fromkeys(n for step in steps for n in step.members if n not in names))
     what = " and ".join(_named(step) for step in steps)
     change = (
-        f"reduced chi-square falls from {before.fitted.reduced_chi_square:.4g} to "
-        f"{after.fitted.reduced_chi_square:.4g}, of held-out scans from "
+        f"reduced chi-square decreases from {before.fitted.reduced_chi_square:.4g} to "
+        f"{after.fitted.reduced_chi_square:.4g}, for held-out scans from "
         f"{before.held_out.reduced_chi_square:.4g} to {after.held_out.reduced_chi_square:.4g}"
     )
     if not met:
-        sentence = f"Partly explained: {what}; {change}; what remains: {evidence.location.sentence}."
+        sentence = f"Partly explained: {what}; {change}. Remaining residual: {evidence.location.sentence}."
         return Verdict(VerdictCode.PARTLY_EXPLAINED, tuple(names + others), sentence)
     if any(len(step.members) > 1 for step in steps):
         sentence = f"Explained by {what}; {change}.{_separate(evidence.further, policy)}"
@@ -125,16 +87,16 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     return Verdict(code, tuple(names), f"Explained: {what}; {change}.")
 
 
-def _separate(further: tuple[Further, ...], policy: SearchPolicy) -> str:
+def _separate(further: tuple[FurtherMeasurement, ...], policy: SearchPolicy) -> str:
     if not further:
         return ""
     best = further[0]
     one, other = best.effects
-    if best.chi_square < policy.telling_chi_square:
-        return f" No incidence or plane of view that was tried would tell {one} from {other}."
+    if best.chi_square < policy.decisive_chi_square:
+        return f" None of the incidences and planes considered would distinguish {one} from {other}."
     return (
-        f" {best.measurement[0].upper()}{best.measurement[1:]} would tell {one} from {other} (chi-square "
-        f"{best.chi_square:.3g})."
+        f" {best.measurement[0].upper()}{best.measurement[1:]} would distinguish {one} from {other} "
+        f"(chi-square {best.chi_square:.3g})."
     )
 
 
@@ -143,7 +105,7 @@ def _named(step: Step) -> str:
     unit = f" {step.unit}" if step.unit else ""
     text = f"{step.form.statement} ({step.effect}, {step.strength:.4g}{error}{unit})"
     if len(step.members) > 1:
-        text += f", or one of {', '.join(step.members[1:])}, which these data do not tell from it"
+        text += f", or one of {', '.join(step.members[1:])}, which these data cannot distinguish from it"
     return text
 
 
@@ -153,15 +115,15 @@ def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdi
         return Verdict(
             VerdictCode.UNEXPLAINED_STRUCTURE,
             (),
-            f"Structure remains (reduced chi-square {reduced:.4g}) that none of {len(evidence.candidates)} "
-            f"effects tried explains: {place}.",
+            f"The residual has structure (reduced chi-square {reduced:.4g}) that none of the "
+            f"{len(evidence.candidates)} effects tested explains: {place}.",
         )
     hard = [c.effect for c in evidence.candidates if c.status != Testability.TESTABLE]
     more = f"; hardly testable with these data: {', '.join(hard)}" if hard else ""
     if _is_ordered(evidence.structure, policy):
-        more = f", with an order that no effect explains: {place}{more}"
+        more = f", but with a pattern that no effect explains: {place}{more}"
     return Verdict(
         VerdictCode.NO_MISFIT,
         (),
-        f"No misfit: the declared model leaves noise (reduced chi-square {reduced:.4g}){more}.",
+        f"No misfit: the residual is consistent with noise (reduced chi-square {reduced:.4g}){more}.",
     )

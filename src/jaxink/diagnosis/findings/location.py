@@ -1,4 +1,4 @@
-"""Where in angle, side, wavelength and time a residual stands, and one line of plain words for it."""
+"""Where a residual is large (angle, side, wavelength, time), described in one sentence."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -23,16 +23,16 @@ from jaxink.diagnosis.statistics.variance_analysis import (
 
 @dataclass(frozen=True)
 class Location:
-    """Where a residual stands.
+    """Where a residual is large.
 
     Parameters
     ----------
     sentence
-        In plain words, without a capital or a stop.
+        Description, without a capital letter or a full stop.
     factors
         Analyses of variance, the largest share first.
     smooth
-        The smooth part they refer to.
+        The smooth part that they refer to.
     """
 
     sentence: str
@@ -40,12 +40,8 @@ class Location:
     smooth: SmoothPart
 
     def to_dict(self) -> dict:
-        """What a report says of it, for `jaxink.files.encoding.plain`."""
-        return {
-            "sentence": self.sentence,
-            "structured_share": self.smooth.share,
-            "factors": self.factors,
-        }
+        """Entry of ``report.json``, for `jaxink.files.encoding.plain`."""
+        return {"sentence": self.sentence, "structured_share": self.smooth.share, "factors": self.factors}
 
 
 def locate(
@@ -57,14 +53,14 @@ def locate(
     options: ScreenOptions | None = None,
     policy: SearchPolicy = DEFAULT_POLICY,
 ) -> Location:
-    """Divide the residual by side, incidence, wavelength, time and distances to directions of note.
+    """Analyse the variance by side, incidence, wavelength, time and angular distance, and describe it.
 
     Parameters
     ----------
     residual, jacobian, points, at_bound, options
         As of `find_structure`.
     policy
-        What is worth a word.
+        Thresholds for the description.
     """
     options = ScreenOptions() if options is None else options
     smooth = smooth_part(residual, jacobian, points, at_bound=at_bound, options=options)
@@ -73,12 +69,12 @@ def locate(
     left = projection.remove(residual)
     factors = factors_of(left, projection, points, smooth)
     if smooth.p_value > options.level:
-        return Location("no structure stands out of the noise", factors, smooth)
+        return Location("no structure is significant against the noise", factors, smooth)
     return Location(_Words(points, policy).sentence(left[: len(points)], smooth), factors, smooth)
 
 
 class _Band(NamedTuple):
-    """Points of a band, the sign of the residual there, and what it is called."""
+    """Points of a band, the sign of the residual there, and its description."""
 
     points: Bool[np.ndarray, " points"]
     sign: int
@@ -87,13 +83,13 @@ class _Band(NamedTuple):
 
 @dataclass(frozen=True)
 class _Words:
-    """Words for where a residual stands."""
+    """Description of where a residual is large."""
 
     points: Points
     policy: SearchPolicy
 
     def sentence(self, left: Float[np.ndarray, " points"], smooth: SmoothPart) -> str:
-        # Smoothed noise has a power of its own, also where nothing stands.
+        # Smoothed noise alone has some power, which is subtracted.
         power, values = smooth.values**2 - smooth.noise_power, smooth.values
         sides = {side: self.points.is_transmission == (side == "T") for side in "RT"}
         by_side = {side: max(float(np.sum(power[here])), 0.0) for side, here in sides.items()}
@@ -115,28 +111,27 @@ class _Words:
         return words + self._trends(band.sign * left, band.points)
 
     def _prevailing_sign(self, values) -> int:
-        """Sign that prevails, 0 where none does."""
+        """The prevailing sign, or 0."""
         if values.size == 0:
             return 0
         mean, rms = np.mean(values), np.sqrt(np.mean(values**2))
         return int(np.sign(mean)) if abs(mean) > self.policy.prevailing_mean * rms else 0
 
     def _band(self, smooth, region, forward: str) -> _Band:
-        """The distance whose bands the smooth part follows best, and its strongest run of bands of one sign.
+        """The division that the smooth part follows best, and its strongest run of bands of one sign.
 
-        One incidence or wavelength where it follows that more than any distance; all of the region where it
-        follows none.
+        All of the region if it follows no division.
         """
         whole = _Band(region, self._prevailing_sign(smooth[region]), "")
         here = np.where(region, smooth, 0.0)
         divisions = divisions_of(self.points)
         shares = {}
         for name, (labels, levels) in divisions.items():
-            # Transmission has no way back to the source: such a division would be one of sides.
+            # In transmission there is no source direction, so this division would be one of sides.
             if name not in ("side", "time") and np.all(labels[region] >= 0):
                 shares[name] = level_means(np.where(region, labels, -1), len(levels), smooth, here).share
         name = max(shares, key=lambda name: shares[name])
-        # A mean that is the same everywhere makes up as much without any band.
+        # A constant mean explains this much without any band.
         flat = np.sum(region) * np.mean(smooth[region]) ** 2 / np.sum(smooth[region] ** 2)
         if shares[name] - flat < self.policy.band_share:
             return whole
@@ -158,7 +153,7 @@ class _Words:
         return _Band(band, sign, f" {band_words(edges[run.start], edges[run.stop], edges[-1])} {target}")
 
     def _run(self, means, strongest: int) -> range:
-        """The strongest band and its neighbours that are like it."""
+        """The strongest band and similar neighbours."""
         first, end = strongest, strongest + 1
         alike = means * means[strongest] > self.policy.same_band_mean * means[strongest] ** 2
         while first > 0 and alike[first - 1]:
@@ -174,7 +169,7 @@ class _Words:
         for name in ("incidence", "wavelength", "time"):
             labels, levels = divisions[name]
             if name == "time":
-                # Scans follow each other in time: only what changes within them is told of it.
+                # Scans are measured one after the other: only changes within a scan count as a trend in time.
                 scan = points.scan[band]
                 mean = np.bincount(scan, oriented[band]) / np.maximum(np.bincount(scan), 1)
                 oriented = oriented - np.pad(mean, (0, points.n_scans - mean.size))[points.scan]

@@ -1,4 +1,4 @@
-"""Parameters of a model: their estimates, and what its misfit leaves open of them."""
+"""Parameter estimates of a model, and which of them its misfit leaves undetermined."""
 
 import dataclasses
 
@@ -13,12 +13,12 @@ from jaxink.sample import ParameterTable, Sample
 
 
 def estimates_of(stage: Stage) -> dict[str, Estimate]:
-    """Free parameters of a stage with their standard errors by noise."""
+    """Free parameters of a stage with their standard errors from noise."""
     return estimates(stage.bench, stage.solution)
 
 
 def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
-    """How far the smooth part of the misfit, unless it is noise, may have shifted each parameter."""
+    """Standard deviation of the bias of each parameter due to the smooth part of the misfit."""
     if smooth.p_value > stage.setup.options.level:
         return {name: 0.0 for name in stage.free}
     shifts = misfit_deviation(smooth, stage.jacobian, points, at_bound=stage.at_bound)
@@ -26,7 +26,7 @@ def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str,
 
 
 def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tuple[str, ...]:
-    """Parameters on a bound, or that the misfit may have shifted so far as to one."""
+    """Parameters at a bound, or that misfit and noise may have moved to a bound."""
     names, coverage = [], stage.setup.policy.coverage_errors
     for name, (value, error) in estimates_of(stage).items():
         term, misfit = stage.bench.terms[name], shifts[name]
@@ -37,7 +37,7 @@ def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tu
 
 
 def refined_sample(stage: Stage) -> Sample:
-    """The declared sample with what was found of the sample itself; instrument effects stay out."""
+    """The declared sample with the effects found, except those of the instrument."""
     sample = extend(stage.setup.sample, stage.accepted)
     table = [
         dataclasses.replace(p, value=stage.solution.values.get(p.name, p.value)) if p.tie is None else p

@@ -1,4 +1,4 @@
-"""Entries of ``report.json``; see docs/diagnosis.md for their meaning."""
+"""Entries of ``report.json``; docs/diagnosis.md describes them."""
 
 import dataclasses
 from typing import Any
@@ -18,8 +18,8 @@ def step_row(step: Step) -> dict[str, Any]:
     return {
         "effect": step.effect,
         "class": list(step.members),
-        "predicted_drop": step.predicted_drop,
-        "actual_drop": step.actual_drop,
+        "predicted_delta_chi_square": step.predicted_delta_chi_square,
+        "actual_delta_chi_square": step.actual_delta_chi_square,
         "held_out_gain": step.held_out_gain.mean,
         "held_out_gain_standard_error": step.held_out_gain.standard_error,
         "strength": step.strength,
@@ -48,7 +48,7 @@ def parameter_row(
 
 
 def scan_rows(data: GonioData, before: Summary, after: Summary) -> list[dict[str, Any]]:
-    """Misfit scan by scan."""
+    """Misfit of each scan."""
     used = data.used
     measured, index = data.bsdf_per_sr[used], data.scan_index[used]
     rows = []
@@ -67,17 +67,17 @@ def scan_rows(data: GonioData, before: Summary, after: Summary) -> list[dict[str
 
 
 def figures_row(summary: Summary) -> dict[str, Any]:
-    """Figures of merit, of held-out points as well."""
+    """Figures of merit, including those of held-out points."""
     return dataclasses.asdict(summary.fitted) | {"held_out": dataclasses.asdict(summary.held_out)}
 
 
 def candidate_row(row: CandidateRow) -> dict[str, Any]:
-    """A candidate; its members are its class."""
+    """A candidate; `members` is called ``class``."""
     return {"class" if key == "members" else key: value for key, value in dataclasses.asdict(row).items()}
 
 
 def structure_row(structure: StructureResult) -> dict[str, Any]:
-    """Tests of what is left."""
+    """Tests for structure in a residual."""
     return {
         "p_value": structure.p_value,
         "leading": structure.leading,

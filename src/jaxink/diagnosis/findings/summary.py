@@ -1,4 +1,4 @@
-"""Figures of merit of a model, on the points of its fit and on points that it did not see."""
+"""Figures of merit of a model, for the fitted points and for held-out points."""
 
 import dataclasses
 
@@ -13,19 +13,19 @@ from jaxink.measurement import GonioData
 
 @dataclasses.dataclass(frozen=True)
 class Figures:
-    """Figures of merit of one set of predictions.
+    """Figures of merit of a prediction.
 
     Parameters
     ----------
     rmsd_absolute
         Root mean square of pi (measured - predicted).
     rmsd_relative
-        Root mean square of the difference over the mean of both; None where a value is not positive.
+        Root mean square of the difference divided by the mean of both; None if a value is not positive.
     relative_rms
         Root mean square of predicted / measured - 1.
     chi_square, degrees_of_freedom, reduced_chi_square, probability
-        Under the stated noise, residuals weighted as in the fits; of points held out, the number of points
-        stands for the degrees of freedom.
+        Under the stated noise, weighted as in the fits. For held-out points the degrees of freedom are the
+        number of points.
     """
 
     rmsd_absolute: float
@@ -39,16 +39,16 @@ class Figures:
 
 @dataclasses.dataclass(frozen=True)
 class Summary:
-    """How well a model meets the measurement, and points that its fit did not see.
+    """How well a model fits the measurement and predicts held-out points.
 
     Parameters
     ----------
     fitted, held_out
-        Of the fit of all points, and of fits without each scan in turn.
+        For the fit of all points, and for fits that leave out each scan in turn.
     predicted_per_sr, whitened
-        Of the fit of all points.
+        From the fit of all points.
     held_out_per_sr
-        Each point by the fit that did not see it.
+        Prediction of each point by the fit that left it out.
     """
 
     fitted: Figures
@@ -59,7 +59,7 @@ class Summary:
 
 
 def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
-    """Figures of merit of a stage, and of its predictions of held-out points."""
+    """Figures of merit of a stage, including its predictions of held-out points."""
     measured, folds = cross_validation.observations.measured_per_sr, cross_validation.folds
     held_out, data, n = cross_validation.predictions(stage), stage.setup.data, len(measured)
     predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]

@@ -1,4 +1,4 @@
-"""A model that a diagnosis found, on another measurement: fitted anew, or as it stands."""
+"""The final model of a diagnosis applied to another measurement, refitted or unchanged."""
 
 import dataclasses
 
@@ -16,16 +16,16 @@ from jaxink.numerics.precision import computing
 
 @dataclasses.dataclass(frozen=True)
 class Transfer:
-    """A model on a measurement that it was not found on.
+    """A model applied to a measurement other than the one it was found on.
 
     Parameters
     ----------
     data
-        The measurement, points that are not used being masked.
+        The measurement; points that are not used are masked.
     values
         Of all parameters.
     standard_errors
-        Of those fitted anew; None where a bound holds one.
+        Of the refitted parameters; None for those at a bound.
     predicted_per_sr, whitened
         At the used points; `whitened` in units of the noise, without the weights of the sample file.
     """
@@ -38,21 +38,21 @@ class Transfer:
 
 
 def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transfer:
-    """Predict a measurement by the model that a diagnosis ended with.
+    """Predict a measurement with the final model of a diagnosis.
 
     Parameters
     ----------
     diagnosis
         Of another measurement of the same kind of sample.
     data
-        At wavelengths of its own; the sample must not have parameters for single wavelengths.
+        May have other wavelengths, unless the sample has parameters given by wavelength.
     is_refitted
-        Whether all free parameters are fitted anew, or stay as they were found.
+        Whether to refit all free parameters or to keep their values.
 
     Raises
     ------
     InputRefusedError
-        The sample cannot have the wavelengths of the data, or the noise is not known.
+        The sample is not defined at the wavelengths of the data, or the noise is unknown.
     """
     wavelengths = tuple(np.unique(data.wavelength_nm).tolist())
     sample = dataclasses.replace(diagnosis.result.sample, wavelengths_nm=wavelengths)
@@ -61,7 +61,7 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
     terms = tuple(t.name for e in diagnosis.effects for t in e.terms)
     found = diagnosis.parameters_after
     with computing():
-        scene = Scene.of(*(column[used] for column in data.directions), data.row[used])
+        scene = Scene.of(*data.used_directions, time=data.row[used])
         config = diagnosis.result.config
         n_slots = max(len(found), 1)
         bench = Workbench(

@@ -1,11 +1,11 @@
-"""The verdict: what is the case, in a code and in words."""
+"""The verdict: a code and a sentence."""
 
 import dataclasses
 import enum
 
 
 class VerdictCode(enum.StrEnum):
-    """What a diagnosis can end with; the value stands in ``report.json``."""
+    """Possible results of a diagnosis; the value appears in ``report.json``."""
 
     meaning: str
 
@@ -21,7 +21,7 @@ class VerdictCode(enum.StrEnum):
     UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
 
     def __new__(cls, code: str, meaning: str):
-        """A code, with its meaning beside it."""
+        """A code with its meaning."""
         member = str.__new__(cls, code)
         member._value_ = code
         member.meaning = meaning
@@ -29,28 +29,18 @@ class VerdictCode(enum.StrEnum):
 
     @property
     def structure_remains(self) -> bool:
-        """Whether the model that was ended with misses the data."""
+        """Whether the final model does not fit the data."""
         return self in (VerdictCode.PARTLY_EXPLAINED, VerdictCode.UNEXPLAINED_STRUCTURE)
 
     @property
     def is_met(self) -> bool:
-        """Whether the model that was ended with leaves nothing to look for."""
+        """Whether the final model fits the data."""
         return not self.structure_remains and self is not VerdictCode.NOT_TESTABLE
 
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """What is the case.
-
-    Parameters
-    ----------
-    code
-        What kind of case.
-    effects
-        Names, best first.
-    sentence
-        In words.
-    """
+    """The result of a diagnosis: its code, the names of effects (best first), and a sentence."""
 
     code: VerdictCode
     effects: tuple[str, ...]

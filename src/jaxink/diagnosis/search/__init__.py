@@ -1,1 +1,1 @@
-"""The search: stages of a model, screens of what it may lack, and refits."""
+"""The search: models with the effects found so far, screens for further effects, and refits."""

@@ -1,4 +1,4 @@
-"""Candidates fitted with all other parameters of a stage, and how strong they must be to be seen so."""
+"""Refits of candidates with all other parameters of a stage, and detection limits verified by refits."""
 
 import dataclasses
 import logging
@@ -16,7 +16,7 @@ _LOG = logging.getLogger("jaxink")
 
 
 class _Start(NamedTuple):
-    """Where a refit may begin: values of the other parameters, a direction of the effect, and its step."""
+    """Start of a refit: other parameters, setting and step of the effect, and the promised decrease."""
 
     promise: float
     origin: dict[str, float]
@@ -25,18 +25,20 @@ class _Start(NamedTuple):
 
 
 def best_refit(stage: Stage, directions: list[Direction]) -> Refit:
-    """Refit of the form of an effect that fits best, its number of terms being paid for."""
+    """Refit of the form of an effect that fits best, after a penalty for its number of terms."""
     name = directions[0].effect.name
     found = [refit(stage, form, directions) for form in stage.listed.forms if form.name == name]
     return max(found, key=lambda r: r.penalised(len(stage.residual)))
 
 
 def polished(stage: Stage, begun: Refit) -> Refit:
-    """The refit, followed to its minimum."""
+    """The refit, continued to convergence."""
     if begun.solution.search.outcome.converged:
         return begun
     found = begun.bench.fit(begun.solution.values, begun.solution.free)
-    done = dataclasses.replace(begun, solution=found, drop=stage.solution.chi_square - found.chi_square)
+    done = dataclasses.replace(
+        begun, solution=found, delta_chi_square=stage.solution.chi_square - found.chi_square
+    )
     stage.refits[begun.effect] = done
     return done
 
@@ -55,27 +57,27 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
         if np.isfinite(found.chi_square) and (best is None or found.chi_square < best.chi_square):
             best = found
     if best is None or best.chi_square > stage.solution.chi_square:
-        # From where the effect is absent nothing gets worse.
+        # Starting with the effect absent cannot make the fit worse.
         absent = neutral | stage.solution.values
-        # A face that is hardly rough has peaks too narrow to be resolved: it is not the smooth one.
+        # A slightly rough face has peaks too narrow to be resolved, so it differs from the smooth one.
         if best is None or _is_same(stage, bench.predict(absent)):
             here = bench.fit(absent, free, max_jacobians=stage.setup.policy.refit_jacobians)
             best = here if best is None or here.chi_square < best.chi_square else best
     done = Refit(effect, best, bench, stage.solution.chi_square - best.chi_square)
-    _LOG.debug("%s: chi-square falls by %.6g", effect.name, done.drop)
+    _LOG.debug("%s: chi-square decreases by %.6g", effect.name, done.delta_chi_square)
     stage.refits[effect] = done
     return done
 
 
 def _starts(stage: Stage, effect: Effect, directions: list[Direction]) -> list[_Start]:
-    """Where a refit begins: the solution, and where that is far off, the start of the declared sample."""
+    """Starts at the solution and, if that is far off, also at the declared sample."""
     found = []
     for direction in (d for d in directions if d.effect == effect or not effect.is_screened):
         z, norm = stage.score(direction)
         if not norm > 0:
             continue
         step = float(np.clip(z / norm, -direction.largest, direction.largest))
-        promise = direction.reachable_drop(z, norm)
+        promise = direction.reachable_delta_chi_square(z, norm)
         found.append(_Start(promise, stage.solution.values, direction.setting, step))
     found.sort(key=lambda start: -start.promise)
     chosen = found[: stage.setup.policy.refit_starts]
@@ -92,9 +94,9 @@ def _is_same(stage: Stage, predicted) -> bool:
 
 
 def limit_by_refits(stage: Stage, direction: Direction, limit: float, critical_z: float) -> float:
-    """Strength from which on refits of the model leave what a screen calls; the largest where none does.
+    """Smallest strength of which a refit without the effect leaves a detectable misfit, or the largest.
 
-    The limit of a screen is linear: it does not know how far the free parameters can follow an effect.
+    The limit of a screen is linear and does not know how far the free parameters can mimic an effect.
 
     Parameters
     ----------
@@ -105,12 +107,12 @@ def limit_by_refits(stage: Stage, direction: Direction, limit: float, critical_z
     limit
         Detection limit of the screen, in units of the direction's column.
     critical_z
-        Score that is called.
+        Score at which the effect is detected.
 
     Returns
     -------
     float
-        In units of the column; at least the given limit, unless its range ends before.
+        In units of the column; at least the given limit, unless the range of the effect ends earlier.
     """
     effect, name = direction.effect, direction.effect.strength.name
     if isinstance(effect, AreaWithOtherValues) or not (effect.scales or name not in direction.setting):
@@ -122,13 +124,13 @@ def limit_by_refits(stage: Stage, direction: Direction, limit: float, critical_z
     def left_at(step):
         there = terms | stage.solution.values | direction.setting | {name: effect.neutral + step * unit}
         truth = bench.predict(there)
-        # To the end: what a search has not yet followed is not left.
+        # Fitted to convergence, or part of the misfit would be unfinished fitting.
         return stage.bench.fit(stage.solution.values, stage.free, measured=truth).chi_square
 
     multiples = stage.setup.policy.limit_multiples
     steps = sorted({min(factor * limit, direction.largest) for factor in multiples}, reverse=True)
     middle = steps[len(steps) // 2]
-    # A linear limit leaves the square of the multiple; half of that is near enough.
+    # A linear limit leaves the square of the multiple; half of that is close enough.
     if left_at(middle) >= (critical_z * middle / limit) ** 2 / 2:
         return limit
     seen = direction.largest

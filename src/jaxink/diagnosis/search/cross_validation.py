@@ -1,4 +1,4 @@
-"""Fits of a model without each fold of points, and what they predict there."""
+"""Fits of a model without each fold of points, and their predictions of that fold."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -22,23 +22,10 @@ from jaxink.numerics.progress import Progress
 
 
 class CrossValidation:
-    """Predictions of points that a fit did not see, each model's made once.
+    """Predictions of held-out points, made once for each model.
 
-    Parameters
-    ----------
-    setup
-        The measurement.
-    points
-        Where its points lie.
-    follow
-        Called where fits are made: with what, the number of folds, and chi-square of all points.
-
-    Attributes
-    ----------
-    observations
-        The measurement with its noise.
-    folds
-        True where a fold leaves a point out.
+    `folds` is True for the points that a fold holds out; `follow` is called with the task, the number of
+    folds and chi-square.
     """
 
     def __init__(self, setup: Setup, points: Points, follow: Progress):
@@ -55,11 +42,11 @@ class CrossValidation:
         self._predictions: dict[tuple[Effect, ...], np.ndarray] = {}
 
     def predictions(self, stage: Stage) -> Float[np.ndarray, "folds points"]:
-        """Of a stage's model, 1/sr."""
+        """Predictions of a stage's model, 1/sr."""
         return self._made(stage.accepted, stage.bench, stage.solution)
 
     def gain(self, stage: Stage, refit: Refit) -> HeldOutGain:
-        """Gain in the log density of held-out points by an effect that a stage lacks."""
+        """Gain in log density of held-out points from adding an effect to a stage."""
         before = self.predictions(stage)
         after = self._made((*stage.accepted, refit.effect), refit.bench, refit.solution)
         return held_out_gain(self.observations, self.folds, before, after)
@@ -73,7 +60,7 @@ class CrossValidation:
 
 
 def _folds(points: Points, policy: SearchPolicy) -> Bool[np.ndarray, "folds points"]:
-    """Whole scans; blocks within them where there are too few."""
+    """Whole scans, or blocks within them if there are too few scans."""
     if points.n_scans >= policy.fewest_scans:
         return scan_folds(points.scan)
     return block_folds(points, policy.held_out_blocks)

@@ -1,4 +1,4 @@
-"""Ways in which an effect may be present: the columns of a screen."""
+"""Directions of effects: the columns of a screen."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ from jaxtyping import Float
 from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Effect
 
-# Changes of all points together, in units of the noise, that rounding makes.
+# Norm of a change, in units of the noise, below which it is rounding.
 _ROUNDING = 1e-6
 
 
@@ -21,11 +21,11 @@ class Direction:
     effect
         The form.
     setting
-        Values of its parameters there.
+        Values of its parameters.
     column
-        Whitened change of the prediction by a strength of one.
+        Whitened change of the prediction for a strength of one.
     largest
-        Largest strength in the unit of the column.
+        Largest strength in units of the column.
     """
 
     effect: Effect
@@ -41,18 +41,18 @@ class Direction:
 
     @property
     def unit(self) -> str:
-        """What strengths of a screen are told in: the effect's own unit, or a share of the area."""
+        """Unit of strengths in a screen: that of the effect, or ``share`` for a share of the area."""
         is_share = self.effect.strength.name in self.setting and not self.effect.scales
         return "share" if is_share else self.effect.strength.unit
 
     def without_rounding(self) -> "Direction":
-        """The direction, of no length where all that the effect can change is rounding."""
+        """The direction; a zero column if the effect changes nothing but rounding."""
         if np.linalg.norm(self.column) * self.largest <= _ROUNDING:
             return dataclasses.replace(self, column=np.zeros_like(self.column))
         return self
 
-    def reachable_drop(self, z: float, norm: float) -> float:
-        """Fall of chi-square by a strength within its range, in the linear approximation."""
+    def reachable_delta_chi_square(self, z: float, norm: float) -> float:
+        """Largest decrease in chi-square for a strength within its range, in the linear approximation."""
         if z <= 0 and self.effect.sign == 1:
             return 0.0
         step = min(abs(z) / norm, self.largest) * norm
@@ -62,9 +62,9 @@ class Direction:
 def tangents(
     bench: Workbench, solution: Solution, free: tuple[str, ...], effects: list[Effect]
 ) -> list[Direction]:
-    """Columns of effects that share a program, at all their settings, by its Jacobian at strength 0."""
+    """Columns of effects that share a program, at all their settings: derivatives at strength 0."""
     found = []
-    # Settings of one rank at a time: effects do not touch each other while their strengths are zero.
+    # One setting of each effect at a time: effects do not interact while their strengths are zero.
     for rank in range(max((len(e.settings) for e in effects), default=0)):
         here = [e for e in effects if rank < len(e.settings)]
         values = dict(solution.values)
@@ -80,7 +80,7 @@ def tangents(
 
 
 def secants(bench: Workbench, own: Workbench, solution: Solution, effect: Effect) -> list[Direction]:
-    """What the settings of an effect change, predicted by its `own` workbench."""
+    """Differences that the settings of an effect make, predicted by its `own` workbench."""
     found = []
     for setting in effect.settings:
         values = solution.values | setting

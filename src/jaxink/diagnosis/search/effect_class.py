@@ -1,4 +1,4 @@
-"""Which effects the data do not tell from one that was found, all others being there."""
+"""Which effects the data cannot distinguish from one that was found, in the presence of all others."""
 
 import dataclasses
 
@@ -9,7 +9,7 @@ from jaxink.diagnosis.search.step import Step
 
 
 def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
-    """A step with the class that it has beside all other effects, instead of without the later ones."""
+    """A step with its class determined again in the presence of all other effects."""
     policy = last.setup.policy
     others = tuple(e for e in last.accepted if e != step.form)
     terms = tuple(term.name for term in step.form.terms)
@@ -17,8 +17,8 @@ def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
     without = Stage(last.setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
     directions = without.directions(with_own=False)
     order = sorted(directions, key=lambda name: -without.promise(directions[name]))
-    drop = without.solution.chi_square - last.solution.chi_square
-    own = Refit(step.form, last.solution, last.bench, drop)
+    delta_chi_square = without.solution.chi_square - last.solution.chi_square
+    own = Refit(step.form, last.solution, last.bench, delta_chi_square)
     rivals = [
         polished(without, best_refit(without, directions[name]))
         for name in order[: policy.most_rivals]
@@ -27,7 +27,8 @@ def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
     close = [
         r
         for r in rivals
-        if r.is_like(own, n_points, policy.told_apart) or r.penalised(n_points) > own.penalised(n_points)
+        if r.is_like(own, n_points, policy.class_delta_chi_square)
+        or r.penalised(n_points) > own.penalised(n_points)
     ]
     close.sort(key=lambda r: -r.penalised(n_points))
     return dataclasses.replace(

@@ -1,4 +1,4 @@
-"""Which effect a stage is given next: refits of its candidates, and the tests that the best must stand."""
+"""Choice of the next effect: refits of the candidates of a stage, and the acceptance tests."""
 
 import dataclasses
 
@@ -18,19 +18,7 @@ from jaxink.numerics.progress import Progress
 
 @dataclasses.dataclass(frozen=True)
 class ForwardSelection:
-    """Choice of the next effect.
-
-    Parameters
-    ----------
-    options
-        Of the diagnosis.
-    n_points
-        Of the measurement.
-    cross_validation
-        On its held-out points.
-    follow
-        Called with what is done, its number and chi-square.
-    """
+    """Choice of the next effect; `follow` is called with the task, its number and chi-square."""
 
     options: DiagnosisOptions
     n_points: int
@@ -38,14 +26,10 @@ class ForwardSelection:
     follow: Progress
 
     def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
-        """The first class of candidates that stands all tests; None where none does.
+        """The first class of candidates that passes all tests, or None; `screening` collects the refits.
 
-        Parameters
-        ----------
-        screening
-            The stage; gets the refits.
-        with_pairs
-            Whether there is room for a second effect, so that what one leads to counts.
+        `with_pairs`: there is room for a second effect, so candidates are also judged together with a second
+        one.
         """
         left_out = self._refit_candidates(screening)
         reach = self._foresight(screening) if with_pairs else {}
@@ -57,24 +41,24 @@ class ForwardSelection:
         return self._accepted(screening, reach)
 
     def _refit_candidates(self, screening: Screening) -> list[str]:
-        """Refit the significant candidates; the names of those that were left out.
+        """Refit the significant candidates; return the names of those that were left out.
 
-        All that share the program are fitted, of those with one of their own the ones that lead.
+        All that share the program are fitted, but only the leading ones of those with a program of their own.
         """
         stage, directions, policy = screening.stage, screening.directions, self.options.policy
-        # Far from a minimum of the true model a score may even have the wrong sign: all are tried then.
-        called = [
+        # Far from a minimum of the true model even the sign of a score may be wrong, so all are tried.
+        significant = [
             c.name
             for c in screening.result.candidates
             if c.p_adjusted <= self.options.level or (stage.is_far and c.status != Testability.NOT)
         ]
-        called = [name for name in called if self._has_room(stage, directions[name])]
-        promise = {name: stage.promise(directions[name]) for name in called}
+        significant = [name for name in significant if self._has_room(stage, directions[name])]
+        promise = {name: stage.promise(directions[name]) for name in significant}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
         for name in (n for n in promise if n not in own):
             self._refit(screening, name)
         self._polish(screening)
-        drops = [r.drop for r in screening.refits.values()]
+        drops = [r.delta_chi_square for r in screening.refits.values()]
         likely = max(drops + list(promise.values()), default=0.0)
         is_lost = stage.is_far and not self._is_enough(screening, {})
         share = policy.own_program_share_far if is_lost else policy.own_program_share
@@ -87,7 +71,7 @@ class ForwardSelection:
         return [name for name in own if name not in screening.refits]
 
     def _has_room(self, stage: Stage, directions: list[Direction]) -> bool:
-        """Whether the terms of an effect may be free besides the rest."""
+        """Whether the number of free parameters allows for the terms of an effect."""
         most = self.options.max_parameters
         return most is None or len(stage.free) + len(directions[0].effect.terms) <= most
 
@@ -97,23 +81,23 @@ class ForwardSelection:
         self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
 
     def _polish(self, screening: Screening) -> None:
-        """Go on with the leading refits to their minima."""
+        """Continue the leading refits to convergence."""
         refits, policy = screening.refits, self.options.policy
         leading = sorted(refits, key=lambda name: -refits[name].penalised(self.n_points))
         for name in leading[: policy.most_polished]:
-            if refits[name].drop >= policy.polish_share * refits[leading[0]].drop:
+            if refits[name].delta_chi_square >= policy.polish_share * refits[leading[0]].delta_chi_square:
                 refits[name] = polished(screening.stage, refits[name])
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
-        """Whether an effect, or a pair of them, leaves little; or there was little to leave."""
+        """Whether one effect, or a pair, leaves little misfit, or there was little to begin with."""
         ends = [r.solution.chi_square for r in screening.refits.values()]
         least = min(ends + list(reach.values()), default=np.inf)
         return least < self.options.policy.enough_reduced_chi_square * self.n_points
 
     def _foresight(self, screening: Screening) -> dict[str, float]:
-        """Chi-square, terms paid for, that a second effect reaches after each leading one.
+        """Chi-square, penalised for terms, that a second effect reaches after each leading one.
 
-        Empty where one alone is enough. Effects with a program of their own are not followed up.
+        Empty if one effect suffices. Effects with a program of their own are not followed up.
         """
         n, policy = self.n_points, self.options.policy
         ranked = sorted(screening.refits.values(), key=lambda r: -r.penalised(n))
@@ -136,10 +120,10 @@ class ForwardSelection:
         return reach
 
     def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
-        """The first class of refits that stands all tests.
+        """The first class of refits that passes all tests.
 
-        Of two effects together, the best single one is often a third that imitates both: where one alone is
-        not enough, those lead from which a second one leads furthest.
+        If two effects are present, the best single one is often a third that mimics both. Unless one effect
+        suffices, candidates are therefore ranked by what they reach together with a second one.
         """
         n, policy = self.n_points, self.options.policy
 
@@ -154,10 +138,12 @@ class ForwardSelection:
             if not others or others[0].penalised(n) <= 0:
                 return None
             best = others[0]
-            members = tuple(r.effect.name for r in others if r.is_like(best, n, policy.told_apart))
+            members = tuple(
+                r.effect.name for r in others if r.is_like(best, n, policy.class_delta_chi_square)
+            )
             tried |= set(members)
             error = best.estimates()[best.effect.strength.name].standard_error
-            # A strength that its range stops has no error, and is clear.
+            # A strength at a bound of its range has no error, and counts as significant.
             is_clear = error is None or abs(best.strength) > policy.clear_errors * error
             gain = self.cross_validation.gain(screening.stage, best)
             if is_clear and gain.improves:
@@ -171,8 +157,8 @@ def _step(screening: Screening, best: Refit, members: tuple[str, ...], gain: Hel
         effect=effect.name,
         form=effect,
         members=members,
-        predicted_drop=screening.result[effect.name].predicted_drop,
-        actual_drop=best.drop,
+        predicted_delta_chi_square=screening.result[effect.name].predicted_delta_chi_square,
+        actual_delta_chi_square=best.delta_chi_square,
         held_out_gain=gain,
         strength=best.strength,
         standard_error=found[effect.strength.name].standard_error,

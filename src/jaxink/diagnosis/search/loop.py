@@ -1,4 +1,4 @@
-"""The search for effects: screen, refit, accept, and again with the enlarged model."""
+"""The search for effects: screen, refit, accept, and repeat with the enlarged model."""
 
 import dataclasses
 import logging
@@ -21,14 +21,14 @@ from jaxink.measurement import noise_of
 from jaxink.model.forward import ForwardModel
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 
 
 @dataclasses.dataclass(frozen=True)
 class SearchResult:
-    """What a search found.
+    """Result of a search.
 
     Parameters
     ----------
@@ -37,15 +37,15 @@ class SearchResult:
     fit
         Of the declared model.
     setup, points, cross_validation
-        The measurement, where its points lie, and predictions of those held out.
+        The measurement, the settings of its points, and predictions of held-out points.
     first, last
-        The declared model, and the one with all effects.
+        The declared model, and the model with all effects.
     steps
         Effects that were added and kept, in order.
     screenings
-        Every screen, the first of the declared model.
+        All screens, that of the declared model first.
     structure_before, structure_after
-        Whether anything is left of the residual of the first and of the last.
+        Tests for structure in the residuals of the first and of the last model.
     """
 
     options: DiagnosisOptions
@@ -71,19 +71,7 @@ class _Accepted(NamedTuple):
 def search_effects(
     fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress
 ) -> SearchResult:
-    """Look for the effects that a fitted model lacks.
-
-    Parameters
-    ----------
-    fit
-        Of the declared model.
-    sample
-        As declared.
-    options
-        Choices.
-    follow
-        Called with what is done, the step and chi-square.
-    """
+    """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square."""
     setup, points = _setup(fit, sample, options), Points.of(fit.data)
     cross_validation = CrossValidation(setup, points, follow)
     selection = ForwardSelection(options, len(points), cross_validation, follow)
@@ -91,7 +79,7 @@ def search_effects(
     structure_before = _structure(first, points)
     steps: list[Step] = []
     screenings: list[Screening] = []
-    # Effects that make each other needless must not take turns for ever.
+    # Effects that make each other unnecessary must not alternate forever.
     for _ in range(2 * options.max_effects + 1):
         follow("screen", len(steps) + 1, stage.solution.chi_square)
         if steps and _is_quiet(_structure(stage, points), options.level):
@@ -131,7 +119,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         data,
         noise_of(data, sample.noise),
         _sizes(fit, sample, options),
-        Scene.of(*(column[used] for column in data.directions), data.row[used]),
+        Scene.of(*data.used_directions, time=data.row[used]),
         options.catalogue,
         options.screen,
         options.fit.accuracy,
@@ -140,13 +128,16 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
 
 
 def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:
-    """Sizes of the fit, or of its start where the fit is far off: it may have run into a narrow peak."""
+    """Resolution of the fit; of its start if the fit is far off, as it may have run into a narrow peak."""
     reduced, far = fit.merit.reduced_chi_square, options.policy.far_reduced_chi_square
     if options.fit.config is not None or reduced is None or reduced < far:
         return fit.config
-    used = fit.data.used
-    directions = (column[used] for column in fit.data.directions)
-    return ForwardModel(sample, *directions, None, options.fit.accuracy, options.fit.layer_method).config
+    return ForwardModel(
+        sample,
+        *fit.data.used_directions,
+        accuracy=options.fit.accuracy,
+        layer_method=options.fit.layer_method,
+    ).config
 
 
 def _structure(stage: Stage, points: Points) -> StructureResult:
@@ -161,12 +152,12 @@ def _structure(stage: Stage, points: Points) -> StructureResult:
 
 
 def _is_quiet(structure: StructureResult, level: float) -> bool:
-    """Whether an enlarged model leaves noise, in size and in order."""
+    """Whether the residual of an enlarged model is consistent with noise."""
     return min(structure.p_value, structure["chi_square"].p_value) >= level
 
 
 def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
-    """Effects found so far, without one that the last step made needless."""
+    """Effects found so far, without one that the last step made unnecessary."""
     refit = step.refit
     effects = (*stage.accepted, step.form)
     for effect in stage.accepted:
@@ -175,6 +166,6 @@ def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
         neutral = {effect.strength.name: effect.neutral}
         without = refit.bench.fit(refit.solution.values | neutral, free)
         if without.chi_square - refit.solution.chi_square < len(terms) * np.log(n_points):
-            _LOG.debug("%s is needed no more", effect.name)
+            _LOG.debug("%s is no longer needed", effect.name)
             return _Accepted(tuple(e for e in effects if e != effect), without.values)
     return _Accepted(effects, refit.solution.values)

@@ -1,4 +1,4 @@
-"""Choices of a diagnosis."""
+"""Options of a diagnosis."""
 
 import dataclasses
 
@@ -11,30 +11,30 @@ from jaxink.fitting import FitOptions
 
 @dataclasses.dataclass(frozen=True)
 class DiagnosisOptions:
-    """Choices of a diagnosis.
+    """Options of a diagnosis.
 
     Parameters
     ----------
     max_effects
-        Most effects that are added.
+        Largest number of effects added.
     max_parameters
-        Most parameters that are free at a time, those of the declared sample included; None for no limit.
+        Largest number of free parameters, including those of the declared sample; None for no limit.
     level
-        Chance that the screen calls any effect where there is none.
+        Probability that the screen detects any effect although none is present.
     n_bootstrap, seed
-        Null data sets of the screen, and their seed.
+        Number of null data sets of the screen, and their seed.
     fit
         Of the fit of the declared model.
     catalogue
-        Classes of effects that are looked for; `CATALOGUE` and any of your own.
+        Classes of effects that are considered: `CATALOGUE`, and your own.
     policy
         Thresholds of the search and of its verdict.
 
     Raises
     ------
     InputRefusedError
-        A number is outside its range, what stands in the catalogue is no class of effects, or two effects
-        have one name.
+        A number is out of range, an entry of the catalogue is not a class of effects, or two have the same
+        name.
     """
 
     max_effects: int = 3
@@ -52,19 +52,18 @@ class DiagnosisOptions:
             require_integer("max_parameters", self.max_parameters, 1)
         require_kind("fit", self.fit, FitOptions)
         require_kind("policy", self.policy, SearchPolicy)
-        # Refused before the fit, not after it.
-        _ = self.screen
+        _ = self.screen  # Rejected before the fit, not after it.
         for effect in self.catalogue:
             if not (isinstance(effect, type) and issubclass(effect, Effect)):
-                raise InputRefusedError(f"the catalogue takes classes of effects; it was given {effect!r}.")
+                raise InputRefusedError(f"catalogue has the entry {effect!r}; it takes classes of effects.")
         names = [effect.name for effect in self.catalogue]
         twice = {name for name in names if names.count(name) > 1}
         if twice:
-            raise InputRefusedError(f"two effects of the catalogue are called '{min(twice)}'.")
+            raise InputRefusedError(f"catalogue has two effects named '{min(twice)}'; names must be unique.")
         if self.fit.objective != "chi_square" or self.fit.method != "gradient":
-            raise InputRefusedError("a diagnosis needs a gradient fit with the objective 'chi_square'.")
+            raise InputRefusedError("fit: a diagnosis requires method 'gradient' and objective 'chi_square'.")
 
     @property
     def screen(self) -> ScreenOptions:
-        """What of it the screen is given."""
+        """Options of the screen."""
         return ScreenOptions(self.n_bootstrap, self.level, self.seed)

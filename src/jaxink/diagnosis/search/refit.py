@@ -11,7 +11,7 @@ from jaxink.fitting.uncertainty import covariance
 
 
 class Estimate(NamedTuple):
-    """Value of a parameter and its standard error; None where the data say nothing or a bound holds it."""
+    """Value of a parameter and its standard error; None if unconstrained by the data or at a bound."""
 
     value: float
     standard_error: float | None
@@ -26,37 +26,39 @@ class Refit:
     effect
         The form that fits best.
     solution
-        Where it ended.
+        Its fit.
     bench
-        The workbench that it was fitted on.
-    drop
-        Fall of chi-square.
+        The workbench of the fit.
+    delta_chi_square
+        Decrease in chi-square.
     """
 
     effect: Effect
     solution: Solution
     bench: Workbench
-    drop: float
+    delta_chi_square: float
 
     @property
     def strength(self) -> float:
-        """Strength: distance of the first term from the declared model."""
+        """Distance of the first term from the declared model."""
         return self.solution.values[self.effect.strength.name] - self.effect.neutral
 
     def penalised(self, n_points: int) -> float:
-        """Fall of chi-square less what its number of terms costs (Schwarz 1978)."""
-        return self.drop - len(self.effect.terms) * np.log(n_points)
+        """Decrease in chi-square minus the penalty for the number of terms (Schwarz 1978)."""
+        return self.delta_chi_square - len(self.effect.terms) * np.log(n_points)
 
-    def is_like(self, other: "Refit", n_points: int, told_apart: float) -> bool:
-        """Whether the data do not tell two candidates apart, their terms being paid for or not.
+    def is_like(self, other: "Refit", n_points: int, class_delta_chi_square: float) -> bool:
+        """Whether the data cannot distinguish two candidates, with or without the penalty for terms.
 
-        One of more terms that fits as well is not preferred, but neither is it refuted.
+        A candidate with more terms that fits equally well is not preferred, but not refuted either.
         """
         paid = self.penalised(n_points) - other.penalised(n_points)
-        return bool(min(abs(paid), abs(self.drop - other.drop)) < told_apart)
+        return bool(
+            min(abs(paid), abs(self.delta_chi_square - other.delta_chi_square)) < class_delta_chi_square
+        )
 
     def estimates(self) -> dict[str, Estimate]:
-        """Of its free parameters."""
+        """Estimates of its free parameters."""
         return estimates(self.bench, self.solution)
 
 
@@ -74,5 +76,5 @@ def estimates(bench: Workbench, solution: Solution) -> dict[str, Estimate]:
 
 
 def finite(error: float) -> float | None:
-    """A standard error as reports have it: None where the data say nothing or a bound holds the value."""
+    """A standard error as in reports: None if it is not finite."""
     return error if np.isfinite(error) else None

@@ -1,4 +1,4 @@
-"""What all stages of a search share: the sample, its measurement, the catalogue and the thresholds."""
+"""What all stages of a search share: sample, measurement, catalogue and thresholds."""
 
 import dataclasses
 
@@ -11,7 +11,7 @@ from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend, und
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 # Slots beyond those of the declared sample's free parameters, so that all stages share a program.
 _FURTHER_SLOTS = 6
@@ -19,20 +19,9 @@ _FURTHER_SLOTS = 6
 
 @dataclasses.dataclass(frozen=True)
 class Setup:
-    """What all stages share.
+    """What all stages share: sample, measurement and resolution, classes of effects, and thresholds.
 
-    Parameters
-    ----------
-    sample, data, noise, config, scene
-        The declared sample, its measurement, and the sizes of the discretisation.
-    catalogue
-        Classes of effects.
-    options
-        Of the screen.
-    accuracy
-        Of the discretisation.
-    policy
-        Thresholds.
+    `options` are those of the screen; `accuracy` is the largest relative error of the discretisation.
     """
 
     sample: Sample
@@ -52,16 +41,16 @@ class Setup:
         return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
 
     def listed(self, accepted: tuple[Effect, ...]) -> Listed:
-        """Effects that the sample may lack beside some."""
+        """Effects that the sample may lack in addition to those accepted."""
         names = {effect.name for effect in accepted}
         rest = tuple(c for c in self.catalogue if c.name not in names)
         relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
-        # What divides a layer acts last: for all others the layer is one.
+        # Effects that divide a layer act last: all others see it undivided.
         whole = extend(self.sample, undivided(accepted))
         return effects_for(Case(whole, self.scene, relative, self.accuracy), rest)
 
     def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:
-        """The workbench of all effects that need no program of their own."""
+        """The workbench of all effects that do not need a program of their own."""
         inside = tuple(e for e in listed.forms if not e.own_program)
         n_accepted = sum(len(e.terms) for e in accepted)
         most = max((len(e.terms) for e in inside), default=1)

@@ -19,30 +19,30 @@ from jaxink.diagnosis.statistics.screen import screen
 from jaxink.effects import AreaWithOtherValues, Effect, Listed
 from jaxink.numerics.precision import computing, release_programs
 
-# A parameter nearer than this many standard errors to its bound may sit on it.
+# A parameter closer than this many standard errors to a bound counts as being at the bound.
 _NEAR_BOUND = 1e-6
-# Programs that are compiled at a time.
+# Programs compiled at the same time.
 _COMPILING = 2
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 class Score(NamedTuple):
-    """Score and length of what the free parameters leave of a column."""
+    """Score of a column after projection off the free parameters, and the norm of the projected column."""
 
     z: float
     norm: float
 
 
 class _Fitted(NamedTuple):
-    """A fit, and programs that were made in the meantime."""
+    """A fit, and programs compiled in the meantime."""
 
     solution: Solution
     made: dict[str, Future]
 
 
 class Stage:
-    """The model with the effects that were found so far.
+    """The model with the effects found so far.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Stage:
     accepted
         Effects found so far.
     values
-        Where to start the fit.
+        Start of the fit.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Stage:
         The workbench of all effects that share its program; the free parameters, their fit, and its
         linearisation.
     refits
-        Refits that were made already, by the form of the effect.
+        Refits made so far, by the form of the effect.
     """
 
     def __init__(self, setup: Setup, accepted: tuple[Effect, ...], values: dict[str, float]):
@@ -74,7 +74,7 @@ class Stage:
 
     @cached_property
     def at_bound(self) -> Int[np.ndarray, " parameters"]:
-        """-1, 0 or 1 for each free parameter, as the screen asks."""
+        """-1, 0 or 1 for each free parameter, as in `prepare_screen`."""
         n = len(self.free)
         search = self.solution.search
         unit, triangle = search.unit[:n], search.triangle[:, :n]
@@ -84,7 +84,7 @@ class Stage:
 
     @cached_property
     def projection(self) -> Projection:
-        """Off what the free parameters imitate, those on a bound excepted."""
+        """Projection off the free parameters that are not at a bound."""
         return Projection(orthonormal_range(self.jacobian[:, self.at_bound == 0]))
 
     def own_bench(self, effect: Effect) -> Workbench:
@@ -96,19 +96,13 @@ class Stage:
         return self._own[effect.program]
 
     def release(self) -> None:
-        """Hold the compiled programs of a stage that is left no more."""
+        """Drop the compiled programs of a stage that is no longer needed."""
         for bench in (self.bench, *self._own.values()):
             bench.release()
         release_programs()
 
     def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
-        """Columns of all forms at all their settings, by name.
-
-        Parameters
-        ----------
-        with_own
-            False leaves out effects with a program of their own.
-        """
+        """Columns of all forms at all settings, by name; `with_own`: of those with an own program, too."""
         by_name: dict[str, list[Direction]] = {}
         inside = [e for e in self.listed.forms if not e.own_program]
         shared = tangents(self.bench, self.solution, self.free, inside)
@@ -120,18 +114,18 @@ class Stage:
         """Screened effects with programs of their own, by program."""
         own = [e for e in self.listed.forms if e.own_program and e.is_screened]
         programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
-        # Neighbours in the catalogue share tables: not at the same time, or one waits for the other.
+        # Neighbours in the catalogue share tables, so one would wait for the other.
         names = [*programs]
         return {name: programs[name] for name in [*names[::2], *names[1::2]]}
 
     def _fitted(self, values: dict[str, float]) -> _Fitted:
-        """The fit, and programs that the screen will need: they are made while its own is compiled."""
+        """The fit; meanwhile, programs that the screen will need are compiled."""
 
         def make(effects):
             with jax.enable_x64(True):
                 self.own_bench(effects[0]).predict(values)
 
-        # A later model may leave nothing to look for.
+        # After a later fit there may be nothing left to search for.
         programs = {} if self.accepted else self._programs()
         pool = ThreadPoolExecutor(1)
         made = {
@@ -175,28 +169,28 @@ class Stage:
         )
 
     def promise(self, directions: list[Direction]) -> float:
-        """Largest fall of chi-square that any way of being present promises, within its range."""
-        falls = [0.0]
+        """Largest predicted decrease in chi-square among the directions of an effect."""
+        decreases = [0.0]
         for direction in directions:
             z, norm = self.score(direction)
             if norm > 1e-9 * max(float(np.linalg.norm(direction.column)), 1e-300):
-                falls.append(direction.reachable_drop(z, norm))
-        return max(falls)
+                decreases.append(direction.reachable_delta_chi_square(z, norm))
+        return max(decreases)
 
     def score(self, direction: Direction) -> Score:
-        """Of what the free parameters leave of a column."""
+        """Score of a column after projection off the free parameters."""
         column = self.projection.remove(direction.column)
         norm = float(np.linalg.norm(column))
         return Score(float(column @ self.residual) / norm if norm > 0 else 0.0, norm)
 
     @property
     def is_far(self) -> bool:
-        """Whether the misfit is so large that the linear screen, made where the fit ended, says little."""
+        """Whether the misfit is so large that the linear screen is unreliable."""
         return self.solution.chi_square > self.setup.policy.far_reduced_chi_square * len(self.residual)
 
 
 def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-    """Work on items of different programs, two at a time: most of it is compiling."""
+    """Work on items of different programs, two at a time: most of the time is compilation."""
 
     def guarded(item: Item) -> Result:
         with computing():

@@ -1,4 +1,4 @@
-"""What a search goes through: screens with the refits that followed, and effects that were added."""
+"""Records of a search: screens with the subsequent refits, and effects that were added."""
 
 import dataclasses
 
@@ -12,19 +12,7 @@ from jaxink.effects import Effect
 
 @dataclasses.dataclass(frozen=True)
 class Screening:
-    """The screen of one stage, and what was refitted after it.
-
-    Parameters
-    ----------
-    stage
-        The model with the effects found so far.
-    directions
-        Ways of being present, by the name of the effect.
-    result
-        The screen.
-    refits
-        By the name of the effect; grows while the search goes on.
-    """
+    """The screen of one stage; directions and refits by effect, refits are filled during the search."""
 
     stage: Stage
     directions: dict[str, list[Direction]]
@@ -47,13 +35,13 @@ class Step:
     effect, form
         Its name and form.
     members
-        Its class: effects whose refits the data do not tell apart, the best first.
-    predicted_drop, actual_drop
-        Fall of chi-square by the screen and by the refit.
+        Its class: effects whose refits the data cannot distinguish, the best first.
+    predicted_delta_chi_square, actual_delta_chi_square
+        Decrease in chi-square according to the screen, and by the refit.
     held_out_gain
-        Gain in the log density of held-out points.
+        Gain in log density of held-out points.
     strength, standard_error, unit
-        Distance of its first term from the declared model; the error is None where a bound holds it.
+        Distance of its first term from the declared model; the error is None at a bound.
     terms, term_errors
         Values of all its terms and their standard errors.
     refit
@@ -63,8 +51,8 @@ class Step:
     effect: str
     form: Effect
     members: tuple[str, ...]
-    predicted_drop: float
-    actual_drop: float
+    predicted_delta_chi_square: float
+    actual_delta_chi_square: float
     held_out_gain: HeldOutGain
     strength: float
     standard_error: float | None

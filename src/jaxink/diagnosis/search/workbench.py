@@ -1,7 +1,7 @@
-"""One augmented model and one measurement: predictions, fits and derivatives, by one compiled program.
+"""One augmented model and one measurement: predictions, fits and derivatives from one compiled program.
 
-The numbers of a fit sit in slots; which parameter a slot stands for is data, not structure. A program that is
-compiled once thus fits any choice of parameters, and gives any column of the Jacobian.
+The free variables of a fit are slots; which parameter a slot stands for is data, not structure. One compiled
+program therefore fits any choice of parameters and computes any column of the Jacobian.
 """
 
 import dataclasses
@@ -20,22 +20,16 @@ from jaxink.fitting.outcome import Search
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.stack import SolverConfig
+from jaxink.solver.config import SolverConfig
 
 _UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
 
 
 class SlotObjective(Objective):
-    """An objective whose free variables stand for parameters that can be exchanged.
+    """An objective whose free variables stand for exchangeable parameters.
 
-    Parameters
-    ----------
-    constants
-        Values of all `names`.
-    position
-        Which of the names each slot stands for; beyond the last one: none.
-    names
-        Parameters that a slot may stand for.
+    Slot i stands for the name at `position[i]`, or for none beyond the last one; the other names have the
+    values of `constants`.
     """
 
     constants: Float[np.ndarray, " names"]
@@ -43,7 +37,7 @@ class SlotObjective(Objective):
     names: tuple[str, ...] = eqx.field(static=True)
 
     def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
-        """Values of all names: constants, but for the slots."""
+        """Values of all names: the constants, replaced by the slots."""
         physical = self.scale.to_physical(unit)
         whole = jnp.asarray(self.constants).at[self.position].set(physical, mode="drop")
         return {name: whole[i] for i, name in enumerate(self.names)}
@@ -51,16 +45,16 @@ class SlotObjective(Objective):
 
 @dataclasses.dataclass(frozen=True)
 class Solution:
-    """Where a fit ended.
+    """Result of a fit.
 
     Parameters
     ----------
     values
         Of all names of the workbench.
     free
-        Parameters that were fitted.
+        The fitted parameters.
     chi_square
-        With that of the priors.
+        Including the priors.
     predicted_per_sr
         At the used points.
     search
@@ -75,36 +69,34 @@ class Solution:
 
 
 class Linearisation(NamedTuple):
-    """Derivatives of the whitened prediction by parameters, rows of priors last, and the residual."""
+    """Derivatives of the whitened prediction by parameters (rows of priors last), and the residual."""
 
     jacobian: Float[np.ndarray, "rows parameters"]
     residual: Float[np.ndarray, " rows"]
 
 
 class _Slotted(NamedTuple):
-    """An objective whose slots stand for some parameters, and where these are."""
+    """An objective with its slots assigned, and their values."""
 
     objective: SlotObjective
     unit: Float[np.ndarray, " slots"]
 
 
 class Workbench:
-    """A sample with effects on one measurement; `objective` is what it minimises, no slot being taken.
+    """A sample with effects, and one measurement; `objective` is minimised, with no slot assigned.
 
     Parameters
     ----------
     sample
         As declared, without effects; the values of its table are the constants.
     effects
-        What is added to it.
-    data
-        The measurement.
-    noise
-        Its noise.
+        Added to the sample.
+    data, noise
+        The measurement and its noise.
     config
-        Sizes of the discretisation.
+        Resolution of the solver.
     n_slots
-        Most parameters that a fit may free.
+        Largest number of free parameters of a fit.
     """
 
     def __init__(
@@ -146,7 +138,7 @@ class Workbench:
 
     @property
     def measured(self) -> Float[np.ndarray, " points"]:
-        """What is to be met, 1/sr."""
+        """Measured BSDF at the used points, 1/sr."""
         return self.objective.measured
 
     def _with_slots(
@@ -169,21 +161,21 @@ class Workbench:
         return _Slotted(objective, np.clip(scale.to_unit(physical), 0.0, 1.0))
 
     def _search(self, objective: SlotObjective) -> GradientSearch:
-        """Search on an objective of this bench; the bench keeps its programs, others may be dropped."""
+        """Search on an objective of this bench, which holds on to its programs."""
         if self._engine is None:
             self._engine = GradientSearch(objective)
         return self._engine.on(objective)
 
     def release(self) -> None:
-        """Drop the compiled programs; they are made anew when they are asked for."""
+        """Drop the compiled programs; they are compiled again when needed."""
         self._engine = None
 
     def replace_measured(self, measured: Float[np.ndarray, " points"]) -> None:
-        """Take other measured values at the same points, of the same noise."""
+        """Take other measured values at the same points, with the same noise."""
         self.objective = dataclasses.replace(self.objective, measured=measured)
 
     def scale_of(self, free: tuple[str, ...]) -> UnitScale:
-        """How the ranges of some parameters are divided."""
+        """Map from the unit interval to the ranges of some parameters."""
         return UnitScale.of(tuple(self.terms[name] for name in free))
 
     def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
@@ -204,15 +196,15 @@ class Workbench:
         Parameters
         ----------
         values
-            Where to start.
+            Start.
         free
-            Which parameters; those of the declared sample first.
+            Parameters to fit; those of the declared sample first.
         left_out
-            Points that do not count.
+            Points to ignore.
         max_jacobians
             Limit of the search.
         measured
-            Values in the place of those measured.
+            Values to fit instead of the measured ones, 1/sr.
         """
         objective, unit = self._with_slots(values, free, left_out)
         if measured is not None:
@@ -225,9 +217,9 @@ class Workbench:
         return Solution(found, free, search.loss, search.predicted, search)
 
     def jacobian(self, values: dict[str, float], free: tuple[str, ...]) -> Linearisation:
-        """Derivatives by parameters, all others at given values."""
+        """Derivatives with respect to some parameters, all others at given values."""
         residual = None
-        # Priors belong to the first slots: every batch begins with the declared sample's parameters.
+        # Priors apply to the first slots, so every batch begins with the declared sample's parameters.
         fixed = self.base_free
         rest = [n for n in free if n not in fixed]
         room = self.n_slots - len(fixed)
@@ -248,12 +240,12 @@ class Workbench:
     def whiten(
         self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
     ) -> Float[np.ndarray, " rows"]:
-        """A change of the prediction as a fit counts it: in units of the noise, weighted, priors appended."""
+        """A change of the prediction in units of the noise, weighted, with zeros for the rows of priors."""
         rows = self.objective.weight * self.in_noise(predicted, change)
         return np.concatenate([rows, np.zeros(len(self.objective.prior_mean))])
 
     def in_noise(
         self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
     ) -> Float[np.ndarray, " points"]:
-        """A change of the prediction in units of the noise, whatever its weight."""
+        """A change of the prediction in units of the noise, unweighted."""
         return np.asarray(self.objective.in_noise(predicted, change))

@@ -1,1 +1,1 @@
-"""Statistics of residuals: they know neither the model nor its effects."""
+"""Statistics of residuals, independent of the model and its effects."""

@@ -1,4 +1,4 @@
-"""What enters a screen, and what comes out of it."""
+"""Input and output of a screen."""
 
 import enum
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError
 
 
 class Testability(enum.StrEnum):
-    """Whether data can decide on a candidate."""
+    """Whether the data can test for a candidate."""
 
     __test__ = False
 
@@ -22,18 +22,18 @@ class Testability(enum.StrEnum):
 
 @dataclass(frozen=True)
 class Candidate:
-    """A possible change of the model, by its effect on the whitened prediction while it is weak.
+    """A possible change of the model, given by its first-order effect on the whitened prediction.
 
     Parameters
     ----------
     name
         Its identifier.
     directions
-        Derivative by the strength at strength 0, one column for each value of an inner parameter that has
-        no effect at strength 0, such as the size of particles that are not there; shape ``(rows,)`` for
-        none. Rows as of the residual, those of priors included (0 there).
+        Derivative with respect to the strength at strength 0, one column for each value of an inner parameter
+        that has no effect at strength 0 (such as the radius of absent particles); or shape ``(rows,)``. Rows
+        as in the residual, including those of priors, which are 0.
     sign
-        +1 where the strength cannot be negative, -1 where it cannot be positive, 0 where it can be either.
+        +1 if the strength cannot be negative, -1 if it cannot be positive, 0 if it can be either.
     """
 
     name: str
@@ -56,46 +56,46 @@ class Candidate:
 
 @dataclass(frozen=True)
 class ScreenedCandidate:
-    """What the residual says of one candidate, without a refit.
+    """Result of the screen for one candidate, without a refit.
 
     Parameters
     ----------
     name
         Of the candidate.
     status
-        Hardly testable where the parameters imitate more of it than `SearchPolicy.hardly_absorbed` at every
-        inner value; not testable where they imitate all of it, or its direction is zero or not finite.
-    absorbed_fraction
-        Share of the squared direction that the parameters imitate.
+        Hardly testable if the degenerate fraction exceeds `SearchPolicy.largest_degenerate_fraction` at every
+        inner value; not testable if it is 1 everywhere, or the direction is zero or not finite.
+    degenerate_fraction
+        Share of the squared direction that is degenerate with the free parameters.
     standard_errors
-        Of the strength at each inner value; nan where not testable.
+        Of the strength at each inner value; nan if not testable.
     reason
         Why it is not testable, otherwise empty.
     inner
-        Index of the best inner value; -1 where it is not testable.
+        Index of the best inner value; -1 if not testable.
     z
-        Score in standard errors, positive where the residual looks like a positive strength.
+        Score in standard errors, positive if the residual resembles a positive strength.
     strength
-        One Gauss-Newton step from zero, not cut at zero.
-    predicted_drop
-        Of chi-square after a refit; 0 where the sign is not admissible.
+        One Gauss-Newton step from zero, not limited to admissible values.
+    predicted_delta_chi_square
+        Predicted decrease in chi-square by a refit; 0 if the sign is not admissible.
     p_raw
-        Of this candidate alone.
+        p-value of this candidate alone.
     p_adjusted
-        Chance that any candidate of the screen looks as significant where none is present.
+        Family-wise adjusted p: probability that any candidate looks as significant although none is present.
     critical_z
-        |z| from which the candidate is called, all candidates of the screen being accounted for.
+        |z| at which the candidate is detected, adjusted for the number of candidates.
     """
 
     name: str
     status: Testability
-    absorbed_fraction: float
+    degenerate_fraction: float
     standard_errors: Float[np.ndarray, " inner"]
     reason: str = ""
     inner: int = -1
     z: float = np.nan
     strength: float = np.nan
-    predicted_drop: float = 0.0
+    predicted_delta_chi_square: float = 0.0
     p_raw: float = np.nan
     p_adjusted: float = np.nan
     critical_z: float = np.nan
@@ -107,7 +107,7 @@ class ScreenedCandidate:
 
     @property
     def detection_limits(self) -> Float[np.ndarray, " inner"]:
-        """Strength that is called in half of the cases, at each inner value: critical_z standard errors."""
+        """Strength that is detected in half of the cases, at each inner value: critical_z standard errors."""
         return self.critical_z * self.standard_errors
 
     @property
@@ -118,22 +118,14 @@ class ScreenedCandidate:
 
 @dataclass(frozen=True)
 class ScreenResult:
-    """All candidates of a screen, in the order given.
-
-    Parameters
-    ----------
-    candidates
-        One record each.
-    options
-        As asked for.
-    """
+    """All candidates of a screen, in the order given."""
 
     candidates: tuple[ScreenedCandidate, ...]
     options: ScreenOptions
 
     def __getitem__(self, name: str) -> ScreenedCandidate:
-        """Record of a candidate; InputRefusedError where there is none of that name."""
+        """Record of a candidate; InputRefusedError if there is none of that name."""
         names = [candidate.name for candidate in self.candidates]
         if name not in names:
-            raise InputRefusedError(f"no candidate is called '{name}'; there are: {', '.join(names)}.")
+            raise InputRefusedError(f"there is no candidate '{name}'; there are: {', '.join(names)}.")
         return self.candidates[names.index(name)]

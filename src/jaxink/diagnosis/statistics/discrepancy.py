@@ -1,4 +1,4 @@
-"""The smooth part of a residual: a Gaussian process of the angles that the parameters cannot imitate."""
+"""The smooth part of a residual: a Gaussian process over the angles, orthogonal to the parameters."""
 
 from dataclasses import dataclass
 
@@ -10,37 +10,37 @@ from jaxink.diagnosis.statistics.projection import Projection
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 
-# Correlation lengths that are tried in the direction of view, and those assumed otherwise.
+# Correlation lengths tried in the direction of view; those in the other variables are fixed.
 _LENGTHS_DEG = (5.0, 12.0, 30.0)
 _INCIDENCE_DEG = 20.0
 _LN_WAVELENGTH = 0.2
-# Variances that are tried, in units of the noise.
+# Variances tried, in units of the noise.
 _VARIANCES = np.geomspace(1e-3, 1e7, 41)
-# A smooth kernel on some hundreds of directions has hardly more dimensions.
+# A smooth kernel on some hundreds of directions has hardly a larger rank.
 _MOST_RANK = 150
 _LEFT_OUT = 1e-3
 
 
 @dataclass(frozen=True)
 class SmoothPart:
-    """What a Gaussian process finds in a residual.
+    """The smooth part of a residual.
 
     Parameters
     ----------
     values
-        Its conditional mean at the points, in standard deviations of the noise.
+        Conditional mean of the process at the points, in standard deviations of the noise.
     noise_power
-        Mean square that noise alone would give each of them.
+        Mean square of each value for pure noise.
     share
-        Structured share of the residual's mean square: 1 - (|r - values|^2 / f) / (|r|^2 / n), where n counts
-        the points less the parameters, and f is n less what the smoothing takes out of noise. About 0 for
-        noise, where the plain ratio of the sums would not be.
+        Structured share of the residual's mean square: 1 - (|r - values|^2 / f) / (|r|^2 / n), where n is the
+        number of points minus parameters, and f is n minus the degrees of freedom of the smoothing. About 0
+        for noise, unlike the plain ratio of the sums.
     variance
-        Of the process, in units of the noise; 0 where none is the most likely.
+        Of the process, in units of the noise; 0 if that is most likely.
     length_deg
         Most likely correlation length in the direction of view.
     p_value
-        Chance of as high a likelihood where there is noise alone, by simulation.
+        Probability of at least this likelihood for pure noise, by simulation.
     """
 
     values: Float[np.ndarray, " points"]
@@ -61,8 +61,8 @@ def smooth_part(
 ) -> SmoothPart:
     """Fit a Gaussian process with kernel P K P, orthogonal to the parameters.
 
-    The two sides of the plate are independent of each other. Whether the variance is above 0 is a test at
-    the boundary, over several lengths, so noise is simulated.
+    The two sides of the plate are independent. The test of variance > 0 is at the boundary, and over several
+    lengths, so its null law is simulated.
 
     Parameters
     ----------
@@ -108,22 +108,18 @@ def misfit_deviation(
     *,
     at_bound: Int[np.ndarray, " parameters"] | None = None,
 ) -> Float[np.ndarray, " parameters"]:
-    """Standard deviation by which a model's misfit may have shifted its parameters.
+    """Standard deviation of the bias of each parameter due to the misfit of the model.
 
-    What the parameters cannot imitate of a misfit is seen; what they do imitate of it shifts them. Both are
-    taken for parts of one Gaussian process.
+    The part of a misfit that the parameters cannot reproduce is visible; the part that they can reproduce
+    biases them. Both are taken as parts of one Gaussian process. The result is nan for a parameter at a
+    bound.
 
     Parameters
     ----------
     smooth
-        The process that the residual shows.
+        The process found in the residual.
     jacobian, points, at_bound
         As of `find_structure`.
-
-    Returns
-    -------
-    Float[np.ndarray, " parameters"]
-        Beside the standard error by noise; nan where a bound holds the parameter.
 
     References
     ----------
@@ -143,7 +139,7 @@ def misfit_deviation(
 
 
 def _likelihood_gain(power, square):
-    """Twice the logarithm of the likelihood ratio against no process, shape (vectors, variances)."""
+    """Twice the log likelihood ratio against no process, shape (vectors, variances)."""
     ratio = _VARIANCES[:, None] * square
     return power @ (ratio / (1 + ratio)).T - np.sum(np.log1p(ratio), axis=1)
 
@@ -157,7 +153,7 @@ class _Modes:
 
 
 def _modes(points: Points, length_deg, projection: Projection) -> _Modes:
-    """From a low-rank root of K."""
+    """Modes from a low-rank root of K."""
     root = _kernel_root(points, length_deg)
     padded = np.zeros((projection.basis.shape[0], root.shape[1]))
     padded[: len(points)] = root
@@ -168,7 +164,7 @@ def _modes(points: Points, length_deg, projection: Projection) -> _Modes:
 
 
 def _kernel_root(points: Points, length_deg) -> np.ndarray:
-    """F with F F^T close to the kernel, by a Cholesky factorisation that takes the largest pivot first.
+    """F with F F^T close to the kernel, by pivoted Cholesky factorisation.
 
     References
     ----------

@@ -1,8 +1,8 @@
-"""How large the best score statistic of a candidate becomes by chance, and the best of many candidates.
+"""Null law of the best score of a candidate over its inner values.
 
-The bootstrap decides wherever it resolves. Beyond, where a threshold for fifty candidates lies and few
-draws are left, the tail of the maximum over an inner grid is continued by the bound of Hunter and Worsley,
-which for smooth grids is sharp there.
+The bootstrap is used as far as it resolves. Beyond, where the threshold for fifty candidates lies and few
+draws remain, the tail of the maximum over an inner grid is continued by the bound of Hunter and Worsley,
+which is sharp there for smooth grids.
 """
 
 from dataclasses import dataclass
@@ -14,28 +14,25 @@ from scipy.optimize import brentq
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.special import ndtr, ndtri, owens_t
 
-# Below this p the bootstrap is continued: at 2000 draws the share of 100 of them is known to 10 %.
+# Below this p the bound takes over: 100 of 2000 draws are beyond it, which gives p to 10 %.
 _JUNCTION = 0.05
 
 
 def maximum_tail(
     critical: Float[np.ndarray, "*shape"] | float, links: Float[np.ndarray, " links"], sign: int
 ) -> Float[np.ndarray, "*shape"] | float:
-    """Upper bound on the chance that the largest of several correlated normal deviates exceeds a value.
+    """Upper bound on the probability that the largest of correlated normal deviates exceeds c.
+
+    It is P(Z_1 > c) + sum over the links of P(Z_j > c, Z_i <= c), by Owen's function T; at most 1.
 
     Parameters
     ----------
     critical
         The value c, positive.
     links
-        Correlations along a tree that joins all deviates; empty for a single one, where it is exact.
+        Correlations along a tree that connects all deviates; empty for a single one, for which it is exact.
     sign
         0 for the largest absolute value, otherwise the largest value.
-
-    Returns
-    -------
-    Float[np.ndarray, "*shape"]
-        P(Z_1 > c) + sum over the links of P(Z_j > c, Z_i <= c), by Owen's function T; at most 1.
 
     References
     ----------
@@ -54,23 +51,15 @@ def maximum_tail(
 
 
 def tree_links(correlation: Float[np.ndarray, "inner inner"], sign: int) -> Float[np.ndarray, " links"]:
-    """Correlations along the tree that gives `maximum_tail` its least value.
-
-    Parameters
-    ----------
-    correlation
-        Of the deviates of one candidate.
-    sign
-        As of `maximum_tail`.
-    """
+    """Correlations along the tree that minimises `maximum_tail`, from those of one candidate's deviates."""
     strength = np.clip(correlation if sign != 0 else np.abs(correlation), -1.0, 1.0)
-    # A distance of exactly 0 would mean no link to scipy.
+    # scipy takes a distance of exactly 0 as no link.
     tree = minimum_spanning_tree(1 - strength + 1e-9)
     return 1 - (tree.data - 1e-9)
 
 
 class _Junction(NamedTuple):
-    """The statistic from which the bound holds, and the factor that makes it continuous there."""
+    """The statistic above which the bound is used, and the factor that makes it continuous there."""
 
     statistic: float
     factor: float
@@ -78,17 +67,17 @@ class _Junction(NamedTuple):
 
 @dataclass(frozen=True)
 class NullLaw:
-    """Law of T = max over the inner values of the squared admissible score, where the effect is absent.
+    """Law of T, the largest squared admissible score over the inner values, if the effect is absent.
 
     Parameters
     ----------
     sign
-        +1 or -1 where the strength has one sign, 0 otherwise.
+        +1 or -1 if the strength has one sign, 0 otherwise.
     links
         As of `tree_links`.
     draws
-        T of the bootstrap, ascending; empty where the law is exact: one inner value and no parameter on a
-        bound. That is the mixture 0.5 chi2_0 + 0.5 chi2_1 for one sign, and chi2_1 for both.
+        T of the bootstrap, ascending; empty if the law is exact (one inner value, no parameter at a bound):
+        the mixture 0.5 chi2_0 + 0.5 chi2_1 for one sign, chi2_1 for both.
 
     References
     ----------
@@ -110,18 +99,7 @@ class NullLaw:
         return _Junction(float(at), share / float(maximum_tail(np.sqrt(at), self.links, self.sign)))
 
     def p_value(self, statistic: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
-        """Chance of a statistic as large or larger.
-
-        Parameters
-        ----------
-        statistic
-            T.
-
-        Returns
-        -------
-        Float[np.ndarray, "*shape"]
-            1 at T = 0.
-        """
+        """Probability of a statistic T at least this large; 1 at T = 0."""
         statistic = np.asarray(statistic, float)
         junction, factor = self._junction
         p = np.ones(statistic.shape)
@@ -134,13 +112,7 @@ class NullLaw:
         return np.minimum(p, 1.0)
 
     def critical(self, p: float) -> float:
-        """The score |z| that has a chance p.
-
-        Parameters
-        ----------
-        p
-            Between 0 and 0.5.
-        """
+        """The score |z| with probability p, between 0 and 0.5."""
         if self.links.size == 0 and self.draws.size == 0:
             return float(-ndtri(p if self.sign != 0 else p / 2))
         junction, factor = self._junction
@@ -157,13 +129,5 @@ class NullLaw:
 
 
 def admissible(scores: Float[np.ndarray, "*shape"] | float, sign: int) -> Float[np.ndarray, "*shape"] | float:
-    """Scores counted in the direction that the strength may take.
-
-    Parameters
-    ----------
-    scores
-        z, positive where the strength would be.
-    sign
-        +1, -1, or 0 for either.
-    """
+    """Scores z, positive in the direction that the strength may take; absolute values if it may take both."""
     return np.abs(scores) if sign == 0 else sign * scores

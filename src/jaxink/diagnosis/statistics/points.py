@@ -1,4 +1,4 @@
-"""Where the rows of a residual lie: scans, the order along them, and neighbours in angle."""
+"""Settings of the rows of a residual: scans, the order along them, and neighbours in angle."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import angular_distance_deg
 
-# Azimuths closer than this lie in one plane.
+# Azimuths closer than this belong to one plane.
 _PLANE_DEG = 0.1
 _NEIGHBOURS = 4
 
@@ -24,7 +24,7 @@ class Points:
     Parameters
     ----------
     scan
-        Number of the scan of each point, 0 ... scans - 1: one side, incidence and wavelength each.
+        Number of the scan (one side, incidence and wavelength) of each point, from 0 to scans - 1.
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
         As of `GonioData`.
     order
@@ -41,13 +41,7 @@ class Points:
 
     @classmethod
     def of(cls, data: GonioData) -> "Points":
-        """The points that no mask excludes, rows of the file for the order.
-
-        Parameters
-        ----------
-        data
-            A measurement.
-        """
+        """The points that are not masked, in the order of their rows."""
         used = data.used
         _, scan = np.unique(data.scan_index[used], return_inverse=True)
         return cls(
@@ -65,12 +59,12 @@ class Points:
 
     @property
     def n_scans(self) -> int:
-        """How many scans there are."""
+        """Number of scans."""
         return int(self.scan.max()) + 1
 
     @cached_property
     def direction(self) -> Float[np.ndarray, "points 3"]:
-        """Unit vector of view, the normal of its side along z."""
+        """Unit vector of view, with the normal of its side along z."""
         theta, phi = np.deg2rad(self.theta_o_deg), np.deg2rad(self.phi_deg)
         return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
@@ -81,7 +75,7 @@ class Points:
 
     @cached_property
     def from_retro_deg(self) -> Float[np.ndarray, " points"]:
-        """Angle to the direction of the source; nan in transmission, which has none."""
+        """Angle to the direction of the source; nan in transmission."""
         angle = angular_distance_deg(self.theta_o_deg, self.phi_deg, self.theta_i_deg, 0.0)
         return np.where(self.is_transmission, np.nan, angle)
 
@@ -89,8 +83,8 @@ class Points:
     def path(self) -> Int[np.ndarray, " points"]:
         """Order of the points along their scans, scan by scan.
 
-        From horizon to horizon in one plane through the normal, back in the next; round the rings of
-        equal polar angle where a scan has more planes than rings.
+        From horizon to horizon in one plane through the normal, and back in the next; around the rings of
+        equal polar angle if a scan has more planes than rings.
         """
         azimuth = np.rint(self.phi_deg / _PLANE_DEG).astype(int)
         half_turn = round(180 / _PLANE_DEG)
@@ -110,9 +104,9 @@ class Points:
 
     @cached_property
     def neighbours(self) -> csr_array:
-        """Pairs of points of one scan that are next to each other in direction, each pair once.
+        """Pairs of neighbouring directions within a scan, each pair once.
 
-        The four nearest of each point, by the distance of the unit vectors.
+        Each point with its four nearest, by the distance of the unit vectors.
         """
         pairs = []
         for scan in range(self.n_scans):
@@ -127,12 +121,12 @@ class Points:
 
     @cached_property
     def across_incidence(self) -> csr_array:
-        """Pairs of the same direction in scans of neighbouring incidence, else alike."""
+        """Pairs of the same direction in scans of neighbouring incidence, otherwise equal."""
         return self._across(self.theta_i_deg, self.wavelength_nm)
 
     @cached_property
     def across_wavelength(self) -> csr_array:
-        """Pairs of the same direction in scans of neighbouring wavelength, else alike."""
+        """Pairs of the same direction in scans of neighbouring wavelength, otherwise equal."""
         return self._across(self.wavelength_nm, self.theta_i_deg)
 
     def _across(self, running, fixed) -> csr_array:
@@ -148,7 +142,7 @@ class Points:
         return self._graph(pairs)
 
     def _same_direction(self, one, other):
-        """Nearest points of two scans, where they are nearer than the spacing of the second."""
+        """Nearest points of two scans, if they are closer than the spacing of the second."""
         a, b = np.flatnonzero(self.scan == one), np.flatnonzero(self.scan == other)
         tree = cKDTree(self.direction[b])
         distance, near = tree.query(self.direction[a])

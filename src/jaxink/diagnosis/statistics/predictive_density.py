@@ -1,4 +1,4 @@
-"""Density of points that were held out of a fit, and which points are held out together."""
+"""Predictive density of held-out points, and folds of points that are held out together."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError
 
 @dataclass(frozen=True)
 class Observations:
-    """Measured values with their noise, one unknown factor for each scan.
+    """Measured values with their noise, including one unknown factor for each scan.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class Observations:
     scan_relative
         Standard deviation of the common relative factor of each scan.
     weight
-        How often each scan counts; None: once.
+        Weight of each scan; None for 1.
     """
 
     measured_per_sr: Float[np.ndarray, " points"]
@@ -34,17 +34,17 @@ class Observations:
     def log_density(
         self, predicted_per_sr: Float[np.ndarray, " points"], held_out: Bool[np.ndarray, " points"]
     ) -> float:
-        """Logarithm of the density of the held-out points, given those of their scans that were kept.
+        """Log density of the held-out points, given the other points of their scans.
 
-        The covariance within a scan is diag(sigma^2) + s^2 f f^T. The factor of a scan that is held out
-        whole is marginalised; where a part of the scan was kept, that part tells of the factor.
+        The covariance within a scan is diag(sigma^2) + s^2 f f^T. The factor of a scan that is held out as a
+        whole is marginalised; otherwise the remaining points of the scan constrain it.
 
         Parameters
         ----------
         predicted_per_sr
-            Prediction f of all points, by parameters that were fitted without the held-out ones.
+            Prediction f of all points, by parameters fitted without the held-out ones.
         held_out
-            Which points those are.
+            True for the held-out points.
 
         References
         ----------
@@ -55,7 +55,7 @@ class Observations:
         return self._joint(predicted_per_sr, touched) - self._joint(predicted_per_sr, known)
 
     def _joint(self, predicted, chosen) -> float:
-        """Log density of some points, all scans independent, each as often as it counts."""
+        """Weighted log density of some points; scans are independent."""
         sigma = self.sigma_per_sr[chosen]
         residual = (self.measured_per_sr[chosen] - predicted[chosen]) / sigma
         common = self.scan_relative * predicted[chosen] / sigma
@@ -69,50 +69,34 @@ class Observations:
 
 
 def scan_folds(scan: Int[np.ndarray, " points"]) -> Bool[np.ndarray, "folds points"]:
-    """Each scan held out in turn.
-
-    Parameters
-    ----------
-    scan
-        Scan of each point.
-
-    Returns
-    -------
-    Bool[np.ndarray, "folds points"]
-        True where a point is held out.
-
-    Raises
-    ------
-    InputRefusedError
-        There is only one scan.
-    """
+    """Each scan held out in turn: True for held-out points; InputRefusedError if there is only one scan."""
     numbers = np.unique(scan)
     if numbers.size < 2:
-        raise InputRefusedError("there is one scan only; hold out blocks within it instead.")
+        raise InputRefusedError("there is only one scan; hold out blocks within it instead.")
     return scan[None, :] == numbers[:, None]
 
 
 def block_folds(points: Points, n_blocks: int) -> Bool[np.ndarray, "folds points"]:
     """One block of neighbouring points of every scan held out at a time.
 
-    For effects that are a factor of single scans, on which a scan held out whole says nothing.
+    For effects that are a factor of single scans, which holding out whole scans cannot detect.
 
     Parameters
     ----------
     points
-        Where the points lie; blocks follow each other along the scans.
+        Settings of the points; blocks follow each other along the scans.
     n_blocks
-        Blocks of each scan.
+        Number of blocks in each scan.
 
     Raises
     ------
     InputRefusedError
-        No scan has enough points, or there are fewer than two blocks.
+        There are fewer than two blocks, or more than the longest scan has points.
     """
     longest = int(np.bincount(points.scan).max())
     if not 2 <= n_blocks <= longest:
         raise InputRefusedError(
-            f"n_blocks is {n_blocks}; it must be between 2 and the points of the longest scan, {longest}."
+            f"n_blocks is {n_blocks}; it must be between 2 and {longest}, the points of the longest scan."
         )
     folds = np.zeros((n_blocks, len(points)), bool)
     scan = points.scan[points.path]
@@ -125,13 +109,7 @@ def block_folds(points: Points, n_blocks: int) -> Bool[np.ndarray, "folds points
 
 @dataclass(frozen=True)
 class HeldOutGain:
-    """Gain in log predictive density by an addition to a model.
-
-    Parameters
-    ----------
-    gains
-        Of each fold.
-    """
+    """Gain in log predictive density from an addition to a model, for each fold."""
 
     gains: Float[np.ndarray, " folds"]
 
@@ -142,7 +120,7 @@ class HeldOutGain:
 
     @property
     def standard_error(self) -> float:
-        """Of the mean, by the scatter of the folds; infinite for a single fold."""
+        """Of the mean, from the scatter of the folds; infinite for a single fold."""
         if self.gains.size < 2:
             return float("inf")
         return float(np.std(self.gains, ddof=1) / np.sqrt(self.gains.size))
@@ -159,17 +137,7 @@ def held_out_gain(
     before_per_sr: Float[np.ndarray, "folds points"],
     after_per_sr: Float[np.ndarray, "folds points"],
 ) -> HeldOutGain:
-    """Compare two models on the points that were held out.
-
-    Parameters
-    ----------
-    observations
-        The measurement.
-    folds
-        True where a point is held out.
-    before_per_sr, after_per_sr
-        Predictions of all points by either model, fitted without those of the fold.
-    """
+    """Compare two models by their predictions (1/sr) of held-out points, fitted without those of the fold."""
     gains = [
         observations.log_density(after, fold) - observations.log_density(before, fold)
         for fold, before, after in zip(folds, before_per_sr, after_per_sr, strict=True)

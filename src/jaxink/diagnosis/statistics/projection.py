@@ -1,6 +1,6 @@
-"""What is left of a direction without what the free parameters of a fit can imitate.
+"""Projection off the directions that the free parameters of a fit span.
 
-Everything here is in whitened units: noise has unit covariance.
+All quantities are whitened: noise has unit covariance.
 """
 
 from dataclasses import dataclass
@@ -8,24 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-# Directions of the scaled Jacobian weaker than this against the strongest are rounding, not parameters.
+# Singular values of the scaled Jacobian below this share of the largest are rounding.
 _RANK = 1e-9
-# A direction of which less than this is left after the projection is imitated to rounding.
-_ABSORBED = 1e-6
+# A direction of which less than this remains after the projection is degenerate to rounding.
+_DEGENERATE = 1e-6
 
 
 def orthonormal_range(columns: Float[np.ndarray, "rows columns"]) -> Float[np.ndarray, "rows rank"]:
-    """Orthonormal basis of the space that columns span, whatever their units and dependences.
+    """Orthonormal basis of the span of columns, independent of their units and linear dependences.
 
-    Parameters
-    ----------
-    columns
-        Each is scaled to norm 1 first; those of norm 0 are passed over.
-
-    Returns
-    -------
-    Float[np.ndarray, "rows rank"]
-        Left singular vectors whose singular value is above 1e-9 of the largest.
+    Columns are scaled to norm 1 first, zero columns ignored, and singular values above 1e-9 of the largest
+    kept.
     """
     norm = np.linalg.norm(columns, axis=0)
     scaled = columns[:, norm > 0] / norm[norm > 0]
@@ -37,15 +30,7 @@ def orthonormal_range(columns: Float[np.ndarray, "rows columns"]) -> Float[np.nd
 
 @dataclass(frozen=True)
 class UnitColumns:
-    """What a projection leaves of columns.
-
-    Parameters
-    ----------
-    unit
-        Scaled to norm 1.
-    norm
-        The norm before; both 0 where all but rounding is imitated.
-    """
+    """Columns after a projection, at norm 1, and their norm before (both 0 if only rounding remains)."""
 
     unit: Float[np.ndarray, "rows columns"]
     norm: Float[np.ndarray, " columns"]
@@ -53,37 +38,19 @@ class UnitColumns:
 
 @dataclass(frozen=True)
 class Projection:
-    """Orthogonal projection off a space: P = 1 - Q Q^T.
-
-    Parameters
-    ----------
-    basis
-        Q, orthonormal columns.
-    """
+    """Orthogonal projection P = 1 - Q Q^T off the space of an orthonormal basis Q."""
 
     basis: Float[np.ndarray, "rows rank"]
 
     def remove(self, columns: Float[np.ndarray, "rows *columns"]) -> Float[np.ndarray, "rows *columns"]:
-        """P times columns, or P times one vector.
-
-        Parameters
-        ----------
-        columns
-            Shape ``(rows,)`` or ``(rows, columns)``.
-        """
+        """P times columns, or P times one vector."""
         return columns - self.basis @ (self.basis.T @ columns)
 
     def unit(self, columns: Float[np.ndarray, "rows columns"]) -> UnitColumns:
-        """What is left of each column, scaled to norm 1.
-
-        Parameters
-        ----------
-        columns
-            Directions.
-        """
+        """P times each column, scaled to norm 1."""
         rest = self.remove(columns)
-        # A second pass removes what rounding left of a long column that is nearly all in the space.
+        # The second pass removes the rounding error of a long column that is nearly in the space.
         rest = self.remove(rest)
         norm = np.linalg.norm(rest, axis=0)
-        norm = np.where(norm > _ABSORBED * np.linalg.norm(columns, axis=0), norm, 0.0)
+        norm = np.where(norm > _DEGENERATE * np.linalg.norm(columns, axis=0), norm, 0.0)
         return UnitColumns(np.where(norm > 0, rest / np.where(norm > 0, norm, 1.0), 0.0), norm)

@@ -1,8 +1,8 @@
-"""Score tests of all candidates at once, without a refit.
+"""Score tests of all candidates at once, without refits.
 
-Near the minimum a residual is J dtheta + D s + noise: what it says of the strengths s is what is left of D
-without the parameters' own part. The score is of Neyman's C(alpha) form, so the small distance of a fit from
-its minimum does not count.
+Near the minimum a residual is J dtheta + D s + noise; it constrains the strengths s through the part of D
+that is orthogonal to J. The score has Neyman's C(alpha) form, so a small distance of the fit from its minimum
+does not matter.
 """
 
 from collections.abc import Sequence
@@ -12,12 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
-from jaxink.diagnosis.statistics.candidate import (
-    Candidate,
-    ScreenedCandidate,
-    ScreenResult,
-    Testability,
-)
+from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenResult, Testability
 from jaxink.diagnosis.statistics.null_law import admissible
 from jaxink.diagnosis.statistics.projection import UnitColumns
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
@@ -47,7 +42,7 @@ class _Columns:
         widths = [candidate.directions.shape[1] for candidate in candidates]
         ends = np.concatenate([[0], np.cumsum(widths, dtype=int)])
         stacked = np.hstack([np.zeros((rows, 0)), *(candidate.directions for candidate in candidates)])
-        # A column that is not finite is one that says nothing.
+        # A column that is not finite carries no information.
         stacked = np.where(np.isfinite(stacked).all(axis=0), stacked, 0.0)
         slices = tuple(slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True))
         return cls(stacked, np.linalg.norm(stacked, axis=0), slices)
@@ -55,7 +50,7 @@ class _Columns:
 
 @dataclass(frozen=True)
 class _View:
-    """The directions as seen with some parameters on a bound free: what the others do not imitate."""
+    """The directions after projection, with some of the parameters at a bound treated as free."""
 
     active: Bool[np.ndarray, " edges"]
     left: UnitColumns
@@ -67,13 +62,7 @@ class _View:
 
 @dataclass(frozen=True)
 class PValues:
-    """Significance of all candidates in many residuals; nan where not testable.
-
-    Parameters
-    ----------
-    raw, adjusted
-        As of `ScreenedCandidate`.
-    """
+    """Significance of all candidates in many residuals, as of `ScreenedCandidate`; nan if not testable."""
 
     raw: Float[np.ndarray, "sets candidates"]
     adjusted: Float[np.ndarray, "sets candidates"]
@@ -81,17 +70,9 @@ class PValues:
 
 @dataclass(frozen=True)
 class PreparedScreen:
-    """Candidates, tangent cone and null laws: all of a screen that does not depend on the residual.
+    """Candidates, tangent cone and null laws: everything in a screen that does not depend on the residual.
 
-    Make it with `prepare_screen`; many residuals of one design can then be screened at the cost of a few
-    products each.
-
-    Parameters
-    ----------
-    candidates, options, policy
-        As given.
-    cone
-        What the parameters imitate.
+    Made by `prepare_screen`; many residuals of one design can then be screened with a few products each.
     """
 
     candidates: tuple[Candidate, ...]
@@ -103,12 +84,7 @@ class PreparedScreen:
     _significance: Significance
 
     def screen(self, residual: Float[np.ndarray, " rows"]) -> ScreenResult:
-        """Screen one residual.
-
-        Parameters
-        ----------
-        residual
-            Whitened measured minus predicted, rows of priors included.
+        """Screen one residual: whitened measured minus predicted, followed by the rows of priors.
 
         Raises
         ------
@@ -133,13 +109,7 @@ class PreparedScreen:
         return ScreenResult(tuple(records), self.options)
 
     def p_values(self, residuals: Float[np.ndarray, "sets rows"]) -> PValues:
-        """Significance alone, of many residuals at once: for studies of power and of false alarms.
-
-        Parameters
-        ----------
-        residuals
-            One row for each data set.
-        """
+        """Significance for many residuals at once, for studies of power and false alarms."""
         scores = np.zeros((len(residuals), self._columns.norm.size))
         for active, members in self.cone.groups(residuals):
             scores[members] = residuals[members] @ self._view(active).left.unit
@@ -155,22 +125,22 @@ class PreparedScreen:
         return seen[0] if seen else _View.of(self.cone, self._columns, active)
 
     def _record(self, position: int, value, left_norm, length) -> ScreenedCandidate:
-        """Record of a testable candidate by the scores and lengths of its columns."""
+        """Record of a testable candidate from the scores and norms of its columns."""
         candidate, known = self.candidates[position], left_norm > 0
         norm = np.where(known, left_norm, np.nan)
         inner = int(np.nanargmax(admissible(np.where(known, value, np.nan), candidate.sign)))
-        absorbed = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
-        z, is_hardly = float(value[inner]), bool(np.all(absorbed > self.policy.hardly_absorbed))
+        degenerate = np.where(known, 1 - (norm / np.where(known, length, 1.0)) ** 2, 1.0)
+        z, is_hardly = float(value[inner]), bool(np.all(degenerate > self.policy.largest_degenerate_fraction))
         p_raw = self._significance.p_raw(position, z)
         return ScreenedCandidate(
             name=candidate.name,
             status=Testability.HARDLY if is_hardly else Testability.TESTABLE,
-            absorbed_fraction=float(absorbed[inner]),
+            degenerate_fraction=float(degenerate[inner]),
             standard_errors=1.0 / norm,
             inner=inner,
             z=z,
             strength=z / float(norm[inner]),
-            predicted_drop=z**2 if admissible(z, candidate.sign) > 0 else 0.0,
+            predicted_delta_chi_square=z**2 if admissible(z, candidate.sign) > 0 else 0.0,
             p_raw=p_raw,
             p_adjusted=float(self._significance.adjusted(p_raw)),
             critical_z=self._significance.critical_z[position],
@@ -178,16 +148,16 @@ class PreparedScreen:
 
 
 def _untestable(candidate: Candidate, length) -> ScreenedCandidate:
-    """Record of a candidate on which these data say nothing."""
-    absorbed = 1.0 if np.any(length > 0) else np.nan
+    """Record of a candidate that these data cannot test."""
+    degenerate = 1.0 if np.any(length > 0) else np.nan
     if np.any(length > 0):
-        reason = "the free parameters imitate it to rounding"
+        reason = "it is degenerate with the free parameters"
     elif np.isfinite(candidate.directions).all():
         reason = "it changes no point"
     else:
         reason = "its derivative is not finite"
     nothing = np.full(candidate.directions.shape[1], np.nan)
-    return ScreenedCandidate(candidate.name, Testability.NOT, absorbed, nothing, reason=reason)
+    return ScreenedCandidate(candidate.name, Testability.NOT, degenerate, nothing, reason=reason)
 
 
 def prepare_screen(
@@ -203,12 +173,13 @@ def prepare_screen(
     Parameters
     ----------
     jacobian
-        Derivatives of the whitened prediction by the parameters, rows of priors included.
+        Derivatives of the whitened prediction with respect to the parameters, including rows of priors.
     candidates
         The catalogue.
     at_bound
-        -1 where a parameter sits on its lower bound or cannot be told from it, +1 on its upper, 0 inside.
-        Null data sets then have it on the bound: half of them pull it inside, the others push against it.
+        -1 for a parameter at its lower bound or indistinguishable from it, +1 at its upper bound, 0 inside.
+        In null data sets such a parameter is at the bound: half of them pull it inside, the others push
+        against the bound.
     options
         None for the defaults.
     policy
@@ -217,18 +188,18 @@ def prepare_screen(
     Raises
     ------
     InputRefusedError
-        Two candidates have one name, rows differ in number, or the Jacobian is not finite.
+        Two candidates have the same name, numbers of rows differ, or the Jacobian is not finite.
 
     References
     ----------
     Rao 1948 Proc. Camb. Phil. Soc. 44, 50; Westfall, Young 1993 Resampling-Based Multiple Testing (min-p);
-    Bertinelli Salucci, Kvellestad, De Bin 2025 arXiv 2509.00223 (nuisance parameter on its bound).
+    Bertinelli Salucci, Kvellestad, De Bin 2025 arXiv 2509.00223 (nuisance parameter at its bound).
     """
     options = ScreenOptions() if options is None else options
     names = [candidate.name for candidate in candidates]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
-        raise InputRefusedError(f"two candidates are called '{min(twice)}'; every name must be its own.")
+        raise InputRefusedError(f"two candidates have the name '{min(twice)}'; names must be unique.")
     cone = TangentCone.of(jacobian, at_bound)
     columns = _Columns.of(candidates, len(jacobian))
     noise = np.random.default_rng(options.seed).standard_normal((options.n_bootstrap, len(jacobian)))
@@ -237,13 +208,13 @@ def prepare_screen(
     for active, members in cone.groups(noise):
         views.append(_View.of(cone, columns, active))
         scores[members] = noise[members] @ views[-1].left.unit
-    # What is testable with every bound holding is the most that can be.
+    # If every bound holds, as many candidates as possible are testable.
     most = _View.of(cone, columns, np.zeros(cone.n_edges, bool)) if cone.n_edges else views[0]
     correlation = most.left.unit.T @ most.left.unit
     significance = Significance.of(
         scores, columns.slices, candidates, correlation, options.level, is_exact=cone.n_edges == 0
     )
-    # A view for each pattern would need much memory where many parameters sit on bounds.
+    # Storing a view for each pattern would need much memory if many parameters are at bounds.
     kept = tuple(views[:_KEPT_VIEWS])
     return PreparedScreen(tuple(candidates), options, policy, cone, columns, kept, significance)
 

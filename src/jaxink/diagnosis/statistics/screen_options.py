@@ -1,4 +1,4 @@
-"""How many null data sets are drawn, and at which level they decide."""
+"""Number of null data sets, and the significance level."""
 
 from dataclasses import dataclass
 
@@ -9,21 +9,21 @@ from jaxink.errors import InputRefusedError, require_integer, require_number
 
 @dataclass(frozen=True)
 class ScreenOptions:
-    """How a screen decides.
+    """Options of a screen.
 
     Parameters
     ----------
     n_bootstrap
-        Null data sets drawn.
+        Number of null data sets.
     level
-        Chance that any candidate is called where none is present.
+        Probability that any candidate is detected although none is present.
     seed
         Of the random numbers.
 
     Raises
     ------
     InputRefusedError
-        The level is not between 0 and 0.5, there are too few draws for it, or the seed is not a whole number.
+        The level is not between 0 and 0.5, there are too few draws for it, or the seed is not an integer.
     """
 
     n_bootstrap: int = 2000

@@ -1,4 +1,4 @@
-"""Whether residuals along a scan, and between neighbours, are alike more than chance makes them."""
+"""Correlation of residuals along a scan and between neighbours."""
 
 from dataclasses import dataclass
 
@@ -9,13 +9,7 @@ from scipy.sparse import csr_array
 
 @dataclass(frozen=True)
 class ByScan:
-    """A statistic of several residuals.
-
-    Parameters
-    ----------
-    per_scan, pooled
-        In each scan, and over all scans.
-    """
+    """A statistic of several residuals, in each scan and over all scans."""
 
     per_scan: Float[np.ndarray, "vectors scans"]
     pooled: Float[np.ndarray, " vectors"]
@@ -24,17 +18,14 @@ class ByScan:
 def runs_z(signs_positive: Bool[np.ndarray, "vectors points"], starts: Int[np.ndarray, " scans"]) -> ByScan:
     """Number of runs of one sign, in standard deviations from its mean given the signs.
 
+    Negative for too few runs; 0 for a scan with a single sign.
+
     Parameters
     ----------
     signs_positive
-        True where a residual is positive, in the order along the scans, shape ``(vectors, points)``.
+        True for positive residuals, in the order along the scans.
     starts
-        Where each scan begins.
-
-    Returns
-    -------
-    ByScan
-        Negative where there are too few runs; 0 where all signs of a scan are alike.
+        First index of each scan.
 
     References
     ----------
@@ -43,7 +34,7 @@ def runs_z(signs_positive: Bool[np.ndarray, "vectors points"], starts: Int[np.nd
     size = np.diff(np.append(starts, signs_positive.shape[1]))
     changes = np.zeros(signs_positive.shape)
     changes[:, 1:] = signs_positive[:, 1:] != signs_positive[:, :-1]
-    # The first point of a scan does not follow the last of another; it begins a run.
+    # The first point of a scan always begins a run.
     changes[:, starts] = 1
     runs = np.add.reduceat(changes, starts, axis=1)
     positive = np.add.reduceat(signs_positive.astype(float), starts, axis=1)
@@ -65,7 +56,7 @@ def ljung_box(
     residuals
         In the order along the scans.
     starts
-        Where each scan begins.
+        First index of each scan.
     lags
         Largest lag; in a scan of n points at most n - 1.
 
@@ -88,7 +79,7 @@ def ljung_box(
 def moran(
     residuals: Float[np.ndarray, "vectors points"], graph: csr_array, scan: Int[np.ndarray, " points"]
 ) -> ByScan:
-    """Moran's I: likeness of neighbours, about zero.
+    """Moran's I, about zero: mean of r_i r_j over pairs of neighbours, divided by the mean square.
 
     Parameters
     ----------
@@ -98,11 +89,6 @@ def moran(
         Sparse matrix with 1 for each pair of neighbours, each pair once.
     scan
         Scan of each point, ascending; a pair counts for the scan of its row.
-
-    Returns
-    -------
-    ByScan
-        Sum over the pairs of r_i r_j, divided by their number and by the mean square.
 
     References
     ----------

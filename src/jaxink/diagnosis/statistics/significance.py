@@ -1,7 +1,7 @@
-"""Significance of each candidate of a screen, and of the best of all of them.
+"""Significance of each candidate of a screen, and of the best one.
 
-Candidates with different null laws share one scale, their own p, and the chance that the best of them passes
-a threshold is counted in one bootstrap for all.
+Candidates with different null laws are compared by their own p; one bootstrap for all gives the probability
+that the best of them passes a threshold (Westfall-Young).
 """
 
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ from jaxink.diagnosis.statistics.null_law import NullLaw, admissible, tree_links
 
 @dataclass(frozen=True)
 class Significance:
-    """What decides on scores.
+    """Null laws and thresholds of all candidates.
 
     Parameters
     ----------
     laws
-        Of the candidates; None for those that are not testable.
+        Of the candidates; None if not testable.
     critical_z
-        |z| from which each is called, nan where it is not testable.
+        |z| at which each is detected; nan if not testable.
     smallest_p
-        Smallest p of all candidates of each null data set, ascending.
+        Smallest p of all candidates in each null data set, ascending.
     """
 
     laws: tuple[NullLaw | None, ...]
@@ -42,10 +42,10 @@ class Significance:
         level: float,
         is_exact: bool,
     ) -> "Significance":
-        """Laws by the scores of null data sets along the columns of all candidates.
+        """Laws from the scores of null data sets along the columns of all candidates.
 
-        The correlation of the columns is 0 on the diagonal where one is not testable; `is_exact` where no
-        parameter sits on a bound, so that a single column needs no draws.
+        The correlation of the columns has 0 on the diagonal for untestable ones; `is_exact` means that no
+        parameter is at a bound, so that a single column needs no draws.
         """
         laws, smallest = [], np.ones(len(scores))
         for candidate, part in zip(candidates, slices, strict=True):
@@ -65,12 +65,12 @@ class Significance:
         return cls(tuple(laws), critical, smallest)
 
     def adjusted(self, p: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
-        """Chance that any candidate has as small a p where none is present."""
+        """Family-wise adjusted p: probability that any candidate has a p this small if none is present."""
         as_small = np.searchsorted(self.smallest_p, p, side="right")
         return (1 + as_small) / (self.smallest_p.size + 1)
 
     def p_raw(self, position: int, z: float) -> float:
-        """Chance that noise alone gives the candidate at a position as large a score."""
+        """Probability that noise alone gives the candidate at a position a score this large."""
         law = self.laws[position]
         oriented = max(float(admissible(z, law.sign)), 0.0)
         return float(law.p_value(np.array(oriented**2)))

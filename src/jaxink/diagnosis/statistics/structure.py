@@ -1,8 +1,8 @@
-"""Whether anything is left in a residual, without asking what.
+"""Whether a residual contains structure of any kind.
 
-Chi-square judges its size; runs, autocorrelation and the likeness of neighbours judge its order, and do so
-whatever the level of the noise. A fit leaves less than pure noise and not independent noise: every
-statistic is therefore compared with noise that went through the same linearised fit.
+Chi-square tests its size. Runs, autocorrelation and spatial correlation between neighbours test its pattern,
+independently of the noise level. Residuals of a fit are smaller than noise and not independent, so every
+statistic is compared with noise that has passed through the same linearised fit.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 
 @dataclass(frozen=True)
 class StructureStatistic:
-    """One way of finding structure.
+    """One test for structure.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ class StructureStatistic:
     value
         Over all scans: chi-square; z of the runs, negative for too few; sum of Ljung-Box Q; Moran's I.
     p_value
-        Chance of as much where there is noise alone.
+        Probability of at least this value for pure noise.
     worst_scan
-        Number of the scan in which it stands out most, -1 where scans are not looked at.
+        Number of the most significant scan, -1 if scans are not tested.
     worst_p_value
-        Chance that any scan stands out as much; nan for none.
+        Probability that any scan is this significant; nan if scans are not tested.
     """
 
     name: str
@@ -44,24 +44,25 @@ class StructureStatistic:
 
     @property
     def smallest_p(self) -> float:
-        """Of all scans together, or of the worst one."""
+        """The smaller of both p-values."""
         return float(np.fmin(self.p_value, self.worst_p_value))
 
 
 @dataclass(frozen=True)
 class StructureResult:
-    """What is left in a residual.
+    """Tests for structure in a residual.
 
     Parameters
     ----------
     statistics
-        One record each; those for which the data have no neighbours are absent.
+        One record each; tests for which the data have no neighbours are absent.
     p_value
-        Chance that the most telling of all, over all scans or in its worst scan, tells as much of noise.
+        Family-wise p: probability that the most significant test, over all scans or in its worst scan, is
+        this significant for pure noise.
     leading
-        Name of the most telling.
+        Name of the most significant test.
     chi_square, degrees_of_freedom
-        Of the residual that the parameters leave, rows of priors included.
+        Of the residual after projection off the parameters, including rows of priors.
     """
 
     statistics: tuple[StructureStatistic, ...]
@@ -76,17 +77,7 @@ class StructureResult:
 
 @dataclass(frozen=True)
 class PreparedStructure:
-    """Tests of structure with their null laws, for any residual of one design; see `prepare_structure`.
-
-    Parameters
-    ----------
-    cone
-        What the parameters imitate.
-    points
-        Where the points lie.
-    policy
-        What has an order to test.
-    """
+    """Tests for structure with null laws, for any residual of one design; made by `prepare_structure`."""
 
     cone: TangentCone
     points: Points
@@ -96,13 +87,7 @@ class PreparedStructure:
     _smallest: Float[np.ndarray, " draws"]
 
     def find(self, residual: Float[np.ndarray, " rows"]) -> StructureResult:
-        """Test one residual.
-
-        Parameters
-        ----------
-        residual
-            Whitened measured minus predicted: the points, then the rows of priors.
-        """
+        """Test one residual: whitened measured minus predicted, the points, then the rows of priors."""
         projection = self.cone.projection(self.cone.active(residual[None, :])[0])
         left = projection.remove(residual)
         square, freedom = float(left @ left), left.size - projection.basis.shape[1]
@@ -132,18 +117,18 @@ def prepare_structure(
     options: ScreenOptions | None = None,
     policy: SearchPolicy = DEFAULT_POLICY,
 ) -> PreparedStructure:
-    """Null laws of all tests of structure, by a bootstrap of the linearised fit.
+    """Null laws of all tests for structure, by a bootstrap of the linearised fit.
 
     Parameters
     ----------
     jacobian, at_bound
         As of `prepare_screen`.
     points
-        Where the points lie; further rows of the Jacobian belong to priors.
+        Settings of the points; further rows of the Jacobian belong to priors.
     options
         Number of draws and seed; None for the defaults.
     policy
-        What has an order to test.
+        Thresholds of the tests.
 
     References
     ----------
@@ -176,7 +161,7 @@ def find_structure(
     options: ScreenOptions | None = None,
     policy: SearchPolicy = DEFAULT_POLICY,
 ) -> StructureResult:
-    """All tests of a residual, and one p for them together.
+    """All tests of a residual, and their family-wise p.
 
     Parameters
     ----------

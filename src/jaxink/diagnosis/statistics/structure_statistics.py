@@ -1,4 +1,4 @@
-"""Measures of the order of residuals along their scans, and how large they become by noise alone."""
+"""Statistics of serial and spatial correlation of residuals, and their null laws."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from jaxink.diagnosis.statistics.serial_correlation import ByScan, ljung_box, mo
 
 @dataclass(frozen=True)
 class ScanStatistic:
-    """One measure of several residuals.
+    """One statistic of several residuals.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ class ScanStatistic:
     values
         Over all scans, and in those that are long enough.
     scans
-        Numbers of these.
+        Numbers of these scans.
     side
-        +1 where large values tell of structure, -1 where small ones do.
+        +1 if large values indicate structure, -1 if small ones do.
     """
 
     name: str
@@ -33,21 +33,13 @@ class ScanStatistic:
 
     @property
     def oriented(self) -> ByScan:
-        """Such that large values tell of structure."""
+        """Values with a sign such that large ones indicate structure."""
         return ByScan(self.side * self.values.per_scan, self.side * self.values.pooled)
 
 
 @dataclass(frozen=True)
 class StatisticP:
-    """Chances of one statistic of several residuals.
-
-    Parameters
-    ----------
-    pooled
-        Of the value over all scans.
-    worst, worst_scan
-        Of the scan that stands out most, and its position among those looked at.
-    """
+    """p-values of one statistic: over all scans, and of the most significant scan with its position."""
 
     pooled: Float[np.ndarray, " vectors"]
     worst: Float[np.ndarray, " vectors"]
@@ -56,12 +48,12 @@ class StatisticP:
 
 @dataclass(frozen=True)
 class NullStatistic:
-    """One statistic of noise that went through the fit.
+    """Law of one statistic for noise that has passed through the fit.
 
     Parameters
     ----------
     pooled, worst
-        Of all scans together, and standardised of the scan that stands out most; ascending.
+        Over all scans, and standardised for the most significant scan; ascending.
     centre, scatter
         Mean and standard deviation in each scan.
     """
@@ -73,7 +65,7 @@ class NullStatistic:
 
     @classmethod
     def of(cls, statistic: ScanStatistic) -> "NullStatistic":
-        """Law of a statistic by its values for noise."""
+        """Law of a statistic from its values for noise."""
         values = statistic.oriented
         centre, scatter = values.per_scan.mean(axis=0), values.per_scan.std(axis=0)
         scatter = np.where(scatter > 0, scatter, 1.0)
@@ -81,7 +73,7 @@ class NullStatistic:
         return cls(np.sort(values.pooled), np.sort(worst), centre, scatter)
 
     def p_values(self, statistic: ScanStatistic, own: int) -> StatisticP:
-        """Chances of the statistic; own = 1 where the residuals are the draws themselves."""
+        """p-values of the statistic; own = 1 if the residuals are the draws themselves."""
         values = statistic.oriented
         standardised = (values.per_scan - self.centre) / self.scatter
         return StatisticP(
@@ -94,7 +86,7 @@ class NullStatistic:
 def share_as_large(
     ascending: Float[np.ndarray, " draws"], values: Float[np.ndarray, "*shape"] | float, own: int = 0
 ) -> Float[np.ndarray, "*shape"] | float:
-    """Share of draws and the value itself that are as large; own = 1 where it is among the draws."""
+    """Share of draws, and the value itself, that are at least as large; own = 1 if it is one of the draws."""
     as_large = ascending.size - np.searchsorted(ascending, values, side="left")
     return (1 - own + as_large) / (ascending.size + 1)
 
@@ -102,7 +94,7 @@ def share_as_large(
 def scan_statistics(
     vectors: Float[np.ndarray, "vectors points"], points: Points, policy: SearchPolicy
 ) -> list[ScanStatistic]:
-    """All measures of residuals, one a row, for which the scans are long enough."""
+    """All statistics of residuals, one in each row, for which the scans are long enough."""
     path = points.path
     along, scan = vectors[:, path], points.scan[path]
     starts = np.flatnonzero(np.diff(scan, prepend=-1))
@@ -122,8 +114,10 @@ def scan_statistics(
     for name, graph in graphs.items():
         ordered = graph[path][:, path]
         pairs = np.add.reduceat(np.asarray(ordered.sum(axis=1)).reshape(-1), starts)
-        told = np.flatnonzero(pairs >= policy.shortest_scan)
-        if told.size:
+        long_enough = np.flatnonzero(pairs >= policy.shortest_scan)
+        if long_enough.size:
             likeness = moran(along, ordered, scan)
-            found.append(ScanStatistic(name, ByScan(likeness.per_scan[:, told], likeness.pooled), told))
+            found.append(
+                ScanStatistic(name, ByScan(likeness.per_scan[:, long_enough], likeness.pooled), long_enough)
+            )
     return found

@@ -1,7 +1,7 @@
 """Small changes of the prediction that the parameters of a fit can make.
 
-Around a minimum the parameters span a linear space; one that sits on a bound of its range can move only
-inwards, which makes the space a cone. Everything here is in whitened units: noise has unit covariance.
+Near a minimum the parameters span a linear space; a parameter at a bound of its range can only move inwards,
+which makes the space a cone. All quantities are whitened: noise has unit covariance.
 """
 
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ from jaxtyping import Bool, Float, Int
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.errors import InputRefusedError
 
-# All subsets of the parameters on a bound are tried: 4096 of 12.
+# All subsets of the parameters at a bound are tried: 4096 of 12.
 _MOST_EDGES = 12
-# A pull on a parameter on its bound below this many root mean squares of the residual is convergence.
+# A smaller pull on a parameter at its bound, in rms of the residual, is incomplete convergence.
 _PULL = 1e-2
 
 
@@ -26,8 +26,8 @@ def cone_coefficients(
 ) -> Float[np.ndarray, "vectors columns"]:
     """Least squares with coefficients a >= 0, for many vectors at once.
 
-    The solution is the best of the plain least squares of all subsets of columns whose coefficients are
-    positive. There are few columns, and each subset is one small product for all vectors together.
+    The solution is the best unconstrained solution among all subsets of columns with positive coefficients.
+    There are few columns, and each subset takes one small product for all vectors together.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def cone_coefficients(
     vectors, columns = scores.shape
     if columns > _MOST_EDGES:
         raise InputRefusedError(
-            f"{columns} parameters sit on a bound; at most {_MOST_EDGES} can be treated: hold some fixed."
+            f"{columns} parameters are at a bound; at most {_MOST_EDGES} are supported: fix some of them."
         )
     best = np.zeros(vectors)
     coefficients = np.zeros((vectors, columns))
@@ -68,7 +68,7 @@ def cone_coefficients(
 
 
 class Group(NamedTuple):
-    """Vectors that the same edges are active for: which edges, and the index of the vectors."""
+    """Vectors with the same active edges: these edges, and the indices of the vectors."""
 
     active: Bool[np.ndarray, " edges"]
     members: Int[np.ndarray, " vectors"] | slice
@@ -81,9 +81,9 @@ class TangentCone:
     Parameters
     ----------
     basis
-        Orthonormal basis of the parameters that are free to move both ways.
+        Orthonormal basis of the parameters that can move both ways.
     edges
-        What is left, without the basis, of each parameter on a bound: norm 1, pointing into its range.
+        Direction of each parameter at a bound, orthogonal to the basis, norm 1, pointing into its range.
 
     References
     ----------
@@ -104,10 +104,10 @@ class TangentCone:
         Parameters
         ----------
         jacobian
-            Derivatives of the whitened prediction by the parameters.
+            Derivatives of the whitened prediction with respect to the parameters.
         at_bound
-            -1 where a parameter sits on its lower bound or cannot be told from it (within about one
-            standard error), +1 on its upper, 0 inside; None for none on a bound.
+            -1 for a parameter at its lower bound or indistinguishable from it (within about one standard
+            error), +1 at its upper bound, 0 inside; None if no parameter is at a bound.
 
         Raises
         ------
@@ -127,49 +127,29 @@ class TangentCone:
 
     @property
     def n_edges(self) -> int:
-        """How many parameters on a bound matter."""
+        """Number of parameters at a bound that matter."""
         return self.edges.shape[1]
 
     def projection(self, active: Bool[np.ndarray, " edges"]) -> Projection:
-        """Projection off the basis and some of the edges.
-
-        Parameters
-        ----------
-        active
-            The edges that count as free.
-        """
+        """Projection off the basis and the edges that are active, that is, free."""
         if not active.any():
             return Projection(self.basis)
         return Projection(np.hstack([self.basis, orthonormal_range(self.edges[:, active])]))
 
     def active(self, vectors: Float[np.ndarray, "vectors rows"]) -> Bool[np.ndarray, "vectors edges"]:
-        """Edges that a residual does not push against.
+        """Edges that a whitened residual, fitted or not, does not push against.
 
-        Parameters
-        ----------
-        vectors
-            Whitened residuals, fitted or not.
-
-        Returns
-        -------
-        Bool[np.ndarray, "vectors edges"]
-            False where the misfit pulls a parameter out of its range: its column is not free. True also
-            where it pulls neither way, as it does inside the range.
+        False if the misfit pulls a parameter out of its range, so that its column is not free. True also if
+        it pulls neither way, as inside the range.
         """
         pull = np.abs(vectors @ self.edges)
         size = np.sqrt(np.mean(vectors**2, axis=1, keepdims=True))
-        # The basis has taken its part.
+        # The edges are orthogonal to the basis.
         coefficients = cone_coefficients(vectors @ self.edges, self.edges.T @ self.edges)
         return (coefficients > 0) | (pull <= _PULL * size)
 
     def groups(self, vectors: Float[np.ndarray, "vectors rows"]) -> Iterator[Group]:
-        """Vectors of the same active edges.
-
-        Parameters
-        ----------
-        vectors
-            Noise.
-        """
+        """Vectors grouped by their active edges."""
         if self.n_edges == 0:
             yield Group(np.zeros(0, bool), slice(None))
             return
@@ -179,13 +159,7 @@ class TangentCone:
             yield Group(active, np.flatnonzero(group == number))
 
     def residuals(self, vectors: Float[np.ndarray, "vectors rows"]) -> Float[np.ndarray, "vectors rows"]:
-        """What a fit of the parameters leaves of each vector.
-
-        Parameters
-        ----------
-        vectors
-            Noise.
-        """
+        """Residuals of a fit of the parameters to each vector."""
         left = np.empty_like(vectors)
         for active, members in self.groups(vectors):
             left[members] = self.projection(active).remove(vectors[members].T).T

@@ -1,4 +1,4 @@
-"""Analysis of variance: how a residual follows side, incidence, wavelength, time and distances in angle."""
+"""Analysis of variance of a residual by side, incidence, wavelength, time and angular distances."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ DISTANCE_EDGES = {
     "retro": (0.0, 5.0, 15.0, 30.0, 60.0, 180.0),
     "horizon": (0.0, 10.0, 20.0, 40.0, 90.0),
 }
-# A reading as near to an edge stands on it, hence within: goniometers like the very angles of the edges.
+# Tolerance at the edges of a band, because goniometers often measure at exactly these angles.
 _ROUNDING_DEG = 1e-6
 _TIMES = ("in the first quarter", "in the second quarter", "in the third quarter", "in the last quarter")
 
 
 @dataclass(frozen=True)
 class Factor:
-    """One way of dividing the points, and how the residual follows it.
+    """One division of the points, and how the residual depends on it.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class Factor:
     levels
         Name of each level.
     means
-        Mean residual of each, in standard deviations of the noise.
+        Mean residual of each level, in standard deviations of the noise.
     share
-        Of the smooth part's sum of squares, what the means of the levels make up.
+        Share of the smooth part's sum of squares explained by the means of the levels.
     p_value
-        Chance of means as large where there is noise alone; exact, the fit being accounted for.
+        Probability of means this large for pure noise; exact, with the fit taken into account.
     """
 
     name: str
@@ -48,14 +48,14 @@ class Factor:
 
 
 class Division(NamedTuple):
-    """Number of the level of each point, -1 for none, and the names of the levels."""
+    """Level of each point, -1 for none, and the names of the levels."""
 
     labels: Int[np.ndarray, " points"]
     levels: tuple[str, ...]
 
 
 class LevelMeans(NamedTuple):
-    """Mean residual of each level, and the share of the smooth part that its own means make up."""
+    """Mean residual of each level, and the share of the smooth part that its level means explain."""
 
     means: Float[np.ndarray, " levels"]
     share: float
@@ -64,7 +64,7 @@ class LevelMeans(NamedTuple):
 def factors_of(
     left: Float[np.ndarray, " rows"], projection: Projection, points: Points, smooth: SmoothPart
 ) -> tuple[Factor, ...]:
-    """Every division of what the parameters leave of a residual, the largest share first."""
+    """Analysis by every division of a residual after projection; the largest share first."""
     factors = []
     for name, (labels, levels) in divisions_of(points).items():
         if len(levels) < 2:
@@ -75,7 +75,7 @@ def factors_of(
 
 
 def divisions_of(points: Points) -> dict[str, Division]:
-    """All ways of dividing the points."""
+    """All divisions of the points."""
     divisions = {
         "side": _distinct(points.is_transmission, lambda side: "T" if side else "R"),
         "incidence": _distinct(points.theta_i_deg, lambda angle: f"at {angle:g} degrees incidence"),
@@ -105,7 +105,7 @@ def _bands(points: Points, name: str) -> Int[np.ndarray, " points"]:
 
 
 def band_words(low: float, high: float, end: float) -> str:
-    """A band of distances in words, `end` being the largest distance there is."""
+    """A band of distances in words; `end` is the largest possible distance."""
     if low == 0:
         return f"within {high:g} degrees of"
     if high == end:
@@ -119,7 +119,7 @@ def level_means(
     left: Float[np.ndarray, " points"],
     smooth: Float[np.ndarray, " points"],
 ) -> LevelMeans:
-    """Means of a residual and of its smooth part by the level of a division."""
+    """Means of a residual and of its smooth part over the levels of a division."""
     inside = labels >= 0
     count = np.bincount(labels[inside], minlength=n_levels)
     divisor = np.maximum(count, 1)
@@ -133,7 +133,7 @@ def level_means(
 def division_p(
     labels: Int[np.ndarray, " points"], projection: Projection, left: Float[np.ndarray, " rows"]
 ) -> float:
-    """Chance that noise alone follows a division as much; `left` and `projection` as of `factors_of`."""
+    """Probability that noise alone follows a division this closely; arguments as of `factors_of`."""
     indicators = (labels[:, None] == np.arange(labels.max() + 1)).astype(float)
     padded = np.zeros((left.size, indicators.shape[1]))
     padded[: labels.size] = indicators

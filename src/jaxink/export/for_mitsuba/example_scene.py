@@ -9,30 +9,25 @@ import mitsuba as mi
 
 
 def plate_with_ink(filename, index=1.49, size=(64, 48), samples=64, **table):
-    """Scene dictionary.
+    """Scene dictionary for ``mi.load_dict``.
 
     Parameters
     ----------
     filename
         netCDF file of jaxink.
     index
-        Refractive index of the plate: that inside of the table.
+        Refractive index of the plate, the inside index of the table.
     size
         Width and height of the picture in pixels.
     samples
-        Of each pixel.
+        Samples per pixel.
     table
-        Further properties of ``jaxink_table``, such as ``wavelength_nm``.
-
-    Returns
-    -------
-    dict
-        For ``mi.load_dict``.
+        Other properties of ``jaxink_table``, such as ``wavelength_nm``.
     """
     to = mi.ScalarTransform4f()
     glass = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0}
     ink = {"type": "jaxink_table", "filename": filename, **table}
-    # Faces of a plate of 10 by 6 by 0.6, outward normals; the ink is on the lower one.
+    # Plate of 10 by 6 by 0.6 with outward normals; the ink is on the lower face.
     half = to.scale([5, 3, 1])
     faces = {
         "lower": (to.translate([0, 0, -0.3]) @ to.rotate([1, 0, 0], 180) @ half, ink),

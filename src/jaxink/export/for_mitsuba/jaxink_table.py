@@ -1,7 +1,6 @@
 """Mitsuba 3 BSDF ``jaxink_table``: an ink between the inside of a plate (I) and the other side (A).
 
-Needs mitsuba 3, numpy, xarray and a netCDF reader of it (netCDF4 or h5netcdf); no jaxink. Set the variant
-first::
+Needs mitsuba 3, numpy, xarray and netCDF4 or h5netcdf, but not jaxink. Set the variant first::
 
     import mitsuba as mi
 
@@ -10,7 +9,7 @@ first::
 
     bsdf = mi.load_dict({"type": "jaxink_table", "filename": "ink.nc"})
 
-The normal of the shape points from I to A, as the outward normals of a closed plate do.
+The normal of the shape points from I to A, like the outward normals of a closed plate.
 """
 
 import drjit as dr
@@ -18,7 +17,7 @@ import mitsuba as mi
 import numpy as np
 import xarray
 
-# Reflection and transmission of light that comes from side A (in front), then from side I.
+# Reflection and transmission of light from side A (front), then from side I.
 _COMPONENTS = ("R_AA", "T_AI", "R_II", "T_IA")
 _LOBES = (
     mi.BSDFFlags.GlossyReflection,
@@ -42,7 +41,7 @@ def _at(buffer, index, active=True):
 
 
 def _within(value, low, high):
-    """The value, or the bound that it passes; LLVM 15 cannot compile minimum and maximum."""
+    """The value clipped to the bounds; LLVM 15 cannot compile minimum and maximum."""
     return dr.select(value < low, low, dr.select(value > high, high, value))
 
 
@@ -55,14 +54,14 @@ def _root(value):
 
 
 def _pick(lobe, values):
-    """The value of a lobe, by its number."""
+    """Select a value by the number of a lobe."""
     return dr.select(
         lobe == 0, values[0], dr.select(lobe == 1, values[1], dr.select(lobe == 2, values[2], values[3]))
     )
 
 
 def _search(buffer, start, size: int, value):
-    """Position, counted from ``start``, of the last of ``size`` ascending entries that is not above."""
+    """Index from ``start`` of the last of ``size`` ascending entries that is not above the value."""
     position = 0 if _SCALAR else dr.zeros(mi.UInt32, dr.width(value))
     step = 1 << (size - 1).bit_length()
     while step > 1:
@@ -75,7 +74,7 @@ def _search(buffer, start, size: int, value):
 
 
 class _Axis:
-    """Ascending angles, linear between them."""
+    """Ascending angles with linear interpolation."""
 
     def __init__(self, degrees):
         self.radians = np.deg2rad(degrees)
@@ -83,7 +82,7 @@ class _Axis:
         self.buffer = _buffer(self.radians)
 
     def find(self, value):
-        """Cell and fraction of it."""
+        """Cell and fraction within it."""
         cell = _search(self.buffer, 0, self.size - 1, value)
         low, high = _at(self.buffer, cell), _at(self.buffer, cell + 1)
         return cell, _within((value - low) / (high - low), 0, 1)
@@ -95,15 +94,15 @@ class JaxinkTable(mi.BSDF):
     Parameters
     ----------
     props
-        ``filename``: netCDF file of jaxink. ``wavelength_nm``: which wavelength to take, for variants that
-        are not spectral and files with several. ``ignore_regular``: leave the regular part out.
+        ``filename``: netCDF file of jaxink. ``wavelength_nm``: wavelength to use, needed if the file has
+        several and the variant is not spectral. ``ignore_regular``: leave out the regular part.
     """
 
     def __init__(self, props):
         mi.BSDF.__init__(self, props)
         if "polarized" in mi.variant():
             raise RuntimeError(
-                "jaxink_table: the table is for unpolarised light; take an unpolarised variant."
+                "jaxink_table: the table is for unpolarised light; choose an unpolarised variant."
             )
         filename = props["filename"]
         with xarray.open_dataset(filename) as opened:
@@ -118,8 +117,8 @@ class JaxinkTable(mi.BSDF):
         elif not _SPECTRAL and data.sizes["wavelength"] > 1:
             known = ", ".join(f"{w:g}" for w in data["wavelength"].values)
             raise RuntimeError(
-                f"jaxink_table: {filename} has several wavelengths ({known} nm); set wavelength_nm, or "
-                "take a spectral variant."
+                f"jaxink_table: {filename} has several wavelengths ({known} nm); set wavelength_nm or "
+                "choose a spectral variant."
             )
         self._load(data)
         both_sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
@@ -135,9 +134,9 @@ class JaxinkTable(mi.BSDF):
         bsdf, regular = data["bsdf_per_sr"].values, data["regular"].values
         self.bsdf, self.regular = _buffer(bsdf), _buffer(regular)
         self.bsdf_shape, self.regular_shape = bsdf.shape, regular.shape
-        # One ratio for all wavelengths: a ray has one direction.
+        # One ratio for all wavelengths, because a ray has one direction.
         self.index_ratio = float(np.mean(data["index_inside"].values / data["index_outside"].values))
-        # Cells between angles, for sampling: equal projected solid angle is uniform in sin^2(theta) and phi.
+        # Sampling cells: projected solid angle is uniform in sin^2(theta) and phi.
         sine2 = np.sin(self.theta.radians) ** 2
         self.cell_area = np.outer(np.diff(sine2) / 2, np.diff(self.phi.radians))
         corners = bsdf.mean(axis=1)
@@ -145,7 +144,7 @@ class JaxinkTable(mi.BSDF):
         middle = (middle[..., :-1] + middle[..., 1:]) / 2
         power = (middle * self.cell_area).reshape(*corners.shape[:2], -1)
         cumulated = np.concatenate([np.zeros_like(power[..., :1]), np.cumsum(power, axis=-1)], axis=-1)
-        # Twice: a cell and its mirror image.
+        # A cell and its mirror image.
         self.diffuse_power = _buffer(2 * cumulated[..., -1])
         total = np.where(cumulated[..., -1:] > 0, cumulated[..., -1:], 1.0)
         self.cumulated = _buffer(cumulated / total)
@@ -184,7 +183,7 @@ class JaxinkTable(mi.BSDF):
         return self._spectrum(at, si)
 
     def _spectrum(self, at, si):
-        """Values at the wavelengths of the table as a spectrum: linear between them, constant outside."""
+        """Spectrum from the values at the table's wavelengths: linear between them, constant outside."""
         if not _SPECTRAL or len(self.wavelengths) == 1:
             return mi.Spectrum(at(0))
         values = [at(k) for k in range(len(self.wavelengths))]
@@ -195,7 +194,7 @@ class JaxinkTable(mi.BSDF):
         return result
 
     def _powers(self, side, theta_i, active):
-        """Hemispherical shares by which a lobe is chosen: diffuse and regular, reflected and transmitted."""
+        """Hemispherical powers of the lobes: diffuse and regular, reflected and transmitted."""
         i, u = self.theta.find(theta_i)
         shares = []
         for buffer in (self.diffuse_power, self.mean_regular):
@@ -206,7 +205,7 @@ class JaxinkTable(mi.BSDF):
         return shares
 
     def _chosen_powers(self, ctx, side, theta_i, active):
-        """Shares of the lobes that the context asks for, and their sum."""
+        """Powers of the lobes that the context enables, and their sum."""
         shares = self._powers(side, theta_i, active)
         for k, lobe in enumerate(_LOBES):
             exists = k < len(self.m_components)
@@ -216,7 +215,7 @@ class JaxinkTable(mi.BSDF):
 
     @staticmethod
     def _angles(wi, wo):
-        """Polar angles from the normal of the own side, and relative azimuth folded to half a circle."""
+        """Polar angles from the normal of each side, and relative azimuth folded to half a circle."""
         theta_i = _arccos(dr.abs(wi.z))
         theta_o = _arccos(dr.abs(wo.z))
         length = dr.sqrt((wi.x * wi.x + wi.y * wi.y) * (wo.x * wo.x + wo.y * wo.y))
@@ -224,10 +223,9 @@ class JaxinkTable(mi.BSDF):
         return theta_i, theta_o, _arccos(dr.select(length > 0, cosine, -1.0))
 
     def _scaling(self, ctx, wi):
-        """Square of the index on the side of wi over that beyond: what radiance gains by refraction.
+        """Squared ratio of the indices on the side of wi and beyond, by which refraction scales radiance.
 
-        The table is of light that arrives along wi. A path that carries radiance arrives from the other end:
-        reciprocity of media of different indices has this factor.
+        The table is for light that arrives along wi; radiance is transported in the opposite direction.
         """
         if ctx.mode == mi.TransportMode.Importance:
             return 1.0
@@ -247,7 +245,7 @@ class JaxinkTable(mi.BSDF):
         return dr.select(active, value * (scaling * dr.abs(wo.z)), mi.Spectrum(0.0))
 
     def pdf(self, ctx, si, wo, active=True):
-        """Density of wo by solid angle, the chance of its lobe included."""
+        """Density of wo per solid angle, including the probability of its lobe."""
         wi = si.wi
         theta_i, theta_o, phi = self._angles(wi, wo)
         side, transmitted = dr.select(wi.z > 0, 0, 1), wi.z * wo.z < 0
@@ -257,11 +255,11 @@ class JaxinkTable(mi.BSDF):
         return dr.select(active & (wi.z * wo.z != 0), chance * density * dr.abs(wo.z), 0.0)
 
     def _density(self, component, theta_i, theta_o, phi, active):
-        """By projected solid angle, of directions drawn from a diffuse lobe."""
+        """Density per projected solid angle of directions drawn from a diffuse lobe."""
         i, u = self.theta.find(theta_i)
         cell = self.theta.find(theta_o)[0] * (self.phi.size - 1) + self.phi.find(phi)[0]
         value = 0.0
-        # Each of the two tabulated incidences is drawn by its share of the power.
+        # Each of the two tabulated incidences is drawn in proportion to its power.
         powers = []
         for a in (0, 1):
             row = component * self.theta.size + i + a
@@ -269,11 +267,11 @@ class JaxinkTable(mi.BSDF):
             powers.append(power)
             value = value + power * _at(self.density, row * self.n_cells + cell, active)
         total = powers[0] + powers[1]
-        # Half: a direction and its mirror image.
+        # A direction and its mirror image.
         return value / (2 * dr.select(total > 0, total, 1.0))
 
     def sample(self, ctx, si, sample1, sample2, active=True):
-        """Direction, and BSDF times cosine over its density."""
+        """A direction, and BSDF times cosine over its density."""
         wi = si.wi
         side = dr.select(wi.z > 0, 0, 1)
         theta_i = _arccos(dr.abs(wi.z))
@@ -286,7 +284,6 @@ class JaxinkTable(mi.BSDF):
         rest = _within((draw - start) / dr.select(share > 0, share, 1.0), 0, 1)
         transmitted, is_regular = (lobe == 1) | (lobe == 3), lobe >= 2
         component = 2 * side + dr.select(transmitted, 1, 0)
-        # Index on the side of wi over that beyond.
         ratio = dr.select(wi.z > 0, 1 / self.index_ratio, self.index_ratio)
 
         wo = dr.select(

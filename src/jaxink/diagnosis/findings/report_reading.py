@@ -1,0 +1,58 @@
+"""A saved ``report.json``, of this version or of version 1, as plain data."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import described, read_json
+from jaxink.files.reading import shown_path
+
+REPORT_VERSION = 2
+REPORT_FILE = "report.json"
+_LARGEST_BYTES = 64_000_000
+# Names of version 1; each is the name of one field only.
+_RENAMED = {
+    "absorbed_fraction": "degenerate_fraction",
+    "predicted_drop": "predicted_delta_chi_square",
+    "refit_drop": "refit_delta_chi_square",
+    "actual_drop": "actual_delta_chi_square",
+    "stated": "expected",
+    "is_broken": "exceeds_noise",
+}
+
+
+def read_report(path: str | Path) -> dict[str, Any]:
+    """Read a report that `Diagnosis.save` wrote, with the field names of the current version.
+
+    Parameters
+    ----------
+    path
+        The folder, or its ``report.json``.
+
+    Returns
+    -------
+    dict[str, Any]
+        As `Diagnosis.to_dict` makes it; fields are described in docs/diagnosis.md.
+
+    Raises
+    ------
+    InputRefusedError
+        The file cannot be read, or is not a report of version 1 or 2.
+    """
+    path = Path(path)
+    path = path / REPORT_FILE if os.path.isdir(path) else path
+    report = read_json(path, _LARGEST_BYTES, "report")
+    version = report.get("schema_version") if isinstance(report, dict) else None
+    if version not in (1, REPORT_VERSION) or isinstance(version, bool):
+        raise InputRefusedError(
+            f"{shown_path(path)}: schema_version is {described(version)}; this jaxink reads reports of "
+            f"versions 1 and {REPORT_VERSION}."
+        )
+    return _renamed(report) | {"schema_version": REPORT_VERSION} if version == 1 else report
+
+
+def _renamed(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {_RENAMED.get(key, key): _renamed(entry) for key, entry in value.items()}
+    return [_renamed(entry) for entry in value] if isinstance(value, list) else value

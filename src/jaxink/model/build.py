@@ -1,0 +1,168 @@
+"""From a sample and values of its parameters to its stack."""
+
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.model.media import Media, index_behind
+from jaxink.model.mie_sizes import MieSizes, mie_sizes
+from jaxink.model.volume import LayerCoefficients, layer_optics
+from jaxink.numerics.batches import at_each
+from jaxink.sample import Roughness, Sample
+from jaxink.solver.lateral import LateralField
+from jaxink.solver.stack import Stack
+from jaxink.surfaces.height_map import TabulatedSlopes
+from jaxink.surfaces.slopes import SlopeDensity, SlopeMixture, slope_density
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
+from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum
+from jaxink.surfaces.wave_face import WaveFace
+
+
+class StackBuilder(eqx.Module):
+    """Builds the stack of a sample from the values of its parameters.
+
+    Parameters
+    ----------
+    sample
+        What is known of the sample.
+    wavelengths_nm
+        Wavelengths.
+    faces
+        Rough face of each interface; None where it is smooth.
+    mie_sizes
+        Of the Mie series.
+    """
+
+    sample: Sample = eqx.field(static=True)
+    wavelengths_nm: tuple[float, ...] = eqx.field(static=True)
+    faces: tuple[Roughness | None, ...] = eqx.field(static=True)
+    mie_sizes: MieSizes = eqx.field(static=True)
+
+    def values(self, free_values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
+        """Value of every parameter by plain name, one for each wavelength.
+
+        Parameters
+        ----------
+        free_values
+            Values by name that replace those of the sample's table.
+        """
+        values = self.sample.parameters.values_with(free_values)
+        each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
+        return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
+
+    def stack(self, values: Mapping, wavelength_nm) -> Stack:
+        """The stack at one wavelength.
+
+        Parameters
+        ----------
+        values
+            Value of every parameter, by plain name.
+        wavelength_nm
+            Wavelength in vacuum.
+        """
+        sample = self.sample
+        lateral = _lateral(sample, values)
+        faces = tuple(face and _face(face, values, wavelength_nm) for face in self.faces)
+        layers = (layer_optics(layer, values, wavelength_nm, self.mie_sizes)[0] for layer in sample.layers)
+        return Stack(
+            tuple(layers),
+            values["surroundings.index_front"],
+            values[index_behind(sample)],
+            faces,
+            None if sample.backing is None else values["backing.reflectance"],
+            lateral,
+        )
+
+    def coefficients(self, values: Mapping) -> dict[str, LayerCoefficients]:
+        """Scattering and absorption of each scattering layer, by its name, from values as of `values`."""
+
+        def of(layer):
+            return lambda wavelength_nm, here: layer_optics(layer, here, wavelength_nm, self.mie_sizes)[1]
+
+        wavelengths = jnp.asarray(self.wavelengths_nm)
+        scattering = (layer for layer in self.sample.layers if layer.scatters)
+        return {layer.name: at_each(of(layer), wavelengths, values) for layer in scattering}
+
+
+def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Media) -> StackBuilder:
+    """Builder of the stacks of a sample, whose media these are.
+
+    Raises
+    ------
+    InputRefusedError
+        If an interface is declared twice, or particles are too large for the Mie series.
+    """
+    indices, free = media.indices, media.free
+    # Facets between equal media neither reflect nor refract.
+    faces = tuple(
+        None if indices[k] == indices[k + 1] and not (free[k] or free[k + 1]) else face
+        for k, face in enumerate(_declared_faces(sample))
+    )
+    return StackBuilder(sample, wavelengths_nm, faces, mie_sizes(sample, wavelengths_nm))
+
+
+def _lateral(sample: Sample, values: Mapping) -> LateralField | None:
+    """Where light is seen; ways in the ink are not followed."""
+    if sample.beam_diameter_mm is None:
+        return None
+    thickness = [
+        jnp.zeros(()) if layer.scatters else values[f"{layer.name}.thickness_mm"] for layer in sample.layers
+    ]
+    thickness = jnp.stack([jnp.asarray(one, float) for one in thickness])
+    diameters = (
+        values.get(f"instrument.{key}", getattr(sample, key))
+        for key in ("beam_diameter_mm", "detector_diameter_mm")
+    )
+    return LateralField(*(diameter / 2 for diameter in diameters), thickness)
+
+
+def _declared_faces(sample: Sample) -> list[Roughness | None]:
+    """Rough face of each interface; None where it is smooth."""
+    faces: list = [None] * (len(sample.layers) + 1)
+    for k, layer in enumerate(sample.layers):
+        for face in layer.roughness:
+            strength = sample.parameters.get(face.strength)
+            flat = strength is not None and strength.is_fixed and strength.value == 0
+            if flat and face.second_density is None:
+                continue
+            interface = k if face.face == "front_roughness" else k + 1
+            if faces[interface] is not None:
+                raise InputRefusedError(
+                    f"{faces[interface].name} and {face.name} are the same interface; declare it once."
+                )
+            faces[interface] = face
+    return faces
+
+
+def _face(face: Roughness, values: Mapping, wavelength_nm) -> SlopeDensity | WaveFace:
+    """What makes an interface rough, at one wavelength."""
+
+    def get(key):
+        return values[f"{face.name}.{key}"]
+
+    if face.spectrum is not None:
+        return WaveFace(_spectrum(face, get), wavelength_nm, face.amplitude)
+    if face.nodes is not None:
+        slopes, log_density, _ = face.nodes
+        return TabulatedSlopes(get("height_scale"), np.array(slopes), np.array(log_density))
+    first = slope_density(face.density, get("sigma_deg"))
+    if face.second_density is None:
+        return first
+    return SlopeMixture(
+        first, slope_density(face.second_density, get("second_sigma_deg")), get("second_weight")
+    )
+
+
+def _spectrum(face: Roughness, get) -> PowerSpectrum:
+    if face.nodes is not None:
+        log_frequency, log_shape, variance = face.nodes
+        variance = variance * get("height_scale") ** 2
+        return TabulatedSpectrum(variance, np.array(log_frequency), np.array(log_shape))
+    variance = get("height_rms_um") ** 2
+    if face.spectrum == "gaussian":
+        return GaussianSpectrum(variance, get("correlation_length_um"))
+    return KCorrelation(variance, get("length_b_um"), get("exponent"))

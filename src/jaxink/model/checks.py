@@ -1,0 +1,38 @@
+"""Whether a sample can be predicted at the points of a measurement."""
+
+from jaxink.errors import InputRefusedError
+from jaxink.model.points import Points
+from jaxink.model.volume import check_phase_table
+from jaxink.sample import Sample
+
+
+def require_predictable(sample: Sample, points: Points) -> None:
+    """Refuse a sample that says nothing of some point, or nothing that can be.
+
+    Raises
+    ------
+    InputRefusedError
+        With what is wrong and what would be right.
+    """
+    _check_wavelengths(sample, points.wavelengths_nm)
+    backing = sample.backing
+    if backing is not None and backing.side == "both" and points.rays.directions.is_transmission.any():
+        raise InputRefusedError(
+            'the measurement has rows of side T, but behind an opaque backing with side = "both" nothing '
+            'is transmitted; write side = "R" if it was taken away for them.'
+        )
+    for layer in sample.layers:
+        check_phase_table(layer)
+
+
+def _check_wavelengths(sample: Sample, wavelengths_nm: tuple[float, ...]) -> None:
+    named = {n.split("@")[1] for n in sample.parameters if "@" in n}
+    for wavelength in wavelengths_nm:
+        if named and f"{wavelength:g}" not in named:
+            raise InputRefusedError(
+                f"the measurement has rows at {wavelength:g} nm, but the sample file gives its "
+                f"per-wavelength parameters at {', '.join(sorted(named))} nm only; list "
+                f"{wavelength:g} in its wavelength_nm."
+            )
+    for dispersion in sample.dispersions:
+        dispersion.check(sample.parameters, wavelengths_nm)

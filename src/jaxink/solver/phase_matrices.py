@@ -1,0 +1,64 @@
+"""Phase function of a layer between the channels, for all azimuthal orders."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.numerics.legendre import associated_legendre
+from jaxink.optics.layers import TruncatedOptics
+
+
+class PhaseMatrices(NamedTuple):
+    """Phase function between the channels, without the albedo.
+
+    Parameters
+    ----------
+    forward, backward
+        Into the same and into the opposite hemisphere.
+    """
+
+    forward: Float[Array, "orders channels channels"]
+    backward: Float[Array, "orders channels channels"]
+
+
+def phase_matrices(
+    truncated: TruncatedOptics,
+    cosine: Float[Array, " channels"],
+    weight: Float[Array, " channels"],
+    n_orders: int,
+) -> tuple[Array, Array, PhaseMatrices]:
+    """Matrices A and B of `layer_response` for all azimuthal orders, and the phase function by itself.
+
+    Parameters
+    ----------
+    truncated
+        The layer's optics, with all of its moments.
+    cosine, weight
+        Of the channels in the layer, 0 where evanescent, and its own quadrature weight w of each.
+    n_orders
+        Azimuthal orders.
+    """
+    n_moments = truncated.phase_moments.shape[0]
+    table = associated_legendre(n_moments, n_orders, cosine)
+    inside = cosine > 0
+    safe_cosine = jnp.where(inside, cosine, 1.0)
+    scale = jnp.where(inside, jnp.sqrt(jnp.where(inside, weight, 1.0) / safe_cosine), 0.0)
+    factors = (2 * jnp.arange(n_moments) + 1) * truncated.phase_moments
+    parity = (jnp.arange(n_orders)[:, None] + jnp.arange(n_moments)[None, :]) % 2
+    even_table = jnp.where(parity[..., None] == 0, table, 0.0)
+    odd_table = jnp.where(parity[..., None] == 1, table, 0.0)
+    even = jnp.einsum("mli,l,mlj->mij", even_table, factors, even_table)
+    odd = jnp.einsum("mli,l,mlj->mij", odd_table, factors, odd_table)
+    # The quadrature does not integrate the phase function exactly. What is missing is made up by a smooth
+    # symmetric term, so that a layer without absorption conserves energy to rounding.
+    solid = jnp.where(inside, weight, 0.0)
+    missing = 1 - even[0] @ solid
+    whole = jnp.sum(solid)
+    made_up = (missing[:, None] + missing - solid @ missing / whole) / whole
+    scaled_even = scale[:, None] * even.at[0].add(made_up) * scale[None, :]
+    scaled_odd = scale[:, None] * odd * scale[None, :]
+    albedo = truncated.single_scattering_albedo
+    diagonal = jnp.diag(1 / safe_cosine)
+    phase = PhaseMatrices(even + odd, even - odd)
+    return diagonal - albedo * scaled_odd, diagonal - albedo * scaled_even, phase

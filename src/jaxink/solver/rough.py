@@ -1,0 +1,171 @@
+"""Rough interfaces of a stack between its channels, and light that meets one of them once or leaves by it."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.numerics.linear_algebra import transpose
+from jaxink.optics.channels import ChannelGrid
+from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import ChannelPlan
+from jaxink.solver.specular import RegularFields, RegularPaths
+from jaxink.solver.stack import Stack
+from jaxink.solver.star_product import RoughElement
+from jaxink.surfaces.facets import FacetRule, mean_transmittance, projected_area
+from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
+from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
+from jaxink.surfaces.wave_face import WaveFace, broadened_for, wave_interface, wave_lobes
+
+
+def interface_between_channels(
+    stack: Stack, k: int, grid: ChannelGrid, plan: ChannelPlan, config: SolverConfig
+) -> RoughInterface:
+    """The rough interface ``k``, taken from the plan where it has been computed before."""
+    if plan.interfaces and plan.interfaces[k] is not None:
+        return plan.interfaces[k]
+    outer, inner = (stack.indices[side] for side in stack.sides(k))
+    face = stack.faces[k]
+    if isinstance(face, WaveFace):
+        return wave_interface(grid, outer, inner, face, config.n_orders)
+    sizes = RoughSizes(n_outer=plan.n_outer(stack, k, config))
+    return rough_interface(grid, outer, inner, face, config.n_orders, sizes)
+
+
+def rough_element(
+    stack: Stack,
+    k: int,
+    grid: ChannelGrid,
+    scale: Float[Array, " channels"],
+    interface: RoughInterface,
+) -> RoughElement:
+    """The rough interface ``k`` in the basis of fluxes, with the side of regular light put where it is.
+
+    ``scale`` is the root of the channels' etendue weights, above 0.
+    """
+    propagates = (grid.squared_cosine(stack.indices[side]) > 0 for side in stack.sides(k))
+    interface = interface.of_fluxes(scale, *propagates)
+    total, one, regular = interface.total, interface.one, interface.regular
+    entering = transpose(total.leaving)
+    if stack.outer_is_front(k):
+        sides = total.outer_reflection, total.inner_reflection, entering, total.leaving
+        once = one.outer_reflection, one.inner_reflection, transpose(one.leaving)
+        kept = regular and (regular.outer_reflection, regular.inner_reflection, regular.leaving)
+    else:
+        sides = total.inner_reflection, total.outer_reflection, total.leaving, entering
+        once = one.inner_reflection, one.outer_reflection, one.leaving
+        kept = regular and (regular.inner_reflection, regular.outer_reflection, regular.leaving)
+    return RoughElement(*sides, *once, kept)
+
+
+def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[Array, Array]:
+    """Share of light that finds its way between what scatters first and the front, and last and the back.
+
+    Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
+    reflect to and fro many times, and is hard to interpolate at a rough face, too.
+    """
+    first, last = stack.scattering[0], stack.scattering[-1]
+    front = fields.down_from_front[first] + fields.up_from_front[last]
+    back = fields.down_from_back[first] + fields.up_from_back[last]
+    if stack.rough and stack.rough[0] <= first:
+        k = stack.rough[0]
+        front = fields.arriving_from_front[k] * _crossing_share(stack, k, squared_cosine, k, k + 1)
+    if stack.rough and stack.rough[-1] > last:
+        k = stack.rough[-1]
+        back = fields.arriving_from_back[k] * _crossing_share(stack, k, squared_cosine, k + 1, k)
+    return tuple(jnp.where(share > 1e-200, share, 1.0) for share in (front, back))
+
+
+def _crossing_share(stack: Stack, k: int, squared_cosine, here: int, there: int):
+    """Share of light that crosses the rough interface ``k`` between two media, about."""
+    cosine = propagating_cosine(squared_cosine[here])
+    sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
+    indices = stack.indices[here], stack.indices[there]
+    face = stack.faces[k]
+    if isinstance(face, WaveFace):
+        beyond = propagating_cosine(squared_cosine[there])
+        return 1 - fresnel_reflectance(*indices, cosine, beyond)
+    return mean_transmittance(cosine, sine, *indices, face)
+
+
+def met_between_channels(element: RoughElement, fields: RegularFields, k: int) -> tuple[Array, Array]:
+    """Reflected and transmitted light that meets the interface ``k`` once and is regular else.
+
+    Between the channels, in the basis of fluxes.
+    """
+    down, up_from_back = fields.arriving_from_front[k], fields.arriving_from_back[k]
+    if element.regular is None:
+        # No regular light comes from beyond.
+        return down[:, None] * element.one_above * down, up_from_back[:, None] * element.one_down * down
+    up, down_from_back = fields.returning_from_front[k], fields.returning_from_back[k]
+    to_front = element.one_above * down + transpose(element.one_down) * up
+    to_back = element.one_down * down + element.one_below * up
+    return (
+        down[:, None] * to_front + up[:, None] * to_back,
+        down_from_back[:, None] * to_front + up_from_back[:, None] * to_back,
+    )
+
+
+def met_at_directions(
+    stack: Stack, k: int, paths: RegularPaths, factors: Float[Array, "directions 2"] | None
+) -> Float[Array, " points"]:
+    """Basic radiance per irradiance of light that meets the interface ``k`` once and is regular else.
+
+    ``factors`` are the `RoughInterface.lobe_factors` of the paths.
+    """
+    if isinstance(stack.faces[k], WaveFace):
+        return _met_waves(stack, k, paths, factors)
+    return _met_facet(stack, k, paths)
+
+
+def _met_facet(stack, k, paths):
+    """Light that meets one facet."""
+    directions, kappa, out, fields_in, fields_out = paths
+    density, front, back = stack.faces[k], stack.indices[k], stack.indices[k + 1]
+
+    def cosines_and_areas(index):
+        cosine = propagating_cosine(1 - (kappa / index) ** 2)
+        safe = jnp.where(cosine > 0, cosine, 1.0)
+        sine = jnp.sqrt(jnp.maximum(1 - safe**2, 1e-12))
+        return safe, jnp.where(cosine > 0, 1 / projected_area(safe, sine, density, FacetRule()), 0.0)
+
+    cosine_front, per_area_front = cosines_and_areas(front)
+    cosine_back, per_area_back = cosines_and_areas(back)
+    side, azimuth = directions.is_transmission, directions.azimuth_rad
+    into = directions.incidence
+    reflected = reflected_lobe((front, back), cosine_front[out], cosine_front[into], azimuth, density)
+    through = transmitted_lobe((front, back), cosine_back[out], cosine_front[into], azimuth, density)
+    reflected = reflected * per_area_front[out] * fields_out.arriving_from_front[k] / front**2
+    through = through * per_area_back[out] * fields_out.arriving_from_back[k]
+    return jnp.where(side, through, reflected) * per_area_front[into] * fields_in.arriving_from_front[k]
+
+
+def _met_waves(stack, k, paths, factors):
+    """The same for an interface by wave optics, which also leaves regular light on its other side."""
+    directions, kappa, out, fields_in, fields_out = paths
+    face, indices = stack.faces[k], stack.indices[k : k + 2]
+    table = broadened_for(face, *indices)
+    into = directions.incidence
+    cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
+    safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]
+    outer_is_front = stack.outer_is_front(k)
+    # The factor of a direction on the front and on the back side.
+    sides = (0, 1) if outer_is_front else (1, 0)
+    at_side = [factors[:, side] for side in sides]
+    leaving = [safe[side][out] for side in (0, 1)]
+
+    def lobes(side):
+        there = 1 - side
+        index, ends = (indices[side], indices[there]), (leaving[side], leaving[there])
+        back, through = wave_lobes(face, table, index, ends, safe[side][into], directions.azimuth_rad)
+        if side == sides[1]:
+            back = back * at_side[side][out] * at_side[side][into]
+        return back, through * at_side[there][out] * at_side[side][into]
+
+    (front_back, front_through), (back_back, back_through) = lobes(0), lobes(1)
+    down, up = fields_in.arriving_from_front[k], fields_in.returning_from_front[k]
+    side = directions.is_transmission
+    out_front = jnp.where(side, fields_out.returning_from_back[k], fields_out.arriving_from_front[k])
+    out_back = jnp.where(side, fields_out.arriving_from_back[k], fields_out.returning_from_front[k])
+    to_front = front_back * down + back_through * up
+    to_back = front_through * down + back_back * up
+    return out_front * to_front + out_back * to_back

@@ -1,0 +1,108 @@
+"""Light scattered once and regular before and after, which is known exactly."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxink.optics.directions import Directions, scattering_cosines
+from jaxink.optics.layers import ScatteringLayer, TruncatedOptics
+from jaxink.solver.phase_matrices import PhaseMatrices
+from jaxink.solver.rough import met_at_directions
+from jaxink.solver.specular import RegularFields, RegularPaths
+from jaxink.solver.stack import Stack
+from jaxink.solver.stack_channels import StackChannels
+
+
+@jax.jit
+def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
+    """Depth integrals of light scattered once in a layer.
+
+    Parameters
+    ----------
+    cosine_out, cosine_in
+        Cosines inside the layer, broadcast together; 0 gives 0.
+    optical_thickness
+        Of the layer.
+
+    Returns
+    -------
+    reflected, transmitted
+        Per unit albedo and unit phase function, times 4 pi: the layer's BRDF and BTDF.
+    """
+    inside = (cosine_out > 0) & (cosine_in > 0)
+    out, into = jnp.where(inside, cosine_out, 1.0), jnp.where(inside, cosine_in, 1.0)
+    a, b = 1 / out, 1 / into
+    reflected = -jnp.expm1(-optical_thickness * (a + b)) / (out + into)
+    difference = jnp.abs(a - b) * optical_thickness
+    near = difference < 1e-6
+    ratio = jnp.where(near, 1 - difference / 2, -jnp.expm1(-difference) / jnp.where(near, 1.0, difference))
+    slow = optical_thickness * jnp.minimum(a, b)
+    transmitted = a * b * optical_thickness * jnp.exp(-slow) * ratio
+    return jnp.where(inside, reflected, 0.0), jnp.where(inside, transmitted, 0.0)
+
+
+def scattered_between_channels(
+    layer: ScatteringLayer, optics: TruncatedOptics, phase: PhaseMatrices, fields: RegularFields, k: int
+) -> tuple[Float[Array, "orders channels channels"], Float[Array, "orders channels channels"]]:
+    """Reflected and transmitted light scattered once in layer ``k``, for each azimuthal order.
+
+    Basic radiance per irradiance; factor 1/(2 pi) and the cosine series are left out.
+    """
+    n2 = layer.refractive_index**2
+    cosine = fields.cosines[k]
+    reflected, transmitted = single_scattering_kernels(
+        cosine[:, None], cosine[None, :], optics.optical_thickness
+    )
+    back = phase.backward * reflected * optics.single_scattering_albedo / (2 * n2)
+    ahead = phase.forward * transmitted * optics.single_scattering_albedo / (2 * n2)
+    down, up = fields.down_from_front[k], fields.up_from_front[k]
+
+    def seen(out_up, out_down):
+        return out_up[:, None] * (back * down + ahead * up) + out_down[:, None] * (ahead * down + back * up)
+
+    return seen(down, up), seen(fields.down_from_back[k], fields.up_from_back[k])
+
+
+def scattered_once(
+    stack: Stack, channels: StackChannels, directions: Directions, kappa: tuple[Array, Array, Array]
+) -> Float[Array, " points"]:
+    """Basic radiance per irradiance of light scattered once, in a layer or by a rough interface.
+
+    ``kappa`` are those of incidences and of ways out in front and behind: the directions beyond.
+    """
+    n_in, n_front, _ = (part.shape[0] for part in kappa)
+    way_out = directions.outgoing + jnp.where(directions.is_transmission, n_in + n_front, n_in)
+    fields_in, fields_out = (
+        jax.tree.map(lambda x, there=there: x[..., there], channels.fields_beyond)
+        for there in (directions.incidence, way_out)
+    )
+    paths = RegularPaths(directions, jnp.concatenate(kappa), way_out, fields_in, fields_out)
+    once = jnp.zeros(())
+    for k in stack.scattering:
+        once = once + _scattered_in_layer(stack.layers[k], channels.truncated[k], paths, k)
+    for k in stack.rough:
+        factors = channels.lobe_factors[k]
+        if factors is not None:
+            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(factors, axis=1)
+        once = once + met_at_directions(stack, k, paths, factors)
+    return once
+
+
+def _scattered_in_layer(layer: ScatteringLayer, optics: TruncatedOptics, paths: RegularPaths, k: int):
+    """Light scattered once in layer ``k``, with its exact phase function."""
+    directions, _, _, fields_in, fields_out = paths
+    cosine_in = fields_in.cosines[k]
+    cosine_out = fields_out.cosines[k]
+    ahead_cosine, back_cosine = scattering_cosines(cosine_out, cosine_in, directions.azimuth_rad)
+    reflected, transmitted = single_scattering_kernels(cosine_out, cosine_in, optics.optical_thickness)
+    # Albedo over the truncated extinction, but with the whole phase function.
+    albedo = layer.single_scattering_albedo / (1 - layer.single_scattering_albedo * optics.forward_fraction)
+    strength = albedo / (4 * jnp.pi * layer.refractive_index**2)
+    ahead = strength * layer.phase_function.value(ahead_cosine) * transmitted
+    back = strength * layer.phase_function.value(back_cosine) * reflected
+    down = fields_in.down_from_front[k]
+    up = fields_in.up_from_front[k]
+    side = directions.is_transmission
+    out_up = jnp.where(side, fields_out.down_from_back[k], fields_out.down_from_front[k])
+    out_down = jnp.where(side, fields_out.up_from_back[k], fields_out.up_from_front[k])
+    return out_up * (back * down + ahead * up) + out_down * (ahead * down + back * up)

@@ -1,0 +1,72 @@
+"""CONTRIBUTING.md against the code: its map, and one worked example of each thing that people add."""
+
+import inspect
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jaxink.fitting import Objective
+from tests.test_import_direction import FLOORS
+
+TEXT = (Path(__file__).resolve().parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+EXAMPLES = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+# What the modules that the examples go into import.
+IMPORTS = """
+import dataclasses
+from pathlib import Path
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+from jaxink import Parameter
+from jaxink.effects import ReadingEffect
+from jaxink.export.formats import Format
+from jaxink.export.limitations import ExportOptions
+from jaxink.export.text import row, write_lines
+from jaxink.ink import InkTable
+from jaxink.ink.hemispherical_totals import diffuse_totals
+from jaxink.numerics.legendre import moments_of_function
+from jaxink.optics.phase_function import PhaseFunction
+from jaxink.particles.phase_function import _as_float
+"""
+
+
+def defined(name):
+    [code] = [code for code in EXAMPLES if name in code]
+    names = {}
+    exec(IMPORTS + code, names)
+    return names[name]
+
+
+def test_rooms_are_listed_from_the_bottom_to_the_top():
+    rows = (line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| `"))
+    listed = [re.findall(r"`(\w+)`", rooms) for rooms in rows]
+    at = {room: k for k, rooms in enumerate(FLOORS) for room in rooms}
+    assert sorted(room for rooms in listed for room in rooms) == sorted(set(at) - {"data", "__main__"})
+    floors = [at[room] for rooms in listed for room in rooms]
+    assert floors == sorted(floors)
+
+
+def test_effect_of_the_example_is_complete():
+    effect = defined("Vignetting")
+    assert not effect.__abstractmethods__
+    assert effect().strength.value == 0
+
+
+@pytest.mark.parametrize("g", [-0.4, 0.3])
+def test_phase_function_of_the_example_has_mean_1_and_its_asymmetry(g):
+    mean, asymmetry = np.asarray(defined("CornetteShanks")(g).moments(24)[:2])
+    assert mean == pytest.approx(1, abs=1e-6)
+    # Cornette, Shanks 1992, eq. 9.
+    assert asymmetry == pytest.approx(3 * g * (4 + g**2) / (5 * (2 + g**2)), abs=1e-6)
+
+
+def test_format_of_the_example_says_what_is_lost():
+    assert "standard_errors" in defined("TOTALS").lost
+
+
+def test_objective_of_the_example_belongs_to_the_method_that_is_named():
+    [code] = [code for code in EXAMPLES if "self.kind" in code]
+    assert code.strip().splitlines()[0].startswith("if self.kind ==")
+    assert "if self.kind ==" in inspect.getsource(Objective._misfit)
