@@ -108,10 +108,10 @@ def write(kept: dict[str, list[dict]]) -> None:
     machines = "; ".join(dict.fromkeys(k["machine"] for runs in kept.values() for k in runs))
     text = f"""# Computing time of a diagnosis
 
-The times include the whole procedure: fit, complete catalogue, 2000 null data sets, refits, held-out fits, report and figures
-(`python -m benchmarks.speed.diagnosis`, {machines}).
-Each row is one run. The last column shows how fast the machine was at that time: it is a virtual machine with two cores,
-whose share of the processor varies severalfold from hour to hour.
+The times include the whole procedure: fit, complete catalogue, 2000 null data sets, refits, held-out fits,
+report and figures (`python -m benchmarks.speed.diagnosis`, {machines}). Each row is one run. The last
+column shows how fast the machine was at that time: it is a virtual machine with two cores, whose share of
+the processor varies severalfold from hour to hour.
 
 {table(header, rows)}
 """

@@ -47,10 +47,10 @@ def main() -> None:
     ratio = seconds["simplex"] / seconds["gradient"]
     text = f"""# Gradient method and simplex compared
 
-The simulated measurement `{arguments.name}` is fitted from the middle of the parameter ranges; times are medians of
-{arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder–Mead
-with the same objective, the same variables between 0 and 1 and the same start. It takes {ratio:.1f} times as long and gives
-no standard errors.
+The simulated measurement `{arguments.name}` is fitted from the middle of the parameter ranges; times are
+medians of {arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder–Mead with
+the same objective, the same variables between 0 and 1 and the same start. It takes {ratio:.1f} times as
+long and gives no standard errors.
 
 {table(header, rows)}
 

@@ -89,14 +89,14 @@ def main() -> None:
     ]
     text = f"""# Computing time of a rough face
 
-The sample is the simulated plate `{NAME}`: {len(data)} directions, five incidences, a Mie ink, automatic resolution.
-Times are medians of {ROUNDS} rounds in which all models take turns. Made by `python -m benchmarks.speed.rough`
-({machine()}).
+The sample is the simulated plate `{NAME}`: {len(data)} directions, five incidences, a Mie ink, automatic
+resolution. Times are medians of {ROUNDS} rounds in which all models take turns. Made by `python -m
+benchmarks.speed.rough` ({machine()}).
 
 {table(header, rows)}
 
-A face with one density between fixed indices is tabulated over the range of its angle before the fit. Otherwise the
-integrals over the facets, or over the spectrum of heights, are computed again in every step.
+A face with one density between fixed indices is tabulated over the range of its angle before the fit.
+Otherwise the integrals over the facets, or over the spectrum of heights, are computed again in every step.
 """
     write_page("rough.md", text)
 

@@ -175,10 +175,11 @@ def main() -> None:
     ]
     text = f"""## Undeclared effects
 
-`jaxink diagnose` was run on every **simulated** measurement with only the declared file (`python -m benchmarks.validation.simulated.diagnosis`, {machine()}; reports in
-benchmarks/validation/simulated/reports). Strengths are compared if
-the simulation and the catalogue (docs/diagnosis.md) define the effect in the same way; for `lateral_loss` these are the
-diameters of beam and field. Parameters are in the order of the sample file.
+`jaxink diagnose` was run on every **simulated** measurement with only the declared file
+(`python -m benchmarks.validation.simulated.diagnosis`, {machine()}; reports in
+benchmarks/validation/simulated/reports). Strengths are compared if the simulation and the catalogue
+(docs/diagnosis.md) define the effect in the same way; for `lateral_loss` these are the diameters of beam and
+field. Parameters are in the order of the sample file.
 
 {table(header, rows)}
 """
