@@ -1,5 +1,8 @@
 """Sizes of the solver's discretisation."""
 
+import dataclasses
+from typing import Any
+
 import equinox as eqx
 
 from jaxink.errors import require_integer
@@ -44,4 +47,5 @@ class SolverConfig(eqx.Module):
 
     def at_least(self, other: "SolverConfig") -> "SolverConfig":
         """The larger of two in every size, with this one's method."""
-        return SolverConfig(*(max(getattr(self, s), getattr(other, s)) for s in _SIZES), self.layer_method)
+        sizes: dict[str, Any] = {s: max(getattr(self, s), getattr(other, s)) for s in _SIZES}
+        return dataclasses.replace(self, **sizes)

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known
+from jaxink.optics.layers import ScatteringLayer
 from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
@@ -56,14 +57,15 @@ class Demand(eqx.Module):
 
 def demand(stack: Stack, plan: ChannelPlan) -> Demand:
     """Read off a stack and its channels what it asks of the discretisation."""
-    layers = [stack.layers[k] for k in stack.scattering]
+    layers = [layer for layer in stack.layers if isinstance(layer, ScatteringLayer)]
+    first, *others = (layer.optical_thickness for layer in layers)
     moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
     outside = jnp.stack([stack.index_front, stack.index_back])
     sines = jnp.stack([jnp.max(outside) / layer.refractive_index for layer in layers])
     escaping = jnp.max(jnp.stack([jnp.min(outside) / layer.refractive_index for layer in layers]))
     return Demand(
         phase_moments=jnp.max(jnp.stack(moments), axis=0),
-        optical_thickness=sum(layer.optical_thickness for layer in layers),
+        optical_thickness=sum(others, start=first),
         largest_sine=jnp.minimum(jnp.max(sines), 1.0),
         smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
         escaping_sine=jnp.minimum(escaping, 1.0),
@@ -90,7 +92,8 @@ def sizes_for(
     sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
     each = zip(moments, np.ravel(demand.optical_thickness), np.atleast_2d(sines), strict=True)
     sizes = np.max([_sizes(*one, demand.exposed, demand.rough, accuracy) for one in each], axis=0)
-    return SolverConfig(*sizes.tolist(), layer_method=layer_method)
+    escaping, trapped, n_moments, n_orders = sizes.tolist()
+    return SolverConfig(escaping, trapped, n_moments, n_orders, layer_method)
 
 
 def _sizes(moments, thickness, sines, exposed, rough, accuracy):
