@@ -1,4 +1,4 @@
-"""The accuracy that a user asks of the discretisation: the default, and what may be asked."""
+"""Accuracy that the resolution is chosen for: its default and its range."""
 
 from numbers import Real
 
@@ -10,7 +10,7 @@ BEST_ACCURACY, WORST_ACCURACY = 1e-8, 0.1
 
 
 def require_accuracy(accuracy: float) -> None:
-    """Refuse an accuracy that no sizes can be chosen for.
+    """Reject an accuracy for which no resolution can be chosen.
 
     Parameters
     ----------
