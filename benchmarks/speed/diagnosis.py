@@ -106,12 +106,12 @@ def write(kept: dict[str, list[dict]]) -> None:
         "5 million additions in Python, s",
     ]
     machines = "; ".join(dict.fromkeys(k["machine"] for runs in kept.values() for k in runs))
-    text = f"""# Time of a diagnosis
+    text = f"""# Computing time of a diagnosis
 
-The whole procedure: fit, whole catalogue, 2000 null data sets, refits, held-out fits, report and figures
-(`python -m benchmarks.speed.diagnosis`, {machines}).
-A row is a run. The last column tells how fast the machine was at that time: a virtual one of two cores, whose
-share of a processor changes several times over from hour to hour.
+The times include the whole procedure: fit, complete catalogue, 2000 null data sets, refits, held-out fits,
+report and figures (`python -m benchmarks.speed.diagnosis`, {machines}). Each row is one run. The last
+column shows how fast the machine was at that time: it is a virtual machine with two cores, whose share of
+the processor varies severalfold from hour to hour.
 
 {table(header, rows)}
 """

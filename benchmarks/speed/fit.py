@@ -45,16 +45,16 @@ def main() -> None:
         "found",
     ]
     ratio = seconds["simplex"] / seconds["gradient"]
-    text = f"""# Gradient and simplex side by side
+    text = f"""# Gradient method and simplex compared
 
-The simulated measurement `{arguments.name}`, from the middle of the parameter ranges, median of
-{arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder-Mead on the very
-same objective, the same variables between 0 and 1 and the same start; it takes {ratio:.1f} times as long, and
-gives no standard errors.
+The simulated measurement `{arguments.name}` is fitted from the middle of the parameter ranges; times are
+medians of {arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder–Mead with
+the same objective, the same variables between 0 and 1 and the same start. It takes {ratio:.1f} times as
+long and gives no standard errors.
 
 {table(header, rows)}
 
-A linearisation at a trial point that is then refused counts as a Jacobian. This page is made by
+A linearisation at a trial point that is then rejected counts as a Jacobian. This page is made by
 `python -m benchmarks.speed.fit`.
 """
     write_page("gradient-and-simplex.md", text)

@@ -87,16 +87,16 @@ def main() -> None:
         "over smooth",
         "building the model once, s",
     ]
-    text = f"""# Time of a rough face
+    text = f"""# Computing time of a rough face
 
-The simulated plate `{NAME}`: {len(data)} directions, five incidences, Mie ink, sizes as they are
-chosen. Medians of {ROUNDS} rounds in which all take turns. Made by `python -m benchmarks.speed.rough`
-({machine()}).
+The sample is the simulated plate `{NAME}`: {len(data)} directions, five incidences, a Mie ink, automatic
+resolution. Times are medians of {ROUNDS} rounds in which all models take turns. Made by `python -m
+benchmarks.speed.rough` ({machine()}).
 
 {table(header, rows)}
 
-A face with one density between fixed indices is computed beforehand over the range of its angle. Otherwise
-the facets, or the waves of a spectrum of heights, are summed anew in every step.
+A face with one density between fixed indices is tabulated over the range of its angle before the fit.
+Otherwise the integrals over the facets, or over the spectrum of heights, are computed again in every step.
 """
     write_page("rough.md", text)
 

@@ -21,7 +21,7 @@ FREE = tuple(SIMULATED_TRUTH)
 def run(monkeypatch, coarse):
     """Run the command; the test session's JAX settings stay as they are."""
     monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
-    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
 

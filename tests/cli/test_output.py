@@ -29,7 +29,7 @@ def tree(folder):
 @pytest.fixture
 def run(monkeypatch, coarse):
     monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
-    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
 
 

@@ -37,7 +37,7 @@ def rows(table):
 @pytest.fixture
 def coarsely(monkeypatch, coarse):
     """Fits with a coarse discretisation: the documents shall run, accuracy is tested elsewhere."""
-    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
 
 
 def test_notebook_example_runs(coarsely):

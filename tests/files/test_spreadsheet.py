@@ -45,7 +45,7 @@ def test_comments_are_cut_at_separators():
 
 def test_predictions_hold_no_formula_of_the_users(coarse, tmp_path, monkeypatch):
     monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
-    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
     data, sample = simulated_example()
     head, *rows = data.read_text(encoding="utf-8").splitlines()
     further = [(text.strip(), "-1.5", f"{k}") for k, text in enumerate(FORMULAS)]

@@ -45,7 +45,7 @@ def found(coarse):
 def change(found, coarse):
     """Tables of the ink before and after, coarse."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
+        patch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
         return inside_change(found)
 
 

@@ -258,7 +258,7 @@ def test_the_same_sample_changes_nothing_and_absorption_darkens(change):
 def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
     from jaxink.effects.sample_edits import with_film
 
-    monkeypatch.setattr("jaxink.model.forward.ForwardModel.sizes", lambda *_: coarse)
+    monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
     sample = found.result.sample
     change = compare_tables(sample, with_film(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.

@@ -57,7 +57,7 @@ def page(store: dict) -> str:
     missing = [name for name in names if name not in reasons and name not in seen]
     nulls = [
         f"- Without an effect, `{name}`: {case['null']['called']} of {N_NULL} data sets have a candidate "
-        "called at the 5 % level (4 to 16 expected)."
+        "detected at the 5 % level (4 to 16 expected)."
         for name, case in store["cases"].items()
         if "null" in case
     ]

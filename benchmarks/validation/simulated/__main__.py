@@ -153,8 +153,8 @@ def rivals() -> str:
     ]
     return f"""## `white_ink_rough` with other surfaces
 
-The simulated surface is `cauchy` with 3.2 degrees. The same data, fitted without roughness and with each
-density, its angle free:
+The simulated surface is `cauchy` with 3.2 degrees. The same data are fitted without roughness and with each
+density, with a free angle:
 
 {table(header, rows)}
 """
@@ -174,10 +174,10 @@ def roughness_only() -> str:
     m = fit_text("white_ink_mie", text).merit
     return f"""## Roughness alone on `white_ink_mie`
 
-An ink that absorbs but does not scatter, under a rough face (`ggx`, up to 45 degrees), fitted to the ink
-that scatters under a smooth one: relative rms {100 * m.relative_rms:.0f} %, chi-square {m.chi_square:.3g} for
-{m.degrees_of_freedom} degrees of freedom. It fails, as it must: facets alone do not give the light between
-the lobes.
+An ink that absorbs but does not scatter, with a rough face (`ggx`, up to 45 degrees), is fitted to the
+scattering ink with a smooth face: relative rms {100 * m.relative_rms:.0f} %, chi-square {m.chi_square:.3g}
+for {m.degrees_of_freedom} degrees of freedom. The fit fails, as it should, because facets alone do not
+produce the light between the lobes.
 """
 
 
@@ -198,21 +198,21 @@ def main() -> None:
     ]
     text = f"""# Simulated samples without undeclared effects
 
-The measurements are **simulated** by an independent Monte Carlo program. Each fit knows the declared file
-only (ranges, thickness, indices, noise with its scan factor as covariance) and starts in the middle of the
-ranges; the angle of the rough face of `white_ink_rough` is free, too. This page is made by
+The measurements are **simulated** by an independent Monte Carlo program. Each fit uses only the declared
+file (ranges, thickness, indices, and the noise with its scan factor as a covariance) and starts in the
+middle of the ranges. The angle of the rough face of `white_ink_rough` is also free. This page is made by
 `python -m benchmarks.validation.simulated` ({machine()}).
 
 {table(header, list(overview))}
 
-Jacobians and seconds are those of the scan along a radius, the searches and the profile likelihoods together;
-compiling is left out.
+Jacobians and seconds include the scan along a radius, the searches and the profile likelihoods, but not
+compilation.
 
-Three columns use what no fit may know: the values before noise was drawn. Noise was drawn as declared, but
-those values have an error of the Monte Carlo's own, which the declared noise holds only as far as it is
-common to a scan (scan_relative 0.002). Where it is large beside the noise, and has a shape within scans,
-chi-square exceeds its degrees of freedom although the fit is as near to the noise-free values as these are to
-the truth: `coloured_ink`.
+Three columns use the values before noise was added, which no fit may use. Noise was drawn as declared, but
+those values have a statistical error of the Monte Carlo itself, which the declared noise covers only as far
+as it is common to a scan (scan_relative 0.002). If this error is large compared with the noise and varies
+within scans, chi-square exceeds its degrees of freedom although the fit is as close to the noise-free
+values as these are to the truth, as for `coloured_ink`.
 
 {"".join(sections)}{rivals()}
 {roughness_only()}"""

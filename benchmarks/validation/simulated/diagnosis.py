@@ -175,11 +175,11 @@ def main() -> None:
     ]
     text = f"""## Undeclared effects
 
-`jaxink diagnose` on every **simulated** measurement, by the declared file alone
+`jaxink diagnose` was run on every **simulated** measurement with only the declared file
 (`python -m benchmarks.validation.simulated.diagnosis`, {machine()}; reports in
-benchmarks/validation/simulated/reports). Strengths are compared where the definition of the simulation agrees
-with the catalogue's (docs/diagnosis.md): all of E1, E4 to E8, E10, E11 and E13 to E15; of E9 the diameters of
-beam and field. Parameters in the order of the sample file.
+benchmarks/validation/simulated/reports). Strengths are compared if the simulation and the catalogue
+(docs/diagnosis.md) define the effect in the same way; for `lateral_loss` these are the diameters of beam and
+field. Parameters are in the order of the sample file.
 
 {table(header, rows)}
 """

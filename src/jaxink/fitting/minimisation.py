@@ -73,8 +73,8 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     noise = noise_of(data, sample.noise)
     if options.objective == "chi_square" and not noise.known:
         raise InputRefusedError(
-            f"{data.source or 'the measurement'}: its noise is unknown ({noise.origin}) Declare it in "
-            "[noise] of the sample file, or choose another objective."
+            f"{data.source or 'the measurement'}: its noise is {noise.origin} Declare it in [noise] of the "
+            "sample file, or choose another objective."
         )
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method

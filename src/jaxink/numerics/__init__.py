@@ -1,1 +1,1 @@
-"""Numerical building blocks that know nothing of optics."""
+"""Numerical building blocks, independent of optics."""

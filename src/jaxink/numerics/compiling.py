@@ -1,4 +1,4 @@
-"""How much work XLA puts into a program: little where it runs a few times, much where it runs often."""
+"""Optimisation level of XLA: low for programs that run a few times, high for those that run often."""
 
 import os
 from collections.abc import Callable
@@ -7,47 +7,42 @@ from typing import Any
 
 import jax
 
-# Levels of optimisation on a CPU. Against the thorough one, 1 takes half of the time to compile and up to
-# half as much again to run, 0 a fifth and three times.
+# Levels of optimisation on a CPU. Compared with full optimisation, level 1 halves the compile time and
+# lengthens the run time by up to a half; level 0 takes a fifth and three times.
 _NONE, _LITTLE = 0, 1
 
 
 @cache
 def _options(level: int) -> dict[str, Any] | None:
-    # A level that the user asks for stands.
+    # A level set by the user takes precedence.
     if jax.default_backend() != "cpu" or "optimization_level" in os.environ.get("XLA_FLAGS", ""):
         return None
     options = {"xla_backend_optimization_level": level, "xla_cpu_use_fusion_emitters": False}
     try:
         jax.jit(lambda x: x, compiler_options=options).lower(0.0).compile()
     except jax.errors.JaxRuntimeError:
-        # Another XLA, which does not know them.
+        # Another version of XLA, which does not know them.
         return None
     return options
 
 
 def hastily(function: Callable, level: int = _NONE) -> Callable:
-    """`jax.jit` of a function for a few runs: compiled fast, run slowly.
+    """`jax.jit` with a low level of optimisation, for a function that runs a few times.
 
-    Parameters
-    ----------
-    function
-        Not for use within other compiled functions.
-    level
-        Of optimisation.
+    The result is not for use within other compiled functions.
     """
     return jax.jit(function, compiler_options=_options(level))
 
 
 class Tiered:
-    """A function compiled hastily at first, and thoroughly once it runs often.
+    """A function compiled quickly at first, and with full optimisation once it has run often.
 
     Parameters
     ----------
     function
         Not for use within other compiled functions.
     runs
-        After how many the thorough compilation pays.
+        Number of runs after which full optimisation pays off.
     """
 
     def __init__(self, function: Callable, runs: int):
@@ -55,12 +50,6 @@ class Tiered:
         self._left = runs
 
     def now(self, runs: int = 0) -> Callable:
-        """The function as compiled now.
-
-        Parameters
-        ----------
-        runs
-            So many that were made since this was last asked.
-        """
+        """The function as currently compiled; ``runs`` is the number of runs since the last call."""
         self._left -= runs
         return self._tiers[self._left <= 0]

@@ -1,22 +1,12 @@
-"""Numbers with as many digits as their uncertainty allows."""
+"""Formatting of numbers with the digits that their uncertainty justifies."""
 
 import math
 
 
 def with_uncertainty(value: float, error: float | None) -> str:
-    """A value and its standard error in the last digits, ``1.234(5)``.
+    """A value with its standard error in units of the last digit, ``1.234(5)``.
 
-    Parameters
-    ----------
-    value
-        The value.
-    error
-        Its standard error; None where it is not known.
-
-    Returns
-    -------
-    str
-        One digit of the error, two where they are 10 ... 19; six digits of the value without an error.
+    The error has one digit, or two from 10 to 19. Without a known error, the value has six digits.
     """
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return plain(value)
@@ -26,7 +16,7 @@ def with_uncertainty(value: float, error: float | None) -> str:
     count = round(error / 10.0**last)
     size = math.floor(math.log10(max(abs(value), error)))
     if not -4 <= size < 6:
-        # Rounding may carry into another digit: take the exponent from the rounded value.
+        # Rounding may carry, so take the exponent from the rounded value.
         rounded = max(abs(round(value / 10.0**last)), count) * 10.0**last
         size = math.floor(math.log10(rounded) + 1e-9)
         return f"{value / 10.0**size:.{size - last}f}({count})e{size:+03d}"
@@ -36,7 +26,7 @@ def with_uncertainty(value: float, error: float | None) -> str:
 
 
 def interval(low: float, high: float) -> str:
-    """Two ends with as many digits as two of their distance."""
+    """Ends of an interval, with two digits of its width."""
     width = high - low
     if not math.isfinite(width) or width <= 0 or not 1e-4 <= max(abs(low), abs(high)) < 1e6:
         return f"{plain(low)} ... {plain(high)}"
@@ -50,27 +40,17 @@ def plain(value: float) -> str:
 
 
 def rounded(value: float | None, digits: int = 3, missing: str = "") -> str:
-    """So many significant digits, or what stands for no number."""
+    """Number with so many significant digits, or ``missing`` for None and NaN."""
     return missing if value is None or math.isnan(value) else f"{value:.{digits}g}"
 
 
 def percent(share: float | None, form: str = ".3g", missing: str = "") -> str:
-    """A share in per cent, or what stands for none.
-
-    Parameters
-    ----------
-    share
-        Such as 0.012; None or NaN where there is none.
-    form
-        Format of the number, as Python writes it.
-    missing
-        Stands for none.
-    """
+    """A fraction in per cent, in a Python format, or ``missing`` for None and NaN."""
     return missing if share is None or math.isnan(share) else f"{100 * share:{form}} %"
 
 
 def relative_error(value: float, error: float | None) -> str:
-    """An error relative to its value in per cent, empty where there is none."""
+    """Error relative to the value in per cent; empty if there is none."""
     if error is None or value == 0 or not math.isfinite(error):
         return ""
     return percent(abs(error / value), ".2g")

@@ -1,4 +1,4 @@
-"""Fourier transform of functions in the plane that depend on the radius alone, on logarithmic grids."""
+"""Fourier transform of radially symmetric functions in the plane, on logarithmic grids."""
 
 from functools import lru_cache
 
@@ -7,17 +7,17 @@ import numpy as np
 from jaxtyping import Array, Float
 
 N_NODES = 1536
-# Radii span e^-28 ... e^28 of the scale: what a transform leaves out at the ends is below 1e-12 of it, over
+# Radii span e^-28 to e^28 of the scale. The truncation error of a transform is below 1e-12 of it, divided by
 # the frequency or distance in units of the scale.
 _HALF_SPAN = 28.0
 STEP = 2 * _HALF_SPAN / N_NODES
-# Below, a transform is constant to 1e-5, and its error, which goes as the inverse, begins to show.
+# Below this, a transform is constant to 1e-5, and its error, proportional to the inverse, becomes visible.
 _LEAST_LOG = -6.0
 
 
 @lru_cache(maxsize=1)
 def log_nodes() -> Float[np.ndarray, " nodes"]:
-    """Logarithms of the nodes over their scale, ascending, 0 among them."""
+    """Logarithms of the nodes over their scale, ascending, including 0."""
     return (np.arange(N_NODES) - N_NODES // 2) * STEP
 
 
@@ -36,13 +36,13 @@ def radial_fourier(values: Float[Array, "*shape nodes"]) -> Float[Array, "*shape
     Parameters
     ----------
     values
-        h at the nodes, finite at small u and decaying faster than 1/u at large.
+        h at the nodes, finite at small u and decaying faster than 1/u at large u.
 
     Returns
     -------
     Float[Array, "*shape nodes"]
-        With radii r = s u and frequencies f = k / (2 pi s), s^2 times this is the Fourier transform in the
-        plane, and it over (2 pi s)^2 is the inverse transform.
+        With radii r = s u and frequencies f = k / (2 pi s), the Fourier transform in the plane is s^2 times
+        this, and the inverse transform is this over (2 pi s)^2.
 
     References
     ----------
@@ -66,14 +66,9 @@ def cubic_weights(t: Float[Array, "*shape"]) -> tuple[Float[Array, "*shape"], ..
 def interpolate_log(
     values: Float[Array, "*shape nodes"], log_position: Float[Array, "*shape points"]
 ) -> Float[Array, "*shape points"]:
-    """Values between the logarithmic nodes, cubic in the logarithm, constant below e^-6 of the scale.
+    """Cubic interpolation in the logarithm between nodes, constant below e^-6 of the scale.
 
-    Parameters
-    ----------
-    values
-        At the nodes.
-    log_position
-        Logarithm of the radius or frequency over its scale.
+    ``log_position`` is the logarithm of the radius or frequency over its scale.
     """
     position = jnp.clip(jnp.maximum(log_position, _LEAST_LOG) / STEP + N_NODES // 2, 1.0, N_NODES - 3.0)
     first = jnp.floor(position).astype(int) - 1

@@ -20,12 +20,7 @@ def legendre_series(
     moments
         Unweighted moments chi_l, chi_0 = 1 for a phase function, shape ``(moments,)``.
     cosines
-        Points in [-1, 1], any shape; differentiable there, the end points included.
-
-    Returns
-    -------
-    Float[Array, "*points"]
-        Value of the series at each point.
+        Points in [-1, 1], any shape; differentiable, including the end points.
     """
     cosines = jnp.asarray(cosines)
 
@@ -58,12 +53,7 @@ def moments_of_function(
     nodes, weights
         Quadrature on (-1, 1), the weights sum to 2, each of shape ``(nodes,)``.
     n_moments
-        Number of moments.
-
-    Returns
-    -------
-    Float[Array, "*batch moments"]
-        Moments 0 ... n_moments - 1; inverse of `legendre_series` where the quadrature is exact.
+        Number of moments, from degree 0; inverse of `legendre_series` if the quadrature is exact.
     """
     polynomials = associated_legendre(n_moments, 1, nodes)[0]
     return (values * weights / 2) @ polynomials.T
@@ -71,7 +61,7 @@ def moments_of_function(
 
 @lru_cache(maxsize=64)
 def _recurrence_factors(n_moments: int, n_orders: int) -> tuple[np.ndarray, ...]:
-    """Factors that make degree l of one and two degrees below, and where a new order starts.
+    """Factors of the degrees l - 1 and l - 2 in the recurrence for l, and where a new order starts.
 
     sqrt(l^2 - m^2) Lambda_l^m = (2l - 1) mu Lambda_{l-1}^m - sqrt((l-1)^2 - m^2) Lambda_{l-2}^m.
     """
@@ -102,8 +92,8 @@ def associated_legendre(
     n_moments, n_orders
         Number of degrees l and of orders m, both from 0.
     cosines
-        Points mu in [-1, 1], any shape. Differentiable; at mu = 1 and -1 the derivative of order 1,
-        infinite there, is returned as finite.
+        Points mu in [-1, 1], any shape. Differentiable; at mu = 1 and -1 the infinite derivative of order 1
+        is returned as finite.
 
     Returns
     -------
@@ -126,7 +116,7 @@ def associated_legendre(
     )
     orders = np.arange(n_orders).reshape(-1, *tail)
     squared_sine = (1 - cosines) * (1 + cosines)
-    # Even powers of the sine stay polynomials, so that only order 1 meets the root's pole.
+    # Even powers of the sine are polynomials, so only order 1 meets the pole of the root.
     inside = squared_sine > 0
     sine = jnp.where(inside, jnp.sqrt(jnp.where(inside, squared_sine, 1.0)), 0.0)
     power = jnp.power(squared_sine, orders // 2) * jnp.where(orders % 2 == 1, sine, 1.0)

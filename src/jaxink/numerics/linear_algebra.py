@@ -1,7 +1,6 @@
-"""Batched linear algebra whose derivatives are matrix products only.
+"""Batched linear algebra whose derivatives use matrix products only.
 
-LAPACK calls loop over the batch; products do not. Derivatives that need products only therefore cost
-little, and forward mode widens no triangular solve.
+These are cheap because LAPACK calls loop over the batch, whereas products do not.
 """
 
 import jax
@@ -21,7 +20,7 @@ def transpose(matrix: Float[Array, "... i j"]) -> Float[Array, "... j i"]:
 
 @jax.custom_jvp
 def positive_definite_inverse(matrix: Float[Array, "... n n"]) -> Float[Array, "... n n"]:
-    """Inverse of symmetric positive definite matrices; compiles to far less than a general inverse."""
+    """Inverse of symmetric positive definite matrices; compiles to much less code than a general inverse."""
     factor = jax.lax.linalg.cholesky(matrix, symmetrize_input=False)
     identity = jnp.broadcast_to(jnp.eye(matrix.shape[-1]), matrix.shape)
     root = jax.lax.linalg.triangular_solve(factor, identity, left_side=True, lower=True)
@@ -37,24 +36,12 @@ def _positive_definite_inverse_jvp(primals, tangents):
 
 @jax.custom_jvp
 def resolvent(diagonal: Float[Array, " n"], symmetric: Float[Array, "... n n"]) -> Float[Array, "... n n"]:
-    """(1 - r R)^-1 for a diagonal r, 0 ... 1, and symmetric R of norm below 1.
-
-    Parameters
-    ----------
-    diagonal
-        r, shape ``(n,)``.
-    symmetric
-        R, shape ``(..., n, n)``.
-
-    Returns
-    -------
-    Float[Array, "... n n"]
-        Not symmetric.
+    """(1 - r R)^-1, not symmetric, for a diagonal r between 0 and 1 and symmetric R of norm below 1.
 
     Notes
     -----
-    With q = sqrt(r) it is 1 + q (1 - q R q)^-1 q R, whose inverse is of a positive definite matrix. The
-    derivative -X d(1 - r R) X knows nothing of the root, so that r = 0 is an ordinary point.
+    With q = sqrt(r) it is 1 + q (1 - q R q)^-1 q R, where the matrix to invert is positive definite. The
+    derivative -X d(1 - r R) X does not contain the root, so r = 0 is not a special case.
     """
     root = jnp.sqrt(jnp.maximum(diagonal, 0.0))
     identity = jnp.eye(diagonal.shape[-1])
@@ -74,8 +61,8 @@ def _resolvent_jvp(primals, tangents):
 def inverse(matrix: Float[Array, "... n n"]) -> Float[Array, "... n n"]:
     """Inverse of matrices 1 - M with M of norm below 1, with d(X^-1) = -X^-1 dX X^-1.
 
-    Gauss-Jordan without pivoting, which such matrices do not need: their symmetric part is positive
-    definite. One loop of products compiles quickly and holds no call of LAPACK.
+    Gauss-Jordan elimination without pivoting, which is unnecessary because the symmetric part of such
+    matrices is positive definite. A single loop of products compiles quickly and does not call LAPACK.
     """
 
     def eliminate(k, work):

@@ -1,23 +1,13 @@
-"""How a long computation tells how far it is."""
+"""Progress of long computations."""
 
 import logging
 from collections.abc import Callable
 
-# Called with what is done, the step, and the misfit there.
+# Called with the name of the task, the step, and the current misfit.
 Progress = Callable[[str, int, float], None]
 _LOG = logging.getLogger("jaxink")
 
 
 def log_progress(what: str, step: int, misfit: float) -> None:
-    """Tell the log, where nobody else is to be told.
-
-    Parameters
-    ----------
-    what
-        What is done.
-    step
-        Its step.
-    misfit
-        What it minimises.
-    """
+    """Default `Progress`: write to the log."""
     _LOG.debug("%s: step %d, misfit %.6g", what, step, misfit)

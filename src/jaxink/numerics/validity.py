@@ -1,4 +1,4 @@
-"""Refusal of parameter values that have no physical meaning."""
+"""Rejection of parameter values without physical meaning."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError
 
 
 def is_known(value) -> bool:
-    """Say whether a value, or every one of a tree, can be looked at: whether JAX is not tracing it."""
+    """Whether a value, or every leaf of a tree, is concrete, that is, not being traced by JAX."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
 
 
@@ -24,7 +24,7 @@ def known_array(value) -> Array:
 
 
 def require(name: str, value, is_right: Callable[[np.ndarray], np.ndarray], requirement: str) -> None:
-    """Refuse a value that is known and wrong; a traced value passes.
+    """Reject a known, invalid value; a traced value passes.
 
     Parameters
     ----------
@@ -33,18 +33,13 @@ def require(name: str, value, is_right: Callable[[np.ndarray], np.ndarray], requ
     value
         Number or array.
     is_right
-        Tells for each element whether it is right; false for NaN.
+        Whether each element is valid; false for NaN.
     requirement
-        What would be right, to complete "must ...".
-
-    Raises
-    ------
-    InputRefusedError
-        With the name, the first wrong value and the requirement.
+        End of the sentence "it must ...".
     """
     if not is_known(value):
         return
     values = np.atleast_1d(np.asarray(value))
     right = np.broadcast_to(is_right(values), values.shape)
     if not np.all(right):
-        raise InputRefusedError(f"{name} is {values[~right][0]:.6g}, but it must {requirement}.")
+        raise InputRefusedError(f"{name} is {values[~right][0]:.6g}; it must {requirement}.")

@@ -1,6 +1,6 @@
-"""Things that are costly to make, kept while somebody uses them.
+"""Cache of expensive objects that are kept only while in use.
 
-A compiled program takes hundreds to thousands of memory maps, of which a Linux process may have 65530.
+A compiled program takes hundreds to thousands of memory mappings, of which a Linux process may have 65530.
 """
 
 import threading
@@ -15,13 +15,7 @@ Made = TypeVar("Made")
 
 
 class WeakCache(Generic[Made]):
-    """Makes one thing for each key; forgets those that nobody holds, but for the last few.
-
-    Parameters
-    ----------
-    make
-        Called with the parts of a key.
-    """
+    """Makes one object per key by calling ``make(*key)``; keeps those in use and the most recent ones."""
 
     def __init__(self, make: Callable[..., Made]):
         self._make = make
@@ -30,7 +24,7 @@ class WeakCache(Generic[Made]):
         self._lock = threading.Lock()
 
     def __call__(self, *key: Hashable) -> Made:
-        """The thing for a key."""
+        """The object for a key."""
         with self._lock:
             found = self._alive.get(key)
             if found is None:

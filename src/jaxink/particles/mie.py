@@ -19,12 +19,12 @@ from jaxink.optics.phase_function import PhaseFunction
 from jaxink.particles.mie_series import angular_functions, angular_quadrature, mie_orders, mie_series
 
 DEFAULT_MAX_SIZE_PARAMETER = 40.0
-# The recurrence inside the sphere is started for Re(m) x up to this times the largest size parameter.
+# The recurrence inside the sphere is started for Re(m) x up to this factor times the largest size parameter.
 MAX_RELATIVE_INDEX = 3.0
 
 
 class MieSphere(PhaseFunction):
-    """Scattering of unpolarised light by a sphere; make it with `mie_sphere`.
+    """Scattering of unpolarised light by a sphere; created by `mie_sphere`.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class MieSphere(PhaseFunction):
 
     @property
     def extinction_efficiency(self) -> Float[Array, ""]:
-        """Scattering and absorption efficiency together."""
+        """Sum of the scattering and absorption efficiencies."""
         return self.scattering_efficiency + self.absorption_efficiency
 
     @property
@@ -70,7 +70,7 @@ class MieSphere(PhaseFunction):
 
     @eqx.filter_jit
     def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
-        """Phase function at the cosines, 1 where nothing is scattered; see `PhaseFunction.value`."""
+        """Phase function at the cosines, 1 if nothing is scattered; see `PhaseFunction.value`."""
         functions = angular_functions(self.electric_coefficients.shape[0], jnp.asarray(scattering_cosine))
         return self._from_angular_functions(*functions)
 
@@ -87,15 +87,12 @@ class MieSphere(PhaseFunction):
     ) -> Float[Array, "*points"]:
         """Twice |S_1|^2 + |S_2|^2, that is |S_1 + S_2|^2 + |S_1 - S_2|^2, BH eq. 4.74.
 
+        Divided by the squared size parameter, it is the scattering efficiency times the phase function.
+
         Parameters
         ----------
         plus, minus
-            pi_n + tau_n and pi_n - tau_n at the wanted directions, such as `angular_quadrature` gives.
-
-        Returns
-        -------
-        Float[Array, "*points"]
-            Over the square of the size parameter: scattering efficiency times phase function.
+            pi_n + tau_n and pi_n - tau_n at the directions, for instance from `angular_quadrature`.
         """
         a, b = self.electric_coefficients, self.magnetic_coefficients
         n = np.arange(1, a.shape[0] + 1)
@@ -103,7 +100,7 @@ class MieSphere(PhaseFunction):
         total = 0.0
         for coefficients, functions in ((a + b, plus), (a - b, minus)):
             weighted = factor * coefficients
-            # Two real products: the angular functions are real.
+            # Two real products, because the angular functions are real.
             parts = jnp.stack([jnp.real(weighted), jnp.imag(weighted)])
             total += jnp.sum(jnp.tensordot(parts, functions, 1) ** 2, axis=0)
         return total
@@ -114,15 +111,7 @@ class MieSphere(PhaseFunction):
 
 
 class MieCoefficients(NamedTuple):
-    """Scattering of a suspension of equal spheres.
-
-    Parameters
-    ----------
-    phase_function
-        That of one sphere.
-    scattering_coefficient_per_mm, absorption_coefficient_per_mm
-        Coefficients of the suspension.
-    """
+    """Coefficients of a suspension of equal spheres, and the phase function of one of them."""
 
     phase_function: MieSphere
     scattering_coefficient_per_mm: Float[Array, ""]
@@ -132,7 +121,7 @@ class MieCoefficients(NamedTuple):
 def mie_sphere(
     size_parameter, relative_index, max_size_parameter: float = DEFAULT_MAX_SIZE_PARAMETER
 ) -> MieSphere:
-    """Mie series of a homogeneous sphere in a medium that does not absorb.
+    """Mie series of a homogeneous sphere in a non-absorbing medium.
 
     Parameters
     ----------
@@ -141,23 +130,23 @@ def mie_sphere(
     relative_index
         Refractive index of the sphere over that of the medium, n + ik with k >= 0.
     max_size_parameter
-        Largest size parameter to be served; fixes the number of orders at compile time.
+        Largest size parameter supported; determines the number of orders at compile time.
 
     Returns
     -------
     MieSphere
-        Differentiable in both arguments, forward and reverse, k = 0 included. All NaN where traced
-        arguments leave the range served: x above the maximum, or n x above 3 times the maximum.
+        Differentiable in both arguments, forward and reverse, including k = 0. All NaN if traced arguments
+        are out of range: x above the maximum, or n x above 3 times the maximum.
 
     Raises
     ------
     InputRefusedError
-        If an argument is known and outside its range.
+        If a known argument is out of range.
 
     Notes
     -----
-    Absorption is summed from the flow into the sphere: Re a_n - |a_n|^2 is the imaginary part of a
-    logarithmic derivative times a Wronskian, so that nothing cancels for a small k.
+    Absorption is summed from the flux into the sphere: Re a_n - |a_n|^2 is the imaginary part of a
+    logarithmic derivative times a Wronskian, so there is no cancellation for small k.
 
     References
     ----------
@@ -173,7 +162,7 @@ def mie_sphere(
     require(
         "relative_index times size_parameter", n * x, lambda v: v <= largest_inner, _at_most(largest_inner)
     )
-    # A number outside the range served would be wrong without a sign of it.
+    # Outside this range the result would be wrong without any sign of it.
     x = jnp.where((x > 0) & (x <= max_size_parameter) & (n * x <= largest_inner), x, jnp.nan)
     return MieSphere(x, *mie_series(x, n, k, mie_orders(max_size_parameter), largest_inner))
 
@@ -195,7 +184,7 @@ def mie_coefficients(
     particle_index
         Complex refractive index n + ik of the spheres.
     volume_fraction
-        Share of the volume that the spheres take, 0 ... 1.
+        Fraction of the volume occupied by the spheres, 0 to 1.
     binder_index
         Real refractive index of the binder.
     wavelength_nm
@@ -211,7 +200,7 @@ def mie_coefficients(
     Raises
     ------
     InputRefusedError
-        If an argument is known and outside its range.
+        If a known argument is out of range.
     """
     for name, value in (
         ("radius_nm", radius_nm),
@@ -219,7 +208,7 @@ def mie_coefficients(
         ("wavelength_nm", wavelength_nm),
     ):
         require(name, value, lambda v: (np.imag(v) == 0) & (np.real(v) > 0), "be real and above 0")
-    require("volume_fraction", volume_fraction, lambda v: (v >= 0) & (v <= 1), "lie in 0 ... 1")
+    require("volume_fraction", volume_fraction, lambda v: (v >= 0) & (v <= 1), "be between 0 and 1")
     size_parameter = 2 * jnp.pi * radius_nm * binder_index / wavelength_nm
     sphere = mie_sphere(size_parameter, particle_index / binder_index, max_size_parameter)
     per_mm = 0.75 * volume_fraction / (radius_nm * 1e-6)
@@ -229,7 +218,7 @@ def mie_coefficients(
 
 
 def _at_most(limit: float) -> str:
-    return f"be at most {limit:g}: ask for a larger max_size_parameter"
+    return f"be at most {limit:g}, or max_size_parameter must be larger"
 
 
 def _squared(z):

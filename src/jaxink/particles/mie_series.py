@@ -1,6 +1,6 @@
-"""The Mie series of a sphere: its coefficients by recurrence, and its angular functions.
+"""The Mie series of a sphere: coefficients by recurrence, and angular functions.
 
-Symbols and numbers of equations as in `jaxink.particles.mie`.
+Symbols and equation numbers as in `jaxink.particles.mie`.
 """
 
 from functools import lru_cache, partial
@@ -11,26 +11,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-# Orders with chi_n beyond this contribute less than its square's inverse; chi_n is not carried further.
+# Orders with larger chi_n contribute less than its inverse square; the recurrence is stopped there.
 _LARGEST_CHI = 1e15
 
 
 def mie_orders(max_size_parameter: float) -> int:
-    """Number of orders of the Mie series that a sphere needs.
-
-    Parameters
-    ----------
-    max_size_parameter
-        Largest size parameter that will be asked for.
-
-    Returns
-    -------
-    int
-        Orders 1 ... this are summed.
+    """Number of orders, from 1, of the Mie series up to a size parameter.
 
     References
     ----------
-    Wiscombe 1980 Appl. Opt. 19, 1505, eq. 12 (range 8 ... 4200, which serves below 8 too), and 2 more.
+    Wiscombe 1980 Appl. Opt. 19, 1505, eq. 12 (for 8 to 4200, also sufficient below), and 2 more.
     """
     x = max_size_parameter
     return ceil(x + 4.05 * x ** (1 / 3) + 4)
@@ -40,7 +30,7 @@ def mie_orders(max_size_parameter: float) -> int:
 def mie_series(
     x: Float[Array, ""], n: Float[Array, ""], k: Float[Array, ""], n_orders: int, largest_inner: float
 ) -> tuple[Complex[Array, " orders"], Complex[Array, " orders"], Float[Array, ""]]:
-    """Coefficients of the series.
+    """Coefficients a_n and b_n of the series, and the absorption efficiency.
 
     Parameters
     ----------
@@ -51,12 +41,7 @@ def mie_series(
     n_orders
         Orders of the series.
     largest_inner
-        Largest n x to be served.
-
-    Returns
-    -------
-    electric, magnetic, absorption
-        a_n and b_n, and the absorption efficiency.
+        Largest n x supported.
     """
     inner_re, inner_im, outer = _logarithmic_derivatives(x, n, k, n_orders, largest_inner)
     chi_before, chi, vanishes = _riccati_bessel_chi(x, n_orders)
@@ -64,7 +49,7 @@ def mie_series(
     chi_slope = chi_before - order * chi / x
     # 1/psi_n from the Wronskian psi chi' - psi' chi = -1.
     inverse_psi = outer * chi - chi_slope
-    # Electric: D(mx) / m; magnetic: m D(mx). Real and imaginary part by hand: quicker than complex numbers.
+    # Electric: D(mx) / m; magnetic: m D(mx). Real and imaginary parts are faster than complex numbers.
     size = n**2 + k**2
     interior_re = jnp.stack([(inner_re * n + inner_im * k) / size, inner_re * n - inner_im * k])
     interior_im = jnp.stack([(inner_im * n - inner_re * k) / size, inner_im * n + inner_re * k])
@@ -104,7 +89,7 @@ def _logarithmic_derivatives(x, n, k, n_orders: int, largest_inner: float):
 
 
 def _riccati_bessel_chi(x, n_orders: int):
-    """chi_{n-1}, chi_n, and whether the order vanishes, for orders 1 ... n_orders, by upward recurrence."""
+    """chi_{n-1}, chi_n, and whether the order vanishes, for orders 1 to n_orders, by upward recurrence."""
 
     def one_order_up(carry, order):
         before, here = carry
@@ -135,18 +120,10 @@ def angular_functions(
 
 @lru_cache(maxsize=16)
 def angular_quadrature(n_orders: int, n_nodes: int) -> tuple[np.ndarray, ...]:
-    """Gauss-Legendre quadrature over the cosine with the angular functions of the Mie series there.
+    """Gauss-Legendre quadrature over the cosine, with the angular functions of the Mie series.
 
-    Parameters
-    ----------
-    n_orders, n_nodes
-        Orders of the series and nodes.
-
-    Returns
-    -------
-    tuple[np.ndarray, ...]
-        Nodes and weights, shape ``(nodes,)``, pi_n + tau_n and pi_n - tau_n, shape ``(orders, nodes)``:
-        constants of a compiled program.
+    Returns nodes and weights, shape ``(nodes,)``, and pi_n + tau_n and pi_n - tau_n, shape
+    ``(orders, nodes)``; constants of a compiled program.
     """
     nodes, weights = np.polynomial.legendre.leggauss(n_nodes)
     order = np.arange(1, n_orders + 1)[:, None]

@@ -1,4 +1,4 @@
-"""Spheres of many sizes and kinds in one binder: their coefficients and their common phase function."""
+"""Spheres of several sizes and kinds in one binder: coefficients and common phase function."""
 
 from functools import lru_cache, partial
 from typing import NamedTuple
@@ -7,14 +7,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Complex, Float
+from jaxtyping import Array, Complex, Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.numerics.legendre import legendre_series
 from jaxink.numerics.validity import is_known, require
-from jaxink.optics.phase_function import PhaseFunction
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MAX_RELATIVE_INDEX, mie_sphere
 from jaxink.particles.mie_series import angular_quadrature, mie_orders
+from jaxink.particles.phase_function import LegendreSeries
 from jaxink.particles.size_distribution import SizeDistribution
 from jaxink.particles.structure_factor import InterferingPhaseFunction, interfering, nodes_needed
 
@@ -29,7 +28,7 @@ class Population(eqx.Module):
     particle_index
         Complex refractive index n + ik.
     volume_fraction
-        Share of the layer's volume that they take.
+        Fraction of the layer's volume that they occupy.
     """
 
     sizes: SizeDistribution
@@ -37,37 +36,14 @@ class Population(eqx.Module):
     volume_fraction: Float[Array, ""] = eqx.field(converter=lambda v: jnp.asarray(v, float))
 
 
-class LegendrePhaseFunction(PhaseFunction):
-    """Phase function that is the sum of its Legendre moments.
-
-    Parameters
-    ----------
-    phase_moments
-        Moments without the factor 2l + 1, the first is 1, shape ``(moments,)``; those beyond are zero.
-    """
+class LegendrePhaseFunction(LegendreSeries):
+    """Computed phase function, whose moments need no check."""
 
     phase_moments: Float[Array, " moments"]
 
-    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
-        """See `PhaseFunction.value`."""
-        return legendre_series(self.phase_moments, scattering_cosine)
-
-    def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """See `PhaseFunction.moments`."""
-        missing = max(0, n_moments - self.phase_moments.shape[0])
-        return jnp.pad(self.phase_moments, (0, missing))[:n_moments]
-
 
 class MixtureCoefficients(NamedTuple):
-    """Scattering of all spheres of a layer together.
-
-    Parameters
-    ----------
-    phase_function
-        Weighted by what each sphere scatters.
-    scattering_coefficient_per_mm, absorption_coefficient_per_mm
-        Sums over the spheres.
-    """
+    """Coefficients of all spheres of a layer together, and the phase function weighted by scattering."""
 
     phase_function: LegendrePhaseFunction | InterferingPhaseFunction
     scattering_coefficient_per_mm: Float[Array, ""]
@@ -92,36 +68,36 @@ def mixture_coefficients(
     wavelength_nm
         Wavelength in vacuum.
     structure_factor_weight
-        s in 0 ... 1: every population's phase function is multiplied by 1 + s (S - 1) and its scattering
-        by the mean of that product. S is `percus_yevick` for spheres of the population's mean volume
-        at the volume fraction of all populations together. None: independent scattering.
+        s, 0 to 1: the phase function of each population is multiplied by 1 + s (S - 1) and its scattering
+        coefficient by the mean of that product. S is `percus_yevick` for spheres of the population's mean
+        volume at the volume fraction of all populations together. None: independent scattering.
     max_size_parameter
-        As in `mie_sphere`; larger spheres in the tail of a distribution scatter as efficiently, and in the
-        same directions, as one of this size.
+        As in `mie_sphere`; larger spheres in the tail of a distribution have the scattering efficiency and
+        the phase function of a sphere of this size.
 
     Returns
     -------
     MixtureCoefficients
-        Differentiable in every number, forward and reverse. All NaN where a radius outside a tail
-        leaves the range served.
+        Differentiable in every number, forward and reverse. All NaN if a radius outside a tail is out of
+        range.
 
     Raises
     ------
     InputRefusedError
-        If an argument is known and outside its range.
+        If a known argument is out of range.
 
     Notes
     -----
-    Interference between particles of unlike size or material is that of like ones at the same total
-    volume fraction (local monodisperse approximation): to divide a population in two changes nothing.
-    It overstates the order around a few large spheres among many small ones.
+    Each particle interferes as if all others were of its own kind at the same total volume fraction (local
+    monodisperse approximation), so splitting a population in two changes nothing. This overestimates the
+    order around a few large spheres among many small ones.
 
     References
     ----------
     Pedersen 1994 J. Appl. Cryst. 27, 595 (local monodisperse approximation).
     """
     if not populations:
-        raise InputRefusedError("there are no populations of particles; give at least one.")
+        raise InputRefusedError("populations is empty; give at least one population of particles.")
     for name, value in (("binder_index", binder_index), ("wavelength_nm", wavelength_nm)):
         require(name, value, lambda v: v > 0, "be above 0")
     fractions = [p.volume_fraction for p in populations]
@@ -130,7 +106,7 @@ def mixture_coefficients(
         require("the volume fraction of all particles", sum(fractions), lambda v: v < 1, "be below 1")
     if structure_factor_weight is not None:
         weight = structure_factor_weight
-        require("structure_factor_weight", weight, lambda v: (v >= 0) & (v <= 1), "lie in 0 ... 1")
+        require("structure_factor_weight", weight, lambda v: (v >= 0) & (v <= 1), "be between 0 and 1")
     return _mixture(populations, binder_index, wavelength_nm, structure_factor_weight, max_size_parameter)
 
 
@@ -139,7 +115,7 @@ def _mixture(populations, binder_index, wavelength_nm, weight, max_size_paramete
     wavenumber = 2 * jnp.pi * binder_index / wavelength_nm
     fractions = jnp.stack([p.volume_fraction for p in populations])
     total = jnp.sum(fractions)
-    # Without any particles the coefficients still have a slope, and that needs a phase function.
+    # Without particles the coefficients still have a derivative, which needs a phase function.
     parts = jnp.where(total > 0, fractions / jnp.where(total > 0, total, 1.0), 1 / len(populations))
     radius = jnp.concatenate([p.sizes.radius_nm for p in populations])
     share = jnp.concatenate([part * p.sizes.volume_share for part, p in zip(parts, populations, strict=True)])
@@ -161,7 +137,7 @@ def _mixture(populations, binder_index, wavelength_nm, weight, max_size_paramete
     of_population = np.repeat(np.arange(len(sizes)), sizes)
     angular = jax.ops.segment_sum(intensity, of_population, len(sizes))
     scattering = jnp.sum(angular @ weights) / 2
-    # Spheres of the binder's own index scatter nothing, in all directions alike.
+    # Spheres with the index of the binder do not scatter; their phase function is isotropic.
     angular = jnp.where(
         scattering == 0, 1 / len(sizes), angular / jnp.where(scattering == 0, 1.0, scattering)
     )

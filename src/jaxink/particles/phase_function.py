@@ -1,4 +1,4 @@
-"""Phase functions: Henyey-Greenstein, Rayleigh and tabulated ones."""
+"""Phase functions: Henyey-Greenstein, Rayleigh, Legendre series and tables."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -18,14 +18,14 @@ def _as_float(value) -> Array:
 
 
 def _henyey_greenstein(g, cosine):
-    # g and -g change places so that neither 1 - |g| nor 1 - |cosine| is lost at a narrow peak.
+    # Two forms, so that neither 1 - |g| nor 1 - |cosine| is lost to rounding at a narrow peak.
     forward = (1 - g) ** 2 + 2 * g * (1 - cosine)
     backward = (1 + g) ** 2 - 2 * g * (1 + cosine)
     return (1 - g) * (1 + g) / jnp.where(g >= 0, forward, backward) ** 1.5
 
 
 def _require_asymmetry(name: str, value) -> None:
-    require(name, value, lambda g: np.abs(g) < 1, "lie between -1 and 1, both excluded")
+    require(name, value, lambda g: np.abs(g) < 1, "be between -1 and 1, both excluded")
 
 
 class HenyeyGreenstein(PhaseFunction):
@@ -34,12 +34,7 @@ class HenyeyGreenstein(PhaseFunction):
     Parameters
     ----------
     asymmetry_parameter
-        Mean cosine of the scattering angle, between -1 and 1.
-
-    Raises
-    ------
-    InputRefusedError
-        If the parameter is known and not between -1 and 1.
+        Mean cosine of the scattering angle, between -1 and 1; a known value outside is rejected.
 
     References
     ----------
@@ -56,7 +51,7 @@ class HenyeyGreenstein(PhaseFunction):
         return _henyey_greenstein(self.asymmetry_parameter, scattering_cosine)
 
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """Powers g^l, whose derivatives hold at g = 0 too."""
+        """Powers g^l, differentiable also at g = 0."""
         return jnp.power(self.asymmetry_parameter, np.arange(n_moments))
 
 
@@ -68,12 +63,7 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
     asymmetry_parameter, second_asymmetry_parameter
         Mean cosine of each lobe, between -1 and 1.
     second_weight
-        Share of the scattering in the second lobe, 0 ... 1.
-
-    Raises
-    ------
-    InputRefusedError
-        If a parameter is known and outside its range.
+        Fraction of the scattering in the second lobe, 0 to 1.
     """
 
     asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
@@ -83,7 +73,7 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
     def __check_init__(self):
         _require_asymmetry("asymmetry_parameter", self.asymmetry_parameter)
         _require_asymmetry("second_asymmetry_parameter", self.second_asymmetry_parameter)
-        require("second_weight", self.second_weight, lambda w: (w >= 0) & (w <= 1), "lie in 0 ... 1")
+        require("second_weight", self.second_weight, lambda w: (w >= 0) & (w <= 1), "be between 0 and 1")
 
     def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
         """See `PhaseFunction.value`."""
@@ -111,30 +101,51 @@ class Rayleigh(PhaseFunction):
         return jnp.zeros(max(n_moments, 3)).at[0].set(1.0).at[2].set(0.1)[:n_moments]
 
 
-# How far the mean of a table may be from 1; further off, it is normalised otherwise or too coarse.
+class LegendreSeries(PhaseFunction):
+    """Phase function given by its Legendre moments.
+
+    Parameters
+    ----------
+    phase_moments
+        Moments without the factor 2l + 1, the first is 1, shape ``(moments,)``; higher ones are zero.
+    """
+
+    phase_moments: eqx.AbstractVar[Float[Array, " moments"]]
+
+    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
+        """See `PhaseFunction.value`."""
+        return legendre_series(self.phase_moments, scattering_cosine)
+
+    def moments(self, n_moments: int) -> Float[Array, " moments"]:
+        """See `PhaseFunction.moments`."""
+        missing = max(0, n_moments - self.phase_moments.shape[0])
+        return jnp.pad(self.phase_moments, (0, missing))[:n_moments]
+
+
+# Largest deviation of a table's mean from 1; beyond, its normalisation is different or it is too coarse.
 LARGEST_NORMALISATION_ERROR = 1e-2
-# A series may dip below zero by this much, of a mean of 1, before it is refused.
+# A series, of mean 1, may be negative by this much.
 LARGEST_NEGATIVE_VALUE = 1e-3
 
 
 class TabulatedByAngle(PhaseFunction):
-    """Phase function given at cosines of the scattering angle, from straight on to straight back.
+    """Phase function tabulated at cosines of the scattering angle, from forward to backward.
 
-    Between them it is a cubic spline in the cosine (not-a-knot). The values are divided by the mean of
-    that spline over the sphere, integrated exactly, so the mean is 1 exactly.
+    It is interpolated by a cubic spline in the cosine (not-a-knot). The values are divided by the exact mean
+    of that spline over the sphere, so the mean is exactly 1.
 
     Parameters
     ----------
     scattering_cosine
-        Cosines of the table, known numbers, rising or falling, from -1 to 1, at least 4, shape ``(angles,)``.
+        Cosines, known numbers, ascending or descending, from -1 to 1, at least 4, shape ``(angles,)``.
     values
-        Phase function there, mean over the sphere 1, shape ``(angles,)``.
+        Phase function, mean over the sphere 1, shape ``(angles,)``.
 
     Raises
     ------
     InputRefusedError
-        If the table does not reach from -1 to 1 in order, if a value is negative, if the spline falls
-        below zero between the angles, or if the mean differs from 1 by more than 0.01.
+        If the table does not extend from -1 to 1 in order, a value is negative, the spline becomes negative
+        between the angles, or the mean differs from 1 by more than 0.01.
     """
 
     scattering_cosine: Float[Array, " angles"]
@@ -162,7 +173,7 @@ class TabulatedByAngle(PhaseFunction):
             "the mean of the tabulated phase function over the sphere",
             mean,
             lambda m: np.abs(m - 1) <= LARGEST_NORMALISATION_ERROR,
-            "be 1 within 0.01: divide the values by it, or give more angles where the function is steep",
+            "be 1 within 0.01; divide the values by it, or give more angles where the function is steep",
         )
         self.scattering_cosine = jnp.asarray(cosine)
         self.values = values / mean
@@ -185,8 +196,8 @@ class TabulatedByAngle(PhaseFunction):
 
     @eqx.filter_jit
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """Moments of the spline by Gauss-Legendre quadrature between every two angles."""
-        # A step spans n_moments * step radians of the fastest polynomial; this many nodes integrate it.
+        """Moments of the spline by Gauss-Legendre quadrature between neighbouring angles."""
+        # The fastest polynomial spans n_moments * step radians in one step; this many nodes integrate it.
         n_nodes = 6 + int(np.ceil(n_moments * self.widest_step_rad / 2))
         unit_nodes, unit_weights = np.polynomial.legendre.leggauss(n_nodes)
         step = jnp.diff(self.scattering_cosine)[:, None]
@@ -195,18 +206,13 @@ class TabulatedByAngle(PhaseFunction):
         return moments_of_function(self.value(nodes), nodes, weights, n_moments)
 
 
-class TabulatedByMoments(PhaseFunction):
-    """Phase function given by its Legendre moments; those beyond the table are zero.
-
-    Parameters
-    ----------
-    phase_moments
-        Moments without the factor 2l + 1, the first is 1, shape ``(moments,)``.
+class TabulatedByMoments(LegendreSeries):
+    """Tabulated Legendre moments.
 
     Raises
     ------
     InputRefusedError
-        If the first moment is not 1, one exceeds 1 in size, or the series falls below zero.
+        If the first moment is not 1, one exceeds 1 in magnitude, or the series becomes negative.
     """
 
     phase_moments: Float[Array, " moments"] = eqx.field(converter=_as_float)
@@ -217,25 +223,16 @@ class TabulatedByMoments(PhaseFunction):
             "a phase moment",
             self.phase_moments,
             lambda m: np.abs(m) <= 1 + 1e-6,
-            "lie in -1 ... 1: give the moments without the factor 2l + 1",
+            "be between -1 and 1; give the moments without the factor 2l + 1",
         )
         n_points = 10 * self.phase_moments.shape[0] + 11
         _require_not_negative(self, np.cos(np.linspace(0, np.pi, n_points)), "moments")
-
-    def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:
-        """See `PhaseFunction.value`."""
-        return legendre_series(self.phase_moments, scattering_cosine)
-
-    def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """See `PhaseFunction.moments`."""
-        missing = max(0, n_moments - self.phase_moments.shape[0])
-        return jnp.pad(self.phase_moments, (0, missing))[:n_moments]
 
 
 def _check_table_cosines(cosine: np.ndarray) -> None:
     if cosine.ndim != 1 or cosine.size < 4:
         raise InputRefusedError(
-            f"the phase function table has angles of shape {cosine.shape}; give a list of 4 or more."
+            f"the phase function table has angles of shape {cosine.shape}; give a list of at least 4."
         )
     steps = np.diff(cosine)
     if not (np.all(steps > 0) or np.all(steps < 0)):
@@ -245,8 +242,8 @@ def _check_table_cosines(cosine: np.ndarray) -> None:
     if abs(cosine.min() + 1) > 1e-9 or abs(cosine.max() - 1) > 1e-9:
         lowest, highest = np.rad2deg(np.arccos(np.clip([cosine.max(), cosine.min()], -1, 1)))
         raise InputRefusedError(
-            f"the phase function table reaches from {lowest:.6g} to {highest:.6g} deg; "
-            "give it from 0 to 180 deg, both included."
+            f"the phase function table extends from {lowest:.6g} to {highest:.6g} deg; it must extend from 0 "
+            "to 180 deg."
         )
 
 
@@ -255,6 +252,6 @@ def _require_not_negative(phase_function: PhaseFunction, cosines: np.ndarray, wh
     if is_known(values) and jnp.min(values) < -LARGEST_NEGATIVE_VALUE:
         worst = int(jnp.argmin(values))
         raise InputRefusedError(
-            f"the tabulated phase function falls to {values[worst]:.3g} at a scattering angle of "
-            f"{np.rad2deg(np.arccos(cosines[worst])):.4g} deg; give more {what} so that it stays positive."
+            f"the tabulated phase function is {values[worst]:.3g} at a scattering angle of "
+            f"{np.rad2deg(np.arccos(cosines[worst])):.4g} deg; give more {what} to make it positive."
         )

@@ -1,8 +1,8 @@
-"""Distributions of the radius of spheres, as sums over sizes that a volume fraction is shared among.
+"""Distributions of the radius of spheres, as sums over sizes with shares of the volume.
 
-Coefficients are linear in the volume of each size, so shares of the volume are the natural weights: of all
-spheres of a population that takes the volume fraction f, those of size i scatter as f share_i of equal
-spheres would. The mean volume of a particle is then never needed.
+Coefficients are linear in the volume of each size, so shares of the volume are the natural weights: in a
+population with volume fraction f, spheres of size i scatter like equal spheres with f share_i. The mean
+volume of a particle is not needed.
 """
 
 from math import ceil, exp, sqrt
@@ -15,31 +15,31 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import require
 
-# The sizes reach to this many standard deviations of ln(radius) on either side of the volume's median.
+# Range of sizes in standard deviations of ln(radius) on either side of the median by volume.
 REACH = 5.0
-# Wanted step of the size parameter at the volume's median, and the least and the largest number of sizes.
-# Measured with an index of 1.8 relative to the binder, whose resonances are the worst: docs/particles.md.
+# Step of the size parameter at the median by volume, and limits of the number of sizes. Determined for an
+# index of 1.8 relative to the binder, the worst case of resonances: docs/particles.md.
 SIZE_PARAMETER_STEP = 0.1
 FEWEST_SIZES, MOST_SIZES = 31, 401
-# Below this variance an average is the straight line between its values at 0 and here: exact at 0, with the
-# slope that a square root would hide there.
+# Below this variance averages are interpolated linearly from 0: exact at 0, with a finite slope, which a
+# square root would not have there.
 _LEAST_VARIANCE = 1e-7
 
 
 class SizeDistribution(eqx.Module):
-    """Spheres of several radii; make it with `monodisperse`, `log_normal` or `discrete`.
+    """Spheres of several radii; created by `monodisperse`, `log_normal` or `discrete`.
 
     Parameters
     ----------
     radius_nm
         Radius of each size, shape ``(sizes,)``.
     volume_share
-        Share of the particles' volume that each size has, sum 1, shape ``(sizes,)``.
+        Share of each size in the particles' volume, sum 1, shape ``(sizes,)``.
     volume_mean_radius_nm
         Radius of the sphere of mean volume.
     is_tail
-        Sizes above the median of a distribution without an end: a sphere too large for the Mie series
-        may stand aside for the largest that is served, see `mixture_coefficients`.
+        Sizes above the median of an unbounded distribution: those too large for the Mie series may be
+        replaced by the largest one, see `mixture_coefficients`.
     """
 
     radius_nm: Float[Array, " sizes"]
@@ -49,13 +49,7 @@ class SizeDistribution(eqx.Module):
 
 
 def monodisperse(radius_nm: Float[ArrayLike, ""]) -> SizeDistribution:
-    """Spheres of one radius.
-
-    Raises
-    ------
-    InputRefusedError
-        If the radius is known and not above 0.
-    """
+    """Spheres of one radius, above 0."""
     require("radius_nm", radius_nm, lambda v: v > 0, "be above 0")
     radius = jnp.asarray(radius_nm, float)
     return SizeDistribution(radius[None], jnp.ones(1), radius, np.zeros(1, bool))
@@ -73,21 +67,16 @@ def log_normal(
     median_radius_nm
         r0, median by number.
     variance_ln
-        sigma^2, variance of ln(radius): the squared logarithm of the geometric standard deviation. 0 is
-        one radius, exactly; the derivative there is that of the variance, finite and not zero.
+        sigma^2, variance of ln(radius): the squared logarithm of the geometric standard deviation. 0 gives
+        exactly one radius; the derivative with respect to the variance is finite and nonzero there.
     n_sizes
-        Sizes that stand for the distribution, odd; see `sizes_needed`.
+        Number of sizes, odd; see `sizes_needed`.
 
     Returns
     -------
     SizeDistribution
-        The volume of a log-normal distribution is log-normal, too, with the median r0 exp(3 sigma^2).
-        Sizes are spaced evenly in ln(radius), which converges faster than as many Gauss-Hermite nodes.
-
-    Raises
-    ------
-    InputRefusedError
-        If an argument is known and outside its range.
+        By volume, the distribution is log-normal as well, with the median r0 exp(3 sigma^2). Sizes are
+        equally spaced in ln(radius), which converges faster than the same number of Gauss-Hermite nodes.
 
     References
     ----------
@@ -96,7 +85,7 @@ def log_normal(
     require("median_radius_nm", median_radius_nm, lambda v: v > 0, "be above 0")
     require("variance_ln", variance_ln, lambda v: v >= 0, "be 0 or more")
     if n_sizes < 3 or n_sizes % 2 == 0:
-        raise InputRefusedError(f"n_sizes is {n_sizes}, but it must be odd and at least 3.")
+        raise InputRefusedError(f"n_sizes is {n_sizes}; it must be odd and at least 3.")
     deviations = np.linspace(-REACH, REACH, n_sizes)
     spread = np.exp(-(deviations**2) / 2)
     spread /= spread.sum()
@@ -113,19 +102,14 @@ def log_normal(
 
 
 def sizes_needed(median_size_parameter: float, variance_ln: float) -> int:
-    """Number of sizes of a log-normal distribution that average the resonances of its spheres.
+    """Number of sizes, odd, of a log-normal distribution that averages the resonances of its spheres.
 
     Parameters
     ----------
     median_size_parameter
-        2 pi r0 / wavelength in the medium, the largest that will be asked for.
+        Largest 2 pi r0 / wavelength in the medium that will be used.
     variance_ln
-        Largest variance of ln(radius) that will be asked for.
-
-    Returns
-    -------
-    int
-        Odd; a step of `SIZE_PARAMETER_STEP` at the median by volume, within limits.
+        Largest variance of ln(radius) that will be used.
     """
     at_median = median_size_parameter * exp(3 * variance_ln)
     wanted = 2 * REACH * sqrt(variance_ln) * at_median / SIZE_PARAMETER_STEP
@@ -133,20 +117,7 @@ def sizes_needed(median_size_parameter: float, variance_ln: float) -> int:
 
 
 def discrete(radii_nm, number_weights) -> SizeDistribution:
-    """Spheres of a table of radii.
-
-    Parameters
-    ----------
-    radii_nm
-        The radii, shape ``(sizes,)``.
-    number_weights
-        Relative number of spheres of each, shape ``(sizes,)``; their sum is of no account.
-
-    Raises
-    ------
-    InputRefusedError
-        If the lists differ in length, a radius is not above 0, a weight is negative, or all are 0.
-    """
+    """Spheres with tabulated radii and relative numbers of any sum, each of shape ``(sizes,)``."""
     radii, weights = jnp.asarray(radii_nm, float), jnp.asarray(number_weights, float)
     if radii.ndim != 1 or radii.shape != weights.shape or radii.size == 0:
         raise InputRefusedError(
@@ -155,11 +126,8 @@ def discrete(radii_nm, number_weights) -> SizeDistribution:
         )
     require("a radius of the size distribution", radii, lambda v: v > 0, "be above 0")
     require("a weight of the size distribution", weights, lambda v: v >= 0, "be 0 or more")
-    require(
-        "the sum of the weights of the size distribution", jnp.sum(weights), lambda v: v > 0, "be above 0"
-    )
+    number = jnp.sum(weights)
+    require("the sum of the weights of the size distribution", number, lambda v: v > 0, "be above 0")
     volume = weights * radii**3
     total = jnp.sum(volume)
-    return SizeDistribution(
-        radii, volume / total, (total / jnp.sum(weights)) ** (1 / 3), np.zeros(radii.shape, bool)
-    )
+    return SizeDistribution(radii, volume / total, (total / number) ** (1 / 3), np.zeros(radii.shape, bool))

@@ -13,7 +13,7 @@ from jaxink.numerics.legendre import legendre_series
 from jaxink.numerics.validity import require
 from jaxink.optics.phase_function import PhaseFunction
 
-# Below this squared phase the closed forms lose digits to cancellation and their series are summed.
+# Below this squared phase the closed forms suffer from cancellation and series are summed instead.
 _SMALL = 4.0
 _N_TERMS = 16
 
@@ -27,27 +27,22 @@ def percus_yevick(
     ----------
     squared_phase
         (q d)^2, with q = 2 k sin(scattering angle / 2), k the wavenumber in the medium and d the diameter
-        of the spheres; 0 or more, any shape. The square, because q has no derivative straight on.
+        of the spheres; 0 or more, any shape. Squared, because q is not differentiable in forward direction.
     volume_fraction
-        Share of the volume that the spheres take, 0 ... 1, 1 excluded.
+        Fraction of the volume occupied by the spheres, 0 to 1, excluding 1.
 
     Returns
     -------
     Float[Array, "*points"]
-        S(q), positive; (1 - f)^4 / (1 + 2 f)^2 straight on, 1 for large q and for volume fraction 0.
-
-    Raises
-    ------
-    InputRefusedError
-        If an argument is known and outside its range.
+        S(q), positive; (1 - f)^4 / (1 + 2 f)^2 in forward direction, 1 for large q and for f = 0.
 
     References
     ----------
     Percus, Yevick 1958 Phys. Rev. 110, 1; Wertheim 1963 Phys. Rev. Lett. 10, 321 (solution).
     """
-    # A cosine of 1 may exceed it by rounding.
+    # It may be negative by the rounding of a cosine of 1.
     require("squared_phase", squared_phase, lambda v: v >= -1e-9, "be 0 or more")
-    require("volume_fraction", volume_fraction, lambda v: (v >= 0) & (v < 1), "lie in 0 ... 1, 1 excluded")
+    require("volume_fraction", volume_fraction, lambda v: (v >= 0) & (v < 1), "be at least 0 and below 1")
     f = volume_fraction
     # The direct correlation inside a sphere is -(alpha + beta t + gamma t^3), t = distance / d.
     alpha = (1 + 2 * f) ** 2 / (1 - f) ** 4
@@ -81,28 +76,22 @@ def _series(power: int) -> np.ndarray:
     return (-1.0) ** k / (factorials * (power + 2 * k + 1))
 
 
-# Nodes over the scattering angle for each unit of the size parameter, and the most of all: the peaks of S(q)
-# are as wide as the order among the spheres reaches far, see docs/particles.md.
+# Nodes over the scattering angle per unit of the size parameter, and their largest number, which resolve the
+# peaks of S(q), see docs/particles.md.
 _NODES_PER_SIZE_PARAMETER = 16
 _MOST_NODES = 1536
 _PANEL = 24
 
 
 def nodes_needed(max_size_parameter: float) -> int:
-    """Nodes over the scattering angle that resolve the structure factor of spheres.
-
-    Parameters
-    ----------
-    max_size_parameter
-        Of the largest sphere.
-    """
+    """Number of nodes over the scattering angle that resolve the structure factor up to a size parameter."""
     wanted = min(_NODES_PER_SIZE_PARAMETER * max_size_parameter, _MOST_NODES)
     return _PANEL * ceil(wanted / _PANEL)
 
 
 @lru_cache(maxsize=16)
 def _angles(n_nodes: int, n_moments: int):
-    """Cosines and weights of a quadrature in panels of the angle, and Legendre polynomials there."""
+    """Cosines and weights of a quadrature in panels of the angle, and Legendre polynomials at its nodes."""
     unit, weights = np.polynomial.legendre.leggauss(_PANEL)
     n_panels = n_nodes // _PANEL
     angle = (np.arange(n_panels)[:, None] + (unit + 1) / 2).ravel() * np.pi / n_panels
@@ -112,20 +101,20 @@ def _angles(n_nodes: int, n_moments: int):
 
 
 class InterferingPhaseFunction(PhaseFunction):
-    """Sum of phase functions, each times 1 + s (S - 1); make it with `interfering`.
+    """Sum of phase functions, each multiplied by 1 + s (S - 1); created by `interfering`.
 
     Parameters
     ----------
     parts
-        Legendre moments of each population's phase function, times what makes the mean of the whole 1.
+        Legendre moments of each population's phase function, scaled such that the mean of the sum is 1.
     squared_phase_at_right_angle
         (q d)^2 of each population at a scattering angle of 90 degrees.
     volume_fraction
-        Of all spheres.
+        Volume fraction of all spheres together.
     weight
         s.
     n_nodes
-        Of the quadrature over the angle.
+        Number of nodes over the angle.
     """
 
     parts: Float[Array, "populations moments"]
@@ -144,7 +133,7 @@ class InterferingPhaseFunction(PhaseFunction):
         return jnp.sum(jax.vmap(of)(self.parts, self.squared_phase_at_right_angle), axis=0)
 
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """See `PhaseFunction.moments`; by quadrature, the structure factor is no polynomial."""
+        """See `PhaseFunction.moments`; by quadrature, because the structure factor is not a polynomial."""
         n_degrees = self.parts.shape[1]
         cosine, weights, polynomials = _angles(self.n_nodes, max(n_moments, n_degrees))
         factors = 2 * np.arange(n_degrees) + 1
@@ -164,21 +153,14 @@ def interfering(
     weight: Float[ArrayLike, ""],
     n_nodes: int,
 ) -> tuple[InterferingPhaseFunction, Float[Array, ""]]:
-    """Phase function of spheres that scatter dependently, and the share of scattering that is left.
+    """Normalised phase function of dependent scattering, and the scattering over that of independent spheres.
 
     Parameters
     ----------
     parts
         Legendre moments of each population times its share of the independent scattering.
     squared_phase_at_right_angle, volume_fraction, weight, n_nodes
-        As of `InterferingPhaseFunction`.
-
-    Returns
-    -------
-    InterferingPhaseFunction
-        With mean 1 over the sphere.
-    Float[Array, ""]
-        Scattering coefficient over that of independent spheres.
+        As in `InterferingPhaseFunction`.
     """
     raw = InterferingPhaseFunction(
         parts, squared_phase_at_right_angle, jnp.asarray(volume_fraction), jnp.asarray(weight), n_nodes

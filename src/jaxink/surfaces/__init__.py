@@ -1,1 +1,1 @@
-"""Rough surfaces: facet slopes, and what an interface made of facets reflects and transmits."""
+"""Rough surfaces: reflection and transmission by facets or by wave optics."""

@@ -1,4 +1,4 @@
-"""The power spectrum of exp(i A z) of a surface height z, which several orders of scattering broaden."""
+"""The power spectrum of exp(i A z) of a surface height z, broadened by several orders of scattering."""
 
 import equinox as eqx
 import jax
@@ -6,29 +6,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.numerics.hankel import (
-    N_NODES,
-    STEP,
-    cubic_weights,
-    interpolate_log,
-    log_nodes,
-    radial_fourier,
-)
+from jaxink.numerics.hankel import N_NODES, STEP, cubic_weights, interpolate_log, log_nodes, radial_fourier
 from jaxink.surfaces.spectrum import PowerSpectrum
 
-# Pairs of polar angles whose transforms are made at once: bounds the memory.
+# Pairs of polar angles that are transformed at once; limits the memory.
 _BATCH = 512
-# Phases at which transforms are made, between the largest and this share of it; light whose phase hardly
-# depends on the height is scattered hardly.
+# Number of phases that are transformed, between the largest and this fraction of it; light whose phase hardly
+# depends on the height is hardly scattered.
 _N_PHASES, _LEAST_PHASE = 64, 0.005
-# Below, relative to the largest value of a transform, there is rounding only.
+# Rounding error relative to the largest value of a transform.
 _FLOOR = 1e-10
 
 
 def broadened(spectrum: PowerSpectrum, phase_variance, log_position):
-    """Transform of sigma^2 (exp(-g (1 - rho)) - exp(-g)) / g at phase variances g: the PSD at g = 0.
+    """Transform of sigma^2 (exp(-g (1 - rho)) - exp(-g)) / g at phase variances g; the PSD for g = 0.
 
-    ``log_position`` has the frequencies of each phase variance along its last axis.
+    The last axis of ``log_position`` holds the frequencies of each phase variance.
     """
     length = spectrum.length_um
     rho = spectrum.correlation(jnp.exp(log_nodes()) * length)
@@ -38,7 +31,7 @@ def broadened(spectrum: PowerSpectrum, phase_variance, log_position):
         x = g * rho
         small = jnp.abs(x) < 1e-5
         safe = jnp.where(small, 1.0, x)
-        # exp(g (rho - 1)) - exp(-g) without loss of digits for small g, and without overflow for large.
+        # exp(g (rho - 1)) - exp(-g) without cancellation for small g and overflow for large g.
         large = (jnp.exp(g * (rho - 1)) - jnp.exp(-g)) / safe
         values = rho * jnp.where(x > 1, large, jnp.exp(-g) * jnp.where(small, 1 + x / 2, jnp.expm1(x) / safe))
         return jnp.maximum(interpolate_log(radial_fourier(values), position), 0.0)
@@ -48,16 +41,16 @@ def broadened(spectrum: PowerSpectrum, phase_variance, log_position):
 
 
 class BroadenedSpectrum(eqx.Module):
-    """Spectra of exp(i A z) over A^2, tabulated over phases A per height and frequencies.
+    """Spectra of exp(i A z) over A^2, tabulated over phases per height A and frequencies.
 
     Parameters
     ----------
     log_phase
-        First node, and step, of the logarithm of A.
+        First node and step of the logarithm of A.
     log_length
         Logarithm of 2 pi times the length of the spectrum.
     log_density
-        Logarithm of the density, shape ``(phases, frequencies)``.
+        Logarithm of the density.
     """
 
     log_phase: tuple[Float[Array, ""], Float[Array, ""]]
@@ -66,14 +59,14 @@ class BroadenedSpectrum(eqx.Module):
 
     @classmethod
     def of(cls, spectrum: PowerSpectrum, largest_phase_per_um: Float[ArrayLike, ""]) -> "BroadenedSpectrum":
-        """Table of a spectrum up to a phase per height."""
+        """Tabulate a spectrum up to a phase per height."""
         last = jnp.log(largest_phase_per_um)
         step = -np.log(_LEAST_PHASE) / (_N_PHASES - 1)
         first = last - step * (_N_PHASES - 1)
         phase = jnp.exp(first + step * np.arange(_N_PHASES))
         positions = jnp.broadcast_to(log_nodes(), (_N_PHASES, N_NODES))
         density = broadened(spectrum, phase**2 * spectrum.height_variance_um2, positions)
-        # A largest value has no derivative where the compiler computes it twice, with other rounding.
+        # A maximum has no derivative if the compiler evaluates it twice with different rounding.
         floor = jax.lax.stop_gradient(_FLOOR * jnp.max(density, axis=1, keepdims=True) + 1e-300)
         return cls(
             (first, jnp.asarray(step)),
@@ -84,7 +77,7 @@ class BroadenedSpectrum(eqx.Module):
     def density_um4(
         self, phase_per_um: Float[ArrayLike, "*#shape"], frequency_per_um: Float[ArrayLike, "*#shape"]
     ) -> Float[Array, "*shape"]:
-        """Broadened PSD, cubic in the logarithms of both."""
+        """Broadened PSD, by cubic interpolation in both logarithms."""
         first, step = self.log_phase
         row = (jnp.log(jnp.maximum(phase_per_um, 1e-300)) - first) / step
         column = (jnp.log(jnp.maximum(frequency_per_um, 1e-300)) + self.log_length) / STEP + N_NODES // 2
@@ -99,7 +92,7 @@ class BroadenedSpectrum(eqx.Module):
         return jnp.exp(total)
 
     def typical_frequency_per_um(self, phase_per_um, highest_per_um) -> Float[Array, ""]:
-        """Geometric mean, by power, of the frequencies up to a highest one."""
+        """Power-weighted geometric mean of the frequencies up to a highest one."""
         log_frequency = log_nodes() - self.log_length
         density = self.density_um4(phase_per_um, jnp.exp(log_frequency))
         weight = jnp.where(log_frequency < jnp.log(highest_per_um), density * jnp.exp(2 * log_frequency), 0.0)
@@ -107,7 +100,7 @@ class BroadenedSpectrum(eqx.Module):
 
 
 def _cubic(position, n_nodes: int):
-    """First of four nodes about positions, and Lagrange weights."""
+    """First of the four nodes around positions, and their Lagrange weights."""
     inside = jnp.clip(position, 0.0, n_nodes - 1.0)
     first = jnp.clip(jnp.floor(inside).astype(int) - 1, 0, n_nodes - 4)
     return first, cubic_weights(inside - first - 1)

@@ -1,4 +1,4 @@
-"""Rows of matrices between channels, from samples of the directions that light comes from."""
+"""Rows of matrices between channels, from samples of the incoming directions."""
 
 import jax
 import jax.numpy as jnp
@@ -22,7 +22,7 @@ def _chebyshev(x, n_terms):
 
 
 def _at_samples(grid: ChannelGrid, kappa):
-    """For each block: Chebyshev polynomials at samples inside it, 0 outside, and coefficients by nodes."""
+    """For each block, Chebyshev polynomials at the samples (0 outside it), and coefficients by nodes."""
     reference, end, start = grid.block_cosines
     below = jnp.concatenate([jnp.full(1, -1.0), grid.block_index[:-1]])
     for block, n_nodes in enumerate(grid.nodes_per_block):
@@ -47,23 +47,23 @@ def rows_of_samples(
     weights: list[Float[Array, "receivers samples"]],
     n_orders: int,
 ) -> Float[Array, "weights orders receivers channels"]:
-    """Rows that give weighted sums of a field at samples from its values at the channels, for each weight.
+    """Rows that give weighted sums of a field over samples from its values at the channels, for each weight.
 
     Parameters
     ----------
     grid
         The channels.
     kappa
-        Optical sines of the samples.
+        Optical sines n sin(theta) of the samples.
     cos_azimuth
-        Cosines of the azimuths between the directions of travel of sample and receiver.
+        Cosines of the azimuths between the propagation directions of sample and receiver.
     weights
-        Of the samples.
+        One or more sets of weights of the samples.
     n_orders
-        Azimuthal orders.
+        Number of azimuthal orders.
     """
     series = _chebyshev(cos_azimuth, n_orders)
-    # Odd orders vanish towards the normal as the sine: interpolated without it.
+    # Odd orders vanish like the sine towards the normal; they are interpolated without it.
     series = series * jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], kappa, 1.0)
     series = jnp.concatenate([series * weight for weight in weights])
     samples = list(_at_samples(grid, kappa))

@@ -1,9 +1,8 @@
-"""Facets that a direction sees, and where light that leaves along it came from.
+"""Facets visible from a direction, and the directions from which they redirect light into it.
 
-Everything is written from the receiving end: the radiance that leaves along o is an average over the facets
-that o sees, each of which shows what comes along the direction mirrored or refracted in it. In this form
-neither reflection nor refraction has a Jacobian, and a lobe however narrow needs no fine grid of
-directions.
+Everything is computed from the receiving end: the radiance leaving along o is an average over the facets
+visible from o, each of which shows the radiance from the mirrored or refracted direction. In this form there
+is no Jacobian for reflection or refraction, and narrow lobes do not need a fine grid of directions.
 """
 
 import equinox as eqx
@@ -16,16 +15,16 @@ from jaxink.surfaces.slopes import SlopeDensity
 
 
 class FacetRule(eqx.Module):
-    """Numbers of quadrature nodes over the facets that a direction sees.
+    """Numbers of quadrature nodes over the visible facets.
 
     Parameters
     ----------
     slopes
-        Over the slope, shared by the panels between the slopes at which the integrand has kinks.
+        Nodes over the slope, distributed over the panels between kinks of the integrand.
     azimuths
-        Over each panel of azimuth.
+        Nodes over each panel of azimuth.
     total_reflection
-        Whether some facets may reflect totally, so that one more kink has to be looked after.
+        Whether some facets may reflect totally, which adds a kink.
     """
 
     slopes: int = eqx.field(static=True, default=24)
@@ -34,14 +33,14 @@ class FacetRule(eqx.Module):
 
     @property
     def without_total_reflection(self) -> "FacetRule":
-        """The rule for the rarer of two media, with as many nodes."""
+        """The rule for the medium of lower index, with the same number of nodes."""
         return FacetRule(self.slopes, 2 * self.azimuths, False)
 
 
 class Views(eqx.Module):
-    """What each receiving direction sees, facet by facet.
+    """The facets visible from each receiving direction.
 
-    Vectors have their x axis along the receiving direction's azimuth and z along the normal on its side.
+    The x axis is along the azimuth of the receiving direction, the z axis along the normal on its side.
 
     Parameters
     ----------
@@ -50,7 +49,7 @@ class Views(eqx.Module):
     reflectance
         Fresnel reflectance of the facet.
     mirrored, refracted
-        Unit vectors towards where the light came from, in the receiver's medium and in the other one, shape
+        Unit vectors towards the origin of the light in the receiver's and in the other medium, shape
         ``(3, receivers, facets)``.
     """
 
@@ -61,7 +60,7 @@ class Views(eqx.Module):
 
 
 def _panels(ends, n_nodes):
-    """Gauss-Legendre nodes on panels between ends, each graded towards its start where a kink may lie."""
+    """Gauss-Legendre nodes on panels between ends, graded towards the start of each, where a kink may be."""
     unit, weight = gauss_legendre_unit(n_nodes)
     nodes, weights = [], []
     for k, (start, end) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
@@ -80,7 +79,7 @@ def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule):
     """Slope, azimuth, and weight P (o.m)/m_z of the facets of each receiver, shape (receivers, facets)."""
     scale = density.scale
     reach = jnp.arcsinh(density.largest_slope / scale)
-    # From these slopes on some facets are turned away, and some begin or cease to reflect totally.
+    # At these slopes, facets begin to turn away, and begin or cease to reflect totally.
     horizon = jnp.abs(cosine) / sine
     kinks = [horizon]
     if critical is not None:
@@ -102,7 +101,7 @@ def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule):
     else:
         facing = (critical * jnp.sqrt(1 + slope**2) - cosine[:, None]) / across
         beyond = jnp.minimum(_safe_arccos(facing), seen)
-        # Near total reflection light passes as the root of the distance: graded towards the end.
+        # Near total reflection the transmittance varies as a square root: graded towards the end.
         width, rest = beyond[..., None], (seen - beyond)[..., None]
         azimuth = jnp.concatenate([width * (1 - (1 - unit) ** 2), beyond[..., None] + rest * unit], axis=-1)
         share = jnp.concatenate([width * 2 * (1 - unit) * unit_weight, rest * unit_weight], axis=-1)
@@ -120,7 +119,7 @@ def views(
     density: SlopeDensity,
     rule: FacetRule,
 ) -> Views:
-    """Facets that receiving directions see.
+    """Facets visible from receiving directions.
 
     Parameters
     ----------
@@ -130,7 +129,7 @@ def views(
     index_here, index_there
         Refractive index on the receiving side and on the other.
     density
-        Of the facets' slopes.
+        Density of the facets' slopes.
     rule
         Numbers of nodes.
 
@@ -138,7 +137,7 @@ def views(
     ----------
     Walter, Marschner, Li, Torrance 2007 EGSR, eqs. 38 to 40.
     """
-    # Facets that the direction meets at a smaller cosine reflect totally; 0 where none does.
+    # Facets seen at a smaller cosine reflect totally; practically 0 without total reflection.
     critical = jnp.sqrt(jnp.maximum(1 - (index_there / index_here) ** 2, 1e-16))
     critical = critical if rule.total_reflection else None
     slope, azimuth, weight = _visible(cosine, sine, critical, density, rule)
@@ -162,21 +161,9 @@ def projected_area(
     density: SlopeDensity,
     rule: FacetRule,
 ) -> Float[Array, " receivers"]:
-    """Area of the facets seen along a direction, per area of the surface: (1 + Lambda) cos(theta).
+    """Area of the facets visible along a direction, per area of the surface: (1 + Lambda) cos(theta).
 
-    Parameters
-    ----------
-    cosine, sine
-        Of the angle with the normal, shape ``(receivers,)``; the cosine 0 or more.
-    density
-        Of the facets' slopes.
-    rule
-        Numbers of nodes.
-
-    Returns
-    -------
-    Float[Array, " receivers"]
-        Smith's masking is the cosine over it.
+    The cosine, of the angle with the normal, is 0 or more. Smith's masking is the cosine over this area.
 
     References
     ----------
@@ -192,16 +179,9 @@ def mean_transmittance(
     index_there: Float[Array, ""],
     density: SlopeDensity,
 ) -> Float[Array, " receivers"]:
-    """Fresnel transmittance averaged over the facets that a direction sees, by a coarse rule.
+    """Fresnel transmittance averaged over the visible facets by a coarse rule; arguments as of `views`.
 
-    Parameters
-    ----------
-    cosine, sine
-        Of the angle with the normal, shape ``(receivers,)``; the cosine 0 or more, 0 gives 1.
-    index_here, index_there
-        Refractive index on the receiving side and on the other.
-    density
-        Of the facets' slopes.
+    The cosine is 0 or more; for 0 the result is 1.
     """
     propagates = cosine > 0
     cosine, sine = jnp.where(propagates, cosine, 0.5), jnp.where(propagates, sine, 0.5)

@@ -1,8 +1,8 @@
-"""Measured surface heights: the facet slopes that ray optics asks for, the spectrum that wave optics does.
+"""Measured surface heights: facet slopes for geometrical optics, and the power spectrum for wave optics.
 
-A map knows the surface only between two lengths. Below its extent: slower undulations were removed with the
-tilt. Above its pitch: a slope from central differences is that of a height averaged over two pitches, and
-falls to 2/pi of the true one at the spatial frequency 1/(4 pitch).
+A map contains only part of the spatial frequencies. Undulations longer than its extent were removed with the
+tilt. Slopes from central differences are those of heights averaged over two pitches; they drop to 2/pi of the
+true slopes at the spatial frequency 1/(4 pitch).
 """
 
 import dataclasses
@@ -22,26 +22,26 @@ from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum, tabulated_spec
 
 _FEWEST_HEIGHTS = 16
 _LARGEST_HEIGHT_UM = 1e6
-# Largest ratio of slope variances at the pitch and at twice the pitch where the pitch is fine enough.
+# Largest ratio of the slope variances at the pitch and at twice the pitch for a sufficiently fine pitch.
 _MOST_GROWTH = 1.15
 _SLOPE_BINS, _FEWEST_PER_BIN = 32, 30
-# Share of the steepest facets that no bin resolves.
+# Fraction of the steepest facets, which is excluded.
 _STEEPEST = 1e-4
-# Rings of frequencies; fewer for a profile, whose transform to the plane differentiates the noise.
+# Rings of frequencies per octave; fewer for a profile, whose conversion to the plane differentiates noise.
 _BINS_PER_OCTAVE, _BINS_OF_PROFILE = 6, 2
 
 
 class TabulatedSlopes(SlopeDensity):
-    """Density through nodes, cubic in its logarithm, all slopes times a common factor.
+    """Tabulated density, interpolated by cubics in its logarithm, with a common factor of all slopes.
 
     Parameters
     ----------
     height_scale
-        Factor of the heights, and so of the slopes. What a surface does to light changes as its square.
+        Factor of the heights and therefore of the slopes. The effect on light is quadratic in it.
     slopes
-        Nodes, from 0 to the largest slope, ascending.
+        Nodes, ascending from 0 to the largest slope.
     log_density
-        Logarithm of P at the nodes for the factor 1, up to a constant.
+        Logarithm of P at the nodes for a factor of 1, up to a constant.
     """
 
     height_scale: Float[Array, ""] = eqx.field(converter=jnp.asarray)
@@ -75,19 +75,18 @@ class TabulatedSlopes(SlopeDensity):
 
 @dataclasses.dataclass(frozen=True)
 class SlopeStatistics:
-    """What central differences say of a map's slopes.
+    """Statistics of a map's slopes from central differences.
 
     Parameters
     ----------
     variance
-        Of the slope along one axis, averaged over the axes.
+        Variance of the slope along one axis, averaged over the axes.
     variance_twice_as_coarse
-        The same from every second height: where it is much smaller, the surface has slopes that the pitch
-        does not resolve.
+        The same from every second height; if it is much smaller, the pitch does not resolve all slopes.
     bandwidth_per_um
-        Spatial frequency at which the differences see 2/pi of a slope, 1/(4 pitch), of the coarser axis.
+        Spatial frequency at which the differences give 2/pi of a slope, 1/(4 pitch) of the coarser axis.
     anisotropy
-        Ratio of the slope variances along the axes, the larger over the smaller; 1 for a profile.
+        Ratio of the larger to the smaller slope variance along the axes; 1 for a profile.
     """
 
     variance: float
@@ -98,14 +97,14 @@ class SlopeStatistics:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class HeightMap:
-    """Measured heights of a surface that is isotropic but for noise; mean and tilt are removed.
+    """Measured heights of an isotropic surface; mean and tilt are removed.
 
     Parameters
     ----------
     heights_um
         Shape ``(rows, columns)``, or ``(points,)`` for a profile.
     pitch_um
-        Distance of neighbouring heights: one number, or that along rows (y) and along columns (x).
+        Distance between neighbouring heights: one number, or one along y (rows) and one along x (columns).
     """
 
     heights_um: Real[np.ndarray, "..."]
@@ -115,17 +114,17 @@ class HeightMap:
         heights = np.array(self.heights_um, float)
         if heights.ndim not in (1, 2) or min(heights.shape) < _FEWEST_HEIGHTS:
             raise InputRefusedError(
-                f"heights_um has shape {heights.shape}; a map needs two axes, a profile one, of at least "
-                f"{_FEWEST_HEIGHTS} heights each."
+                f"heights_um has shape {heights.shape}; it must have two axes (a map) or one (a profile) of "
+                f"at least {_FEWEST_HEIGHTS} heights each."
             )
         if not np.all(np.isfinite(heights)):
             where = tuple(int(k) for k in np.argwhere(~np.isfinite(heights))[0])
             raise InputRefusedError(
-                f"heights_um has a height that is not a number at {where}; fill it or cut the map there."
+                f"heights_um is not a finite number at {where}; fill in the height, or crop the map there."
             )
         if np.abs(heights).max() > _LARGEST_HEIGHT_UM:
             raise InputRefusedError(
-                f"heights_um has a height of {np.abs(heights).max():g} um; none may be above "
+                f"heights_um has a height of {np.abs(heights).max():g} um; heights must be at most "
                 f"{_LARGEST_HEIGHT_UM:g} um."
             )
         pitch = np.broadcast_to(np.asarray(self.pitch_um, float), heights.ndim)
@@ -133,16 +132,15 @@ class HeightMap:
             raise InputRefusedError(f"pitch_um is {self.pitch_um}; it must be above 0.")
         axes = np.meshgrid(*(np.linspace(-1, 1, n) for n in heights.shape), indexing="ij")
         plane = np.stack([np.ones(heights.size), *(axis.ravel() for axis in axes)], axis=1)
-        heights = heights - (plane @ np.linalg.lstsq(plane, heights.ravel(), rcond=None)[0]).reshape(
-            heights.shape
-        )
+        tilt = plane @ np.linalg.lstsq(plane, heights.ravel(), rcond=None)[0]
+        heights = heights - tilt.reshape(heights.shape)
         heights.setflags(write=False)
         object.__setattr__(self, "heights_um", heights)
         object.__setattr__(self, "pitch_um", tuple(float(p) for p in pitch))
 
     @property
     def is_profile(self) -> bool:
-        """Whether heights were measured along a line only."""
+        """Whether heights were measured along one line only."""
         return self.heights_um.ndim == 1
 
     @property
@@ -151,7 +149,7 @@ class HeightMap:
         return float(np.mean(self.heights_um**2))
 
     def _slopes(self, every: int = 1) -> list[np.ndarray]:
-        """Central differences along each axis, of every so many heights, at the same inner points."""
+        """Central differences of every n-th height along each axis, at the same inner points."""
         heights = self.heights_um[(slice(None, None, every),) * self.heights_um.ndim]
         found = []
         for axis, pitch in enumerate(self.pitch_um):
@@ -162,42 +160,32 @@ class HeightMap:
         return found
 
     def slope_statistics(self) -> SlopeStatistics:
-        """Slope variance, and how far the pitch resolves it.
-
-        Returns
-        -------
-        SlopeStatistics
-            For a profile the variance of its slope is that along one axis, too.
+        """Slope variance, and how well the pitch resolves it.
 
         Warns
         -----
         UserWarning
-            Where the variance still grows from twice the pitch to the pitch by more than 15 percent.
+            If the variance at the pitch is more than 15 per cent above that at twice the pitch.
         """
         each = [float(np.mean(s**2)) for s in self._slopes()]
         fine, coarse = float(np.mean(each)), float(np.mean([np.mean(s**2) for s in self._slopes(every=2)]))
         if fine > _MOST_GROWTH * coarse:
             warnings.warn(
-                f"the slope variance of the height map is {fine:.3g} at its pitch and {coarse:.3g} at twice "
-                "the pitch: the pitch is too coarse for the surface's slopes, or the heights are noisy; "
-                "measure with a smaller pitch.",
+                f"the slope variance of the height map is {fine:.3g} at its pitch but {coarse:.3g} at twice "
+                "the pitch, so the pitch does not resolve the slopes, or the heights are noisy; measure with "
+                "a smaller pitch.",
                 stacklevel=2,
             )
         bandwidth = 1 / (4 * max(self.pitch_um))
         return SlopeStatistics(fine, coarse, bandwidth, max(each) / max(min(each), 1e-300))
 
     def slope_density(self) -> TabulatedSlopes:
-        """Density of the facets' slopes, all azimuths together.
-
-        Returns
-        -------
-        TabulatedSlopes
-            Up to the slope that one facet in ten thousand exceeds.
+        """Density of the facets' slopes over all azimuths, up to the slope that 1e-4 of the facets exceed.
 
         Raises
         ------
         InputRefusedError
-            For a profile, which shows slopes along one direction only, and for a flat map.
+            For a profile, which has slopes along one direction only, and for a flat map.
 
         Warns
         -----
@@ -207,14 +195,14 @@ class HeightMap:
         require_float64()
         if self.is_profile:
             raise InputRefusedError(
-                "heights_um is a profile, which shows slopes along one direction only; take a map, or the "
+                "heights_um is a profile, which has slopes along one direction only; use a map, or the "
                 "Beckmann density with the variance of slope_statistics."
             )
         self.slope_statistics()
         slope = np.sqrt(sum(s**2 for s in self._slopes())).ravel()
         largest = np.quantile(slope, 1 - _STEEPEST)
         if largest <= 0:
-            raise InputRefusedError("heights_um is flat; it has no slopes.")
+            raise InputRefusedError("heights_um is flat; a slope density needs a map with slopes.")
         fine = np.linspace(0, largest, _SLOPE_BINS + 1)
         counts = np.histogram(slope, fine)[0]
         edges, held = [0.0], 0
@@ -223,11 +211,11 @@ class HeightMap:
             if held >= _FEWEST_PER_BIN:
                 edges.append(end)
                 held = 0
-        # What is left over joins the last bin.
+        # The remainder is added to the last bin.
         edges = np.array([*edges[:-1], largest])
         areas = np.pi * np.diff(edges**2)
         density = np.histogram(slope, edges)[0] / areas
-        # The mean over a ring is met halfway in area, not in slope.
+        # The mean over a ring belongs to its centre in area, not in slope.
         centres = np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)
         logarithm = np.log(density)
         ends = np.interp([0.0, largest], centres, logarithm)
@@ -239,16 +227,13 @@ class HeightMap:
         return TabulatedSlopes(1.0, nodes, np.concatenate([ends[:1], logarithm, ends[1:]]))
 
     def power_spectrum(self) -> TabulatedSpectrum:
-        """Isotropic power spectral density, from the map's or profile's extent to half its sampling rate.
+        """Isotropic power spectral density, from the inverse extent to half the sampling rate.
 
-        Returns
-        -------
-        TabulatedSpectrum
-            Through means over rings of frequencies, six an octave. Of a profile two an octave, by
-            `isotropic_from_profile`: valid for an isotropic surface, up to about half the highest frequency,
-            and where the profile is thousands of correlation lengths long; a shorter one is too noisy. Where
-            its spectrum is flat, towards frequency 0, the result is noise that is kept where positive: up to
-            several times too high. It is 5 percent high elsewhere.
+        Its nodes are means over rings of frequencies, six per octave. For a profile there are two per octave,
+        by `isotropic_from_profile`: valid for an isotropic surface, up to about half the highest frequency,
+        if the profile is thousands of correlation lengths long; a shorter one is too noisy. The result is
+        then 5 per cent too high, and up to several times too high where the spectrum is flat, towards
+        frequency 0, because only positive noise is kept there.
         """
         frequency, density = self._periodogram()
         lowest, highest = frequency[frequency > 0].min(), 1 / (2 * max(self.pitch_um))

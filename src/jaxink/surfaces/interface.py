@@ -1,13 +1,13 @@
-"""A rough interface between two media: matrices between channels, and its lobes at given directions.
+"""A rough interface between two media: matrices between channels.
 
-Smith's model with uncorrelated heights: light that left a facet along a direction of cosine mu escapes with
-probability mu / A, A the projected area of the facets, and meets another one otherwise. With X the radiance
-that arrives at facets over A, and Q the average over the facets that a direction sees,
+Smith's model with uncorrelated heights: light that leaves a facet along a direction of cosine mu escapes with
+probability mu / A, where A is the projected area of the facets, and otherwise meets another facet. With X the
+radiance arriving at facets over A, and Q the average over the facets visible from a direction,
 
     A X = mu L_incident + Q X,    L_leaving = Q X / A
 
 on the four hemispheres of directions (either medium, towards the surface or away from it). Light that meets
-one facet has sharp lobes and is computed for all azimuthal orders; the rest is smooth and takes few.
+one facet has sharp lobes and is computed for all azimuthal orders; the rest is smooth and needs few.
 """
 
 import equinox as eqx
@@ -25,20 +25,19 @@ from jaxink.surfaces.slopes import SlopeDensity
 
 
 class RoughResponse(eqx.Module):
-    """Basic radiance that leaves a rough interface along channels over what comes along channels.
+    """Basic radiance that leaves a rough interface along channels, over that incident along channels.
 
-    The outer side is the one from which regular light comes. Rows belong to the leaving channel. Each row is
-    exact for smooth light; a single entry is not, for the lobes may be narrower than the distance of the
-    channels. Light that enters is therefore treated by the transpose of how light leaves.
+    Regular (specular or directly transmitted) light comes from the outer side. Rows belong to the leaving
+    channel. Each row is exact for smooth light, but a single entry is not, because lobes may be narrower than
+    the spacing of the channels. Light that enters is therefore described by the transpose of ``leaving``.
 
     Parameters
     ----------
     outer_reflection, inner_reflection
-        Light that comes from the outer, or the inner side and leaves there, shape
-        ``(orders, channels, channels)``, incident channel last, without the first axis for a single order;
-        ``(channels,)`` where each channel goes to itself.
+        Light incident from and leaving to the outer or inner side, shape ``(orders, channels, channels)``,
+        incident channel last, without the first axis for a single order; ``(channels,)`` if diagonal.
     leaving
-        Light that comes from the inner side and leaves on the outer one.
+        Light incident from the inner side and leaving to the outer one.
     """
 
     outer_reflection: Float[Array, "*shape"]
@@ -47,20 +46,19 @@ class RoughResponse(eqx.Module):
 
 
 class RoughInterface(eqx.Module):
-    """What a rough interface does between channels.
+    """Reflection and transmission of a rough interface between channels.
 
     Parameters
     ----------
     one
         Light that meets one facet.
     several
-        Light that meets more, of the first azimuthal orders only; it has no others.
+        Light that meets several, which has only low azimuthal orders.
     regular
-        Share of the power of each channel that is reflected or passes regularly, shape ``(channels,)``; None
-        where nothing does.
+        Fraction of the power of each channel that remains regular, shape ``(channels,)``, or None.
     lobe_factors
-        For each channel, factors of a lobe's directions on the outer and on the inner side: the product of
-        two is what ``one`` has over the lobe of the theory, but for light that stays outside. None: 1.
+        Factors of each channel's direction on the outer and on the inner side: the product of two is the
+        ratio of ``one`` to the lobe of the theory, except for light that stays outside. None: 1.
     """
 
     one: RoughResponse
@@ -77,15 +75,16 @@ class RoughInterface(eqx.Module):
         return jax.tree.map(lambda matrix, share: matrix + jnp.diag(share), total, self.regular)
 
     def of_fluxes(self, scale: Float[Array, " channels"], outer, inner) -> "RoughInterface":
-        """The interface in the basis of fluxes, in which no light is lost however it comes.
+        """The interface in the basis of fluxes, in which no light of any channel is lost.
 
-        Rows are exact for smooth light, but light of a single channel that goes in would keep its power only
-        as exactly as the facets resolve the channels. What its column lacks is spread over all directions.
+        Rows are exact for smooth light, but the power of light entering along a single channel would be
+        conserved only as accurately as the facets resolve the channels. The missing power of its column is
+        distributed over all directions.
 
         Parameters
         ----------
         scale
-            Root of the channels' etendue weights, above 0.
+            Square root of the channels' etendue weights, above 0.
         outer, inner
             Whether each channel propagates on the outer and on the inner side.
         """
@@ -96,7 +95,7 @@ class RoughInterface(eqx.Module):
         def missing(matrix, column_sums, leaving):
             return leaving[:, None] * (column_sums - leaving @ matrix) / (leaving @ leaving)
 
-        # By reciprocity light that comes along a channel is reflected as much as uniform light into it.
+        # By reciprocity, light along a channel is reflected as much as uniform light is reflected into it.
         reflected = total.inner_reflection[0] @ inner
         to_leaving = missing(total.leaving[0], inner - reflected, outer)
         left = (total.leaving[0] + to_leaving) @ inner
@@ -110,19 +109,19 @@ class RoughInterface(eqx.Module):
 
 
 class RoughSizes(eqx.Module):
-    """Sizes of the quadratures of a rough interface.
+    """Resolution of a rough interface.
 
     Parameters
     ----------
     rule, coarse_rule
-        Facets for light that meets one of them, and for light that meets several.
+        Quadratures over facets for light that meets one facet, and for light that meets several.
     n_outer
-        Channels that propagate in the outer medium, the first ones, if it is the rarest of the stack; None if
-        it is not.
+        Number of channels, the first ones, that propagate in the outer medium, if that has the lowest index
+        of the stack; otherwise None.
     coarse_nodes
-        Channels of each block for light that meets several facets.
+        Number of channels in each block for light that meets several facets.
     coarse_orders
-        Azimuthal orders of such light.
+        Number of azimuthal orders of such light.
     """
 
     rule: FacetRule = FacetRule(36, 8)
@@ -133,13 +132,13 @@ class RoughSizes(eqx.Module):
 
 
 def _collect(grid: ChannelGrid, source, index, weights, n_orders):
-    """`rows_of_samples` of light that comes from vectors ``source``, against its direction of travel."""
+    """`rows_of_samples` of light from the vectors ``source``, which point against its propagation."""
     sine = jnp.sqrt(jnp.maximum(source[0] ** 2 + source[1] ** 2, 1e-30))
     return rows_of_samples(grid, index * sine, -source[0] / sine, weights, n_orders)
 
 
 def _receivers(cosine):
-    """Cosine, sine and whether the channel propagates; harmless numbers where it does not."""
+    """Cosine, sine and whether the channel propagates; harmless numbers if it does not."""
     propagates = cosine > 0
     safe = jnp.where(propagates, cosine, 0.5)
     return safe, jnp.sqrt(1 - safe**2), propagates
@@ -171,11 +170,11 @@ def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
 
 
 def _several_facets(grid, outer, inner, density, rule, n_orders):
-    """Light that meets two facets or more."""
+    """Light that meets at least two facets."""
     blocks, per_area, cosines = [], [], []
     for here, there in ((outer, inner), (inner, outer)):
         cosine, sine, propagates = _receivers(propagating_cosine(grid.squared_cosine(here)))
-        # Light that leaves a facet towards the surface, then light that leaves it away from the surface.
+        # Light that leaves a facet towards the surface, then light that leaves it away from it.
         view = views(jnp.concatenate([-cosine, cosine]), jnp.tile(sine, 2), here, there, density, rule)
         parts = []
         for source, share, index, side in (
@@ -194,7 +193,7 @@ def _several_facets(grid, outer, inner, density, rule, n_orders):
     second = jnp.concatenate([second[..., 2 * n :], second[..., : 2 * n]], axis=-1)
     per_area = jnp.concatenate([jnp.tile(part, 2) for part in per_area])
     step = per_area[:, None] * jnp.concatenate([first, second], axis=-2)
-    # Directions towards the surface bring light in, those away from it let light out.
+    # Light arrives along directions towards the surface and leaves along those away from it.
     towards = np.r_[0:n, 2 * n : 3 * n]
     away = towards + n
     enter = jnp.concatenate(cosines) * per_area[towards]
@@ -212,19 +211,6 @@ def rough_interface(
     sizes: RoughSizes,
 ) -> RoughInterface:
     """Reflection and transmission of a rough interface between channels.
-
-    Parameters
-    ----------
-    grid
-        The channels.
-    index_outer, index_inner
-        Refractive indices of the media on either side.
-    density
-        Of the facets' slopes.
-    n_orders
-        Azimuthal orders.
-    sizes
-        Of the quadratures.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Lobes of light that meets one facet of a rough interface, at given directions."""
+"""Lobes of light that meets one facet of a rough interface."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
@@ -12,7 +12,7 @@ def _fresnel(index_1, index_2, cosine):
 
 
 def _facets_with(squared_across, along, density: SlopeDensity):
-    """Density of normals per solid angle, P / cos^4, of the facet normal with these components."""
+    """Density of normals per solid angle, P / cos^4, for a facet normal with these components."""
     slope = jnp.sqrt(jnp.maximum(squared_across, 1e-24)) / along
     return density.density(slope) * (1 + slope**2) ** 2
 
@@ -24,23 +24,18 @@ def reflected_lobe(
     azimuth_rad: Float[ArrayLike, " points"],
     density: SlopeDensity,
 ) -> Float[Array, " points"]:
-    """BRDF of one facet event times the projected areas of the facets along both directions.
+    """BRDF of reflection by one facet times the projected areas of the facets along both directions, 1/sr.
 
     Parameters
     ----------
     index
-        Refractive index of the medium of the light, and of the other one.
+        Refractive indices of the medium of the light and of the other one.
     cosine_out, cosine_in
-        With the normal, in the medium of the light, above 0.
+        Cosines of the angles with the normal, above 0.
     azimuth_rad
         Azimuth between the directions of propagation.
     density
-        Of the facets' slopes.
-
-    Returns
-    -------
-    Float[Array, " points"]
-        1/sr, in radiance, not basic radiance.
+        Density of the facets' slopes.
 
     References
     ----------
@@ -61,14 +56,10 @@ def transmitted_lobe(
     azimuth_rad: Float[ArrayLike, " points"],
     density: SlopeDensity,
 ) -> Float[Array, " points"]:
-    """BTDF of one facet event over the squared index behind, times both projected areas.
+    """BTDF of refraction by one facet over the squared index of the exit side, times both projected areas.
 
-    Parameters: as of `reflected_lobe`; the light goes to the other medium, and each cosine is of its own.
-
-    Returns
-    -------
-    Float[Array, " points"]
-        Basic radiance per irradiance, 1/sr; 0 where no facet refracts so far, and between equal media.
+    Parameters as of `reflected_lobe`, each cosine in its own medium. The result, basic radiance per
+    irradiance in 1/sr, is 0 if no facet refracts light so far, and between equal media.
 
     References
     ----------
@@ -77,7 +68,7 @@ def transmitted_lobe(
     n_in, n_out = index
     sine_out, sine_in = (jnp.sqrt(jnp.maximum(1 - c**2, 1e-24)) for c in (cosine_out, cosine_in))
     in_plane = sine_out * sine_in * jnp.cos(azimuth_rad)
-    # i towards the source, o away on the other side: the facet normal lies along n_i i + n_o o.
+    # With i towards the source and o away on the other side, the facet normal is along n_i i + n_o o.
     towards_each_other = -in_plane - cosine_out * cosine_in
     side = jnp.where(n_in > n_out, 1.0, -1.0)
     along = side * (n_in * cosine_in - n_out * cosine_out)

@@ -1,4 +1,4 @@
-"""The isotropic power spectrum of a surface of which a profile is known."""
+"""The isotropic power spectrum of a surface from that of a profile."""
 
 import numpy as np
 from jaxtyping import Float
@@ -10,23 +10,23 @@ from jaxink.numerics.quadrature import gauss_legendre_unit
 def isotropic_from_profile(
     frequency_per_um: Float[np.ndarray, " nodes"], profile_density_um3: Float[np.ndarray, " nodes"]
 ) -> tuple[Float[np.ndarray, " inner"], Float[np.ndarray, " inner"]]:
-    """Density in the plane of frequencies from that of a profile, for an isotropic surface.
+    """Power spectral density in the plane of frequencies from that of a profile of an isotropic surface.
 
-    PSD(f) = -1/pi times the integral of PSD_1'(t) / sqrt(t^2 - f^2) over t > f, PSD_1 a power law between its
-    nodes and beyond the last.
+    PSD(f) = -1/pi times the integral of PSD_1'(t) / sqrt(t^2 - f^2) over t > f, with PSD_1 a power law
+    between its nodes and beyond the last.
 
     Parameters
     ----------
     frequency_per_um
         Ascending, above 0.
     profile_density_um3
-        Two-sided density of the profile, whose integral over all positive and negative frequencies is the
-        height variance.
+        Two-sided density of the profile: its integral over positive and negative frequencies is the height
+        variance.
 
     Returns
     -------
     frequency_per_um, density_um4
-        Without the last node, and without nodes where noise makes the density negative.
+        Without the last node and nodes at which noise makes the density negative.
 
     References
     ----------
@@ -35,12 +35,12 @@ def isotropic_from_profile(
     frequency, profile = np.asarray(frequency_per_um, float), np.asarray(profile_density_um3, float)
     if len(frequency) < 4 or np.any(np.diff(frequency) <= 0) or np.any(profile <= 0):
         raise InputRefusedError(
-            "the spectrum of a profile needs at least 4 ascending frequencies with densities above 0."
+            "the spectrum of a profile must have at least 4 ascending frequencies with densities above 0."
         )
     x, y = np.log(frequency), np.log(profile)
     fall = np.diff(y) / np.diff(x)
     unit, weight = gauss_legendre_unit(12)
-    # The power law of the last octave, which noise in the last two nodes alone would upset.
+    # The power law of the whole last octave, because the last two nodes alone are noisy.
     last = np.arange(len(x)) >= len(x) - 2
     last |= x > x[-1] - np.log(2)
     tail = min(np.polyfit(x[last], y[last], 1)[0], -1.5)

@@ -1,8 +1,8 @@
 """Isotropic densities of facet slopes.
 
-A facet's slope s is the tangent of the angle between its normal and the surface's. A density P(s) is per unit
-area of the slope plane (s_x, s_y), for facets weighted by the area of the mean plane that they cover; its
-integral over the plane is 1.
+The slope s of a facet is the tangent of the angle between its normal and that of the surface. A density P(s)
+is per unit area of the slope plane (s_x, s_y), for facets weighted by their projected area in the mean plane;
+its integral over the slope plane is 1.
 """
 
 import abc
@@ -15,9 +15,9 @@ from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.quadrature import gauss_legendre_unit
 
-# Added to every width: a flat surface is then the ordinary limit of all formulas.
+# Added to every width, so that a flat surface is not a special case.
 _LEAST_SCALE = 1e-7
-# Nodes in the variable v = arsinh(s / scale) that integrate every density below to 1e-9.
+# Nodes in v = arsinh(s / scale) that integrate all densities below to 1e-9.
 _NORM_NODES = 48
 _CUT_SLOPE = float(np.tan(np.deg2rad(80.0)))
 
@@ -28,19 +28,18 @@ class SlopeDensity(eqx.Module):
     Attributes
     ----------
     strength
-        Field in which the BSDF has a finite derivative, not zero, where the surface becomes flat; None if the
-        density has no such field.
+        Field with respect to which the BSDF has a finite, nonzero derivative at the flat surface, or None.
     """
 
     strength: ClassVar[str | None]
 
     @abc.abstractmethod
     def _scale(self):
-        """Slope at which the density begins to fall."""
+        """See `scale`."""
 
     @abc.abstractmethod
     def _largest_slope(self):
-        """Slope beyond which there is nothing worth counting."""
+        """See `largest_slope`."""
 
     @abc.abstractmethod
     def _shape(self, slope):
@@ -48,12 +47,12 @@ class SlopeDensity(eqx.Module):
 
     @property
     def scale(self) -> Float[Array, ""]:
-        """Slope at which the density begins to fall."""
+        """Slope at which the density begins to decrease."""
         return self._scale()
 
     @property
     def largest_slope(self) -> Float[Array, ""]:
-        """Slope beyond which there is nothing worth counting, or nothing at all."""
+        """Slope beyond which the density is zero or negligible."""
         return self._largest_slope()
 
     @property
@@ -66,13 +65,7 @@ class SlopeDensity(eqx.Module):
         return 2 * jnp.pi * jnp.sum(step * self._shape(slope))
 
     def radial(self, slope: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
-        """P(s) s, of which 2 pi times the integral over s is 1; 0 beyond the largest slope.
-
-        Parameters
-        ----------
-        slope
-            Slopes, 0 or more.
-        """
+        """P(s) s at slopes of 0 or more: 2 pi times its integral is 1; it is 0 beyond the largest slope."""
         return jnp.where(slope <= self.largest_slope, self._shape(slope), 0.0) / self._norm
 
     def density(self, slope: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
@@ -118,8 +111,8 @@ class _ByScale(SlopeDensity):
 class Ggx(_ByScale):
     """t^2 / (pi (t^2 + s^2)^2).
 
-    Its slope variance is infinite: towards a flat surface smooth light changes as t^2 log t, so that no
-    field has a finite derivative there.
+    Its slope variance is infinite: near the flat surface, smooth light changes as t^2 log t, so no field has
+    a finite derivative there.
 
     Parameters
     ----------
@@ -143,8 +136,8 @@ class Ggx(_ByScale):
 class Cauchy(_ByScale):
     """Cauchy density of the facet normal per solid angle: D ~ 1 / (1 + (tan theta_n / t)^2).
 
-    That is P ~ 1 / ((1 + s^2)^2 (1 + s^2 / t^2)), with a tail so heavy that the share of steep facets goes
-    as 1 / log(1/t): none of its fields has a finite derivative at the flat surface.
+    That is P ~ 1 / ((1 + s^2)^2 (1 + s^2 / t^2)). The tail is so heavy that the fraction of steep facets
+    varies as 1 / log(1/t): no field has a finite derivative at the flat surface.
 
     Parameters
     ----------
@@ -153,8 +146,8 @@ class Cauchy(_ByScale):
 
     References
     ----------
-    Sokolov, Potemin, Zhdanov, Barladian 2021 CEUR-WS 3027, 13 (its angle sigma; the density is not written
-    there, this is the reading per solid angle).
+    Sokolov, Potemin, Zhdanov, Barladian 2021 CEUR-WS 3027, 13 (for the angle sigma; the density is not stated
+    there, this is the interpretation per solid angle).
     """
 
     strength: ClassVar[str | None] = None
@@ -203,15 +196,7 @@ class CauchyPlane(_ByScale):
 
 
 class SlopeMixture(SlopeDensity):
-    """(1 - w) of one density and w of another.
-
-    Parameters
-    ----------
-    first, second
-        The densities.
-    second_weight
-        w.
-    """
+    """(1 - w) times the first density plus w, the ``second_weight``, times the second."""
 
     first: SlopeDensity
     second: SlopeDensity
@@ -225,9 +210,6 @@ class SlopeMixture(SlopeDensity):
         return jnp.maximum(self.first.largest_slope, self.second.largest_slope)
 
     def _shape(self, slope):
-        return self._mixed(slope)
-
-    def _mixed(self, slope):
         first, second = self.first.radial(slope), self.second.radial(slope)
         return (1 - self.second_weight) * first + self.second_weight * second
 
@@ -237,14 +219,6 @@ DENSITIES = ("beckmann", *_BY_NAME)
 
 
 def slope_density(name: str, sigma_deg) -> SlopeDensity:
-    """Density by the name that sample files use.
-
-    Parameters
-    ----------
-    name
-        One of `DENSITIES`.
-    sigma_deg
-        Its angle, 0 for a flat surface; differentiable.
-    """
+    """Density by its name in sample files, one of `DENSITIES`; differentiable in the angle, 0 if flat."""
     tangent = jnp.tan(jnp.deg2rad(sigma_deg))
     return Beckmann(tangent**2) if name == "beckmann" else _BY_NAME[name](tangent)

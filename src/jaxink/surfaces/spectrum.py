@@ -1,8 +1,7 @@
 """Power spectra of isotropic surface heights.
 
-A power spectral density PSD(f) is per unit area of the plane of spatial frequencies (f_x, f_y), in um^4: its
-integral over the whole plane, 2 pi f PSD df, is the height variance. The slope variance is that of the slope
-along one axis.
+A power spectral density PSD(f) is per unit area of the plane of spatial frequencies (f_x, f_y), in um^4. Its
+integral over the whole plane, 2 pi f PSD df, is the height variance. Slope variances are along one axis.
 """
 
 import abc
@@ -14,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-# Trapezoidal nodes in log t of the mixture of Gaussians that a K-correlation is: converge exponentially.
+# Trapezoidal nodes in log t for a K-correlation as a mixture of Gaussians; they converge exponentially.
 _MIXTURE = np.linspace(-45.0, 4.5, 199)
 
 
@@ -24,7 +23,7 @@ class PowerSpectrum(eqx.Module):
     Attributes
     ----------
     strength
-        Field in which scattered light is linear where the surface becomes smooth.
+        Field in which scattered light is linear near the smooth surface.
     """
 
     height_variance_um2: eqx.AbstractVar[Float[Array, ""]]
@@ -33,7 +32,7 @@ class PowerSpectrum(eqx.Module):
     @property
     @abc.abstractmethod
     def length_um(self) -> Float[Array, ""]:
-        """Length over which heights are correlated, the scale of the logarithmic grids."""
+        """Correlation length, the scale of the logarithmic grids."""
 
     @abc.abstractmethod
     def correlation(self, distance_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
@@ -45,29 +44,18 @@ class PowerSpectrum(eqx.Module):
 
     @abc.abstractmethod
     def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
-        """Slope variance along one axis of what varies more slowly than a spatial frequency."""
+        """Slope variance along one axis of the components below a spatial frequency."""
 
     @abc.abstractmethod
     def height_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
-        """Height variance of what varies more slowly than a spatial frequency, um^2."""
+        """Height variance of the components below a spatial frequency, um^2."""
 
     @abc.abstractmethod
     def covered_per_um(self) -> tuple[float, float]:
         """Lowest and highest spatial frequency at which the spectrum is known, 1/um."""
 
     def density_um4(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
-        """PSD at spatial frequencies.
-
-        Parameters
-        ----------
-        frequency_per_um
-            0 or more.
-
-        Returns
-        -------
-        Float[Array, "*shape"]
-            um^4.
-        """
+        """PSD, um^4, at spatial frequencies of 0 or more."""
         return self.height_variance_um2 * self.shape(frequency_per_um)
 
 
@@ -107,8 +95,7 @@ class GaussianSpectrum(PowerSpectrum):
     def slope_variance_below(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Slope variance below a frequency."""
         x = (jnp.pi * self.correlation_length_um * frequency_per_um) ** 2
-        whole = 2 * self.height_variance_um2 / self.correlation_length_um**2
-        return whole * (-jnp.expm1(-x) - jnp.where(x < jnp.inf, x * jnp.exp(-x), 0.0))
+        return self.slope_variance * (-jnp.expm1(-x) - jnp.where(x < jnp.inf, x * jnp.exp(-x), 0.0))
 
     @property
     def slope_variance(self) -> Float[Array, ""]:
@@ -130,8 +117,8 @@ class KCorrelation(PowerSpectrum):
     length_b_um
         B: the spectrum bends at the frequency 1/B.
     exponent
-        C, above 2, for the height variance to be finite. The slope variance is finite above 4; between, it
-        grows with the highest frequency that counts, see `slope_variance_below`.
+        C, above 2, so that the height variance is finite. Up to C = 4, the slope variance is infinite unless
+        frequencies are limited, see `slope_variance_below`.
 
     References
     ----------
@@ -154,13 +141,7 @@ class KCorrelation(PowerSpectrum):
 
     @classmethod
     def of_amplitude(cls, amplitude_um4, length_b_um, exponent) -> "KCorrelation":
-        """Spectrum by its A, B and C.
-
-        Parameters
-        ----------
-        amplitude_um4, length_b_um, exponent
-            A, B and C, C above 2.
-        """
+        """Spectrum with given A, B and C, C above 2."""
         variance = 2 * jnp.pi * jnp.asarray(amplitude_um4) / (length_b_um**2 * (exponent - 2))
         return cls(variance, length_b_um, exponent)
 
@@ -170,7 +151,7 @@ class KCorrelation(PowerSpectrum):
         quarter = (distance_um / self.length_um)[..., None] ** 2 / 4
         exponent = nu * _MIXTURE - np.exp(_MIXTURE) - quarter * np.exp(-_MIXTURE)
         mixed = jnp.sum(jnp.exp(exponent), axis=-1) * (_MIXTURE[1] - _MIXTURE[0])
-        # The mixture ends at Gaussians too narrow for any distance but 0.
+        # The narrowest Gaussians of the mixture only matter at distance 0.
         return jnp.where(distance_um > 0, mixed * jnp.exp(-jax.scipy.special.gammaln(nu)), 1.0)
 
     def shape(self, frequency_per_um: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
@@ -188,7 +169,7 @@ class KCorrelation(PowerSpectrum):
         logarithm = jnp.log1p((self.length_b_um * frequency_per_um) ** 2)
 
         def power_integral(power):
-            # (u^power - 1) / power, of which the limit at power 0 is the logarithm.
+            # (u^power - 1) / power, with the logarithm as the limit for power 0.
             x = power * logarithm
             small = jnp.abs(x) < 1e-6
             return logarithm * jnp.where(small, 1 + x / 2, jnp.expm1(x) / jnp.where(small, 1.0, x))

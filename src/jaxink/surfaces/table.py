@@ -1,4 +1,4 @@
-"""Rough interfaces computed beforehand over the range of their angle, where nothing else is free."""
+"""Rough interfaces tabulated over the range of their angle, if nothing else is free."""
 
 import math
 
@@ -15,9 +15,9 @@ from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
 from jaxink.surfaces.slopes import slope_density
 
-# Added to the angle before its logarithm: below this, in degrees, a surface is as good as smooth.
+# Added to the angle before taking the logarithm; below this, in degrees, a surface is practically smooth.
 _SMOOTH_DEG = 0.3
-# Nodes of the angle for each factor of e that its range spans; at most and at least this many.
+# Nodes of the angle per factor of e in its range, and their largest and smallest number.
 _NODES_PER_E, _MOST_NODES, _FEWEST_NODES = 4, 24, 6
 
 
@@ -27,7 +27,7 @@ class RoughTable(eqx.Module):
     Parameters
     ----------
     interface
-        With the nodes along its leading axis.
+        Interfaces at the nodes, along the leading axis.
     sigma_deg
         Range of the angle.
     """
@@ -36,19 +36,13 @@ class RoughTable(eqx.Module):
     sigma_deg: tuple[float, float] = eqx.field(static=True)
 
     def at(self, sigma_deg: Float[Array, ""]) -> RoughInterface:
-        """Interface at an angle within the range.
-
-        Parameters
-        ----------
-        sigma_deg
-            The angle; differentiable.
-        """
+        """Interface at an angle within the range; differentiable."""
         n_nodes = jax.tree.leaves(self.interface)[0].shape[0]
         if n_nodes == 1:
             return jax.tree.map(lambda values: values[0], self.interface)
         low, high = (math.log(limit + _SMOOTH_DEG) for limit in self.sigma_deg)
         x = jnp.clip((2 * jnp.log(sigma_deg + _SMOOTH_DEG) - low - high) / (high - low), -1.0, 1.0)
-        # A sum of Chebyshev polynomials has finite derivatives at the nodes, which a quotient has not.
+        # A sum of Chebyshev polynomials, unlike a barycentric quotient, is differentiable at the nodes.
         angle = jnp.arccos(jnp.clip(x, -1 + 1e-14, 1 - 1e-14))
         degrees = np.arange(n_nodes)
         share = jnp.where(degrees == 0, 1.0, 2.0) * jnp.cos(degrees * angle) / n_nodes
@@ -68,22 +62,22 @@ def rough_table(
     n_orders: int,
     n_outer: int | None,
 ) -> RoughTable:
-    """Compute a rough interface over the range of its angle.
+    """Tabulate a rough interface over the range of its angle.
 
     Parameters
     ----------
     grid
-        The channels, known numbers.
+        The channels, not traced.
     indices
         Refractive indices on the outer and on the inner side.
     density
-        Name of the slope density, of `jaxink.surfaces.slopes.DENSITIES`.
+        Name of the slope density, one of `jaxink.surfaces.slopes.DENSITIES`.
     sigma_deg
-        Range of its angle; equal limits for one that is fixed.
+        Range of the angle; equal limits if it is fixed.
     n_orders
-        Azimuthal orders.
+        Number of azimuthal orders.
     n_outer
-        As of `RoughSizes`.
+        As in `RoughSizes`.
     """
     low, high = (math.log(limit + _SMOOTH_DEG) for limit in sigma_deg)
     if low == high:
@@ -91,7 +85,7 @@ def rough_table(
     else:
         n_nodes = min(max(round(_NODES_PER_E * (high - low)), _FEWEST_NODES), _MOST_NODES)
         nodes = np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
-    # Computed once: quadratures may be finer than where they are computed in every step.
+    # The quadratures may be fine, because they are computed once and not in every step.
     sizes = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
     at_angles = _programs(density, n_orders, sizes)
     return RoughTable(at_angles(grid, indices, jnp.asarray(nodes)), sigma_deg)
@@ -104,7 +98,7 @@ def _at_angles(density: str, n_orders: int, sizes: RoughSizes):
 
         return jax.lax.map(at, nodes)
 
-    # It runs once for each face.
+    # Runs once for each face.
     return hastily(at_angles, level=1)
 
 

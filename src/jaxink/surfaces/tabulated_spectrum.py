@@ -1,4 +1,4 @@
-"""Power spectra through measured nodes."""
+"""Tabulated power spectra."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,26 +10,26 @@ from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
 from jaxink.numerics.precision import require_float64
 from jaxink.surfaces.spectrum import PowerSpectrum
 
-# Beyond its last node a table falls off at least as fast as this power: the height variance stays finite.
+# Beyond the last node, a table decreases at least with this power, to keep the height variance finite.
 _LEAST_FALL = 4.0
-# Logarithm of the least distance, over the scale, at which a transform gives a correlation.
+# Logarithm of the smallest distance over the scale at which the transform gives the correlation.
 _LEAST_LOG_DISTANCE = -5.0
-# Far enough beyond the nodes, as a logarithm, for an integral to the end.
+# Logarithmic distance beyond the nodes that is practically infinite for integrals.
 _FAR = 30.0
 
 
 class TabulatedSpectrum(PowerSpectrum):
-    """Spectrum through nodes, a power law between any two; `tabulated_spectrum` makes it.
+    """Spectrum with a power law between every two nodes; created by `tabulated_spectrum`.
 
-    Below the first node it is constant. Beyond the last one it goes on as the power law of the last two, but
-    falls at least as f^-4: an assumption, not a measurement, whose share `height_variance_below` tells.
+    Below the first node it is constant. Beyond the last one it continues the last power law, but decreases at
+    least as f^-4. This is an assumption, not a measurement; `height_variance_below` gives its contribution.
 
     Parameters
     ----------
     height_variance_um2
-        Of all frequencies, those beyond the nodes included.
+        Height variance of all frequencies, including those beyond the nodes.
     log_frequency, log_shape
-        Logarithms of the nodes' frequencies in 1/um and of the PSD there, up to a constant.
+        Logarithms of the nodes' frequencies in 1/um and of their PSD, the latter up to a constant.
     """
 
     height_variance_um2: Float[Array, ""] = eqx.field(converter=jnp.asarray)
@@ -52,7 +52,7 @@ class TabulatedSpectrum(PowerSpectrum):
         return jnp.exp(between + self._last_power * beyond)
 
     def _integral(self, power, frequency_per_um):
-        """Integral of f^(power - 1) times the unnormalised density from 0 to a frequency, law by law."""
+        """Integral of f^(power - 1) times the unnormalised density from 0 to a frequency, piece by piece."""
         end = jnp.log(jnp.maximum(frequency_per_um, 1e-300))[..., None]
         x, y = self.log_frequency, self.log_shape
         starts = jnp.concatenate([x[:1] - _FAR, x])
@@ -84,12 +84,12 @@ class TabulatedSpectrum(PowerSpectrum):
         return self.height_variance_um2 * moment
 
     def correlation(self, distance_um: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
-        """Correlation, from the transform of the density on a logarithmic grid."""
+        """Correlation, by transforming the density on a logarithmic grid."""
         scale = self.length_um
         shape = self.shape(jnp.exp(log_nodes()) / (2 * jnp.pi * scale))
         values = radial_fourier(shape) / (2 * jnp.pi * scale) ** 2
         position = jnp.log(jnp.maximum(distance_um, 1e-300) / scale).reshape(-1)
-        # The transform's error goes as the inverse distance: the smallest ones are met by a parabola.
+        # The error of the transform grows as the inverse distance, so the smallest ones use a parabola.
         at = interpolate_log(values, jnp.maximum(position, _LEAST_LOG_DISTANCE))
         at = 1 - (1 - at) * jnp.exp(2 * jnp.minimum(position - _LEAST_LOG_DISTANCE, 0.0))
         return jnp.minimum(at, 1.0).reshape(jnp.shape(distance_um))
@@ -102,34 +102,16 @@ class TabulatedSpectrum(PowerSpectrum):
 def tabulated_spectrum(
     frequency_per_um: Float[ArrayLike, " nodes"], density_um4: Float[ArrayLike, " nodes"]
 ) -> TabulatedSpectrum:
-    """Spectrum through measured nodes.
-
-    Parameters
-    ----------
-    frequency_per_um
-        Ascending, above 0, shape ``(nodes,)``.
-    density_um4
-        PSD there, above 0.
-
-    Returns
-    -------
-    TabulatedSpectrum
-        Its density meets the nodes.
-
-    Raises
-    ------
-    InputRefusedError
-        If there are fewer than three nodes, or frequencies do not ascend, or a value is not above 0.
-    """
+    """Spectrum through at least three measured nodes of ascending frequency, all values above 0."""
     require_float64()
     frequency, density = np.asarray(frequency_per_um, float), np.asarray(density_um4, float)
     if frequency.ndim != 1 or frequency.shape != density.shape or len(frequency) < 3:
         raise InputRefusedError(
-            f"a tabulated spectrum needs as many frequencies as densities, at least 3; it has shapes "
-            f"{frequency.shape} and {density.shape}."
+            f"frequency_per_um and density_um4 of a tabulated spectrum have shapes {frequency.shape} and "
+            f"{density.shape}; they must be equally long lists of at least 3."
         )
     if not (np.all(np.diff(frequency) > 0) and frequency[0] > 0 and np.isfinite(frequency[-1])):
-        raise InputRefusedError("frequency_per_um of a tabulated spectrum must ascend from above 0.")
+        raise InputRefusedError("frequency_per_um of a tabulated spectrum must be positive and ascending.")
     bad = np.flatnonzero(~((density > 0) & np.isfinite(density)))
     if len(bad):
         raise InputRefusedError(

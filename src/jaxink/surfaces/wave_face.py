@@ -1,8 +1,9 @@
-"""A rough interface by wave optics inside a stack: matrices between channels, regular light, lobes.
+"""A rough interface in wave optics inside a stack: matrices between channels, regular light, lobes.
 
-The theory of `jaxink.surfaces.wave_optics` is reciprocal but does not keep the power. Here the light that is
-reflected back to the outer side stays as the theory has it; what crosses, and what is reflected inside, is
-scaled by a factor of either direction, which keeps reciprocity, until no light is lost or made.
+Regular light is specular or directly transmitted. The theory of `jaxink.surfaces.wave_optics` is reciprocal
+but does not conserve power. Here light reflected back to the outer side follows the theory unchanged; light
+that crosses the interface or is reflected inside is multiplied by a factor for each of the two directions,
+which preserves reciprocity, such that power is conserved.
 """
 
 from collections.abc import Sequence
@@ -22,48 +23,28 @@ from jaxink.surfaces.wave_optics import amplitude_factor
 from jaxink.surfaces.wave_power import disc
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
 
-# Nodes over the distance from the regular direction, and about it.
+# Nodes over the distance from the regular direction, and around it.
 _N_RADIAL, _N_AROUND = 32, 24
-# Steps of the scaling, and power below which it has nothing to do.
+# Steps of the scaling, and power below which it has no effect.
 _N_SCALINGS, _NOTHING = 60, 1e-12
 
 
 class WaveFace(eqx.Module):
-    """A rough face of a layer by wave optics; the stack knows its indices.
-
-    Parameters
-    ----------
-    spectrum
-        Of the height.
-    wavelength_nm
-        In vacuum.
-    amplitude
-        As of `WaveSurface`.
-    """
+    """A rough face of a layer in wave optics: a `WaveSurface` without the indices, which the stack has."""
 
     spectrum: PowerSpectrum
     wavelength_nm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     amplitude: str = eqx.field(static=True, default="perturbation")
 
     def between(self, index_here: Float[Array, ""], index_there: Float[Array, ""]) -> WaveSurface:
-        """The interface as light in the medium ``index_here`` meets it."""
+        """The interface as seen from the medium ``index_here``."""
         return WaveSurface(self.spectrum, index_here, index_there, self.wavelength_nm, self.amplitude)
 
 
 def kept_regular(face: WaveFace, indices: Sequence, cosines: Sequence) -> tuple:
-    """Factors exp(-A^2 sigma^2) of regular light that is reflected in front, behind, and passes.
+    """Factors exp(-A^2 sigma^2) of regular light reflected in front, reflected behind, and transmitted.
 
-    Parameters
-    ----------
-    face
-        The interface.
-    indices, cosines
-        Refractive indices in front and behind, and cosines of the directions there.
-
-    Returns
-    -------
-    tuple
-        Three arrays of the shape of the cosines.
+    ``indices`` and ``cosines`` are those in front and behind.
     """
     front, back = cosines
     surface = face.between(*indices)
@@ -76,31 +57,23 @@ def kept_regular(face: WaveFace, indices: Sequence, cosines: Sequence) -> tuple:
 
 
 def broadened_for(face: WaveFace, index_1: Float[Array, ""], index_2: Float[Array, ""]) -> BroadenedSpectrum:
-    """The table for all light at an interface: reflection in the denser medium has the largest phase.
-
-    Parameters
-    ----------
-    face
-        The interface.
-    index_1, index_2
-        Refractive indices on either side.
-    """
+    """Table for all light at an interface; reflection in the medium of higher index has the largest phase."""
     wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
     return BroadenedSpectrum.of(face.spectrum, 2 * wavenumber * jnp.maximum(index_1, index_2))
 
 
 def _kernel(surface, table, cosine_out, cosine_in, azimuth, frequency, is_transmission):
-    """BSDF of scattered light over the squared index of the medium that it leaves to."""
+    """BSDF of scattered light over the squared index of the exit side."""
     factor = amplitude_factor(surface, cosine_out, cosine_in, azimuth, is_transmission)
     phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
     return factor * table.density_um4(phase, frequency) / surface.index_out(is_transmission) ** 2
 
 
 def _samples(surface, table, cosine, is_transmission):
-    """Optical sines and azimuths from which light comes to channels in front, or through, and weights.
+    """Optical sines, azimuths and weights of incoming directions that scatter into channels.
 
     ``surface`` is seen from the side on which the light leaves; by reciprocity its kernel is that of light
-    that goes the other way.
+    propagating the other way.
     """
     index_source = surface.index_out(is_transmission)
     wavelength = surface.wavelength_um
@@ -124,28 +97,14 @@ def wave_interface(
     face: WaveFace,
     n_orders: int,
 ) -> RoughInterface:
-    """Reflection and transmission of an interface by wave optics, between channels.
+    """Reflection and transmission of an interface in wave optics between channels, with its regular light.
 
-    Parameters
-    ----------
-    grid
-        The channels.
-    index_outer, index_inner
-        Refractive indices of the media on either side.
-    face
-        The interface.
-    n_orders
-        Azimuthal orders.
-
-    Returns
-    -------
-    RoughInterface
-        With its regular light; what crosses keeps the power, see the head of this module.
+    Power is conserved as described at the top of this module.
     """
     table = broadened_for(face, index_outer, index_inner)
     cosines = [propagating_cosine(grid.squared_cosine(n)) for n in (index_outer, index_inner)]
     inside = [jnp.where(cosine > 0, 1.0, 0.0) for cosine in cosines]
-    # Reflected outside and inside, leaving, entering: made together, for the sake of the compiler.
+    # Reflected outside and inside, leaving, entering: computed together to reduce compilation.
     receiver, source = jnp.array([0, 1, 0, 1]), jnp.array([0, 1, 1, 0])
     index, exists = jnp.stack([index_outer, index_inner]), jnp.stack(inside)
     safe = jnp.where(exists > 0, jnp.stack(cosines), 0.5)
@@ -162,7 +121,7 @@ def wave_interface(
     shares = fresnel * inside[0], fresnel * inside[1], (1 - fresnel) * inside[0] * inside[1]
     kept = kept_regular(face, (index_outer, index_inner), cosines)
     regular = tuple(share * factor for share, factor in zip(shares, kept, strict=True))
-    # The transpose of `leaving` gives light of a single channel less exactly than the rows of `entering` do.
+    # For light of a single channel, the rows of `entering` are more accurate than the transpose of `leaving`.
     at_outer, at_inner = _scales(raw, entering[0], regular, inside)
     one = RoughResponse(
         raw.outer_reflection,
@@ -174,16 +133,16 @@ def wave_interface(
 
 
 def _scales(raw: RoughResponse, entering, regular, inside):
-    """Factors of the directions on either side with which no power is lost or made.
+    """Factors of the directions on either side that conserve power.
 
-    With M what crosses and what is reflected inside, between all channels of both sides, and t the power that
-    is left for it: x (M x) = t, by damped iteration in which every step keeps x above 0.
+    With M the matrix of light that crosses or is reflected inside, between all channels of both sides, and t
+    the power available for it, solve x (M x) = t by a damped iteration that keeps x above 0.
     """
     n = entering.shape[0]
     crossing, within = raw.leaving[0], raw.inner_reflection[0]
     outside = jnp.sum(raw.outer_reflection[0], axis=1) + regular[0] + regular[2]
     target = jnp.concatenate([1 - outside, 1 - regular[1] - regular[2]])
-    # Where nothing is scattered, or a channel does not exist, the factor is 1.
+    # The factor is 1 if nothing is scattered or a channel does not exist.
     exists = jnp.concatenate(inside) > 0
     target = jnp.where(exists, jnp.maximum(target, 0.0), 0.0) + _NOTHING
 
@@ -204,27 +163,22 @@ def wave_lobes(
     cosine_in: Float[Array, " points"],
     azimuth_rad: Float[ArrayLike, " points"],
 ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
-    """Reflected and transmitted lobes at given directions, without `RoughInterface.lobe_factors`.
+    """Reflected and transmitted lobes, basic radiance per irradiance in 1/sr, without `lobe_factors`.
 
     Parameters
     ----------
     face
         The interface.
     table
-        Of `broadened_for` at this interface; serves both of its sides.
+        Result of `broadened_for` at this interface, valid for both sides.
     index
-        Refractive index of the medium that light comes from, and of the other one.
+        Refractive indices of the medium of incidence and of the other one.
     cosines_out
-        Of the outgoing direction in either medium, above 0.
+        Cosines of the outgoing direction in either medium, above 0.
     cosine_in
-        Of incidence, above 0.
+        Cosine of incidence, above 0.
     azimuth_rad
-        Between the directions of propagation.
-
-    Returns
-    -------
-    reflected, transmitted
-        Basic radiance per irradiance, 1/sr.
+        Azimuth between the directions of propagation.
     """
     surface = face.between(*index)
     sine_in = index[0] * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-24))

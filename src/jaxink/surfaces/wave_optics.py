@@ -1,13 +1,13 @@
-"""Light scattered by one rough interface between clear media, from the power spectrum of its height.
+"""Light scattered by a rough interface between clear media, from the power spectrum of its height.
 
-Polar angles belong to the medium in which the light travels; the azimuth is that between the directions of
-propagation, 0 straight on. A change of height by dz changes the phase of light from i to o by A dz, with
+Polar angles are those in the medium of the light; the azimuth is that between the directions of propagation,
+0 for forward. A change of height dz changes the phase of light from i to o by A dz, with
 
     A = k0 n_i (cos_i + cos_o) in reflection,    A = k0 |n_o cos_o - n_i cos_i| in transmission,
 
-and the interface scatters by the spatial frequency f = |n_o sin_o - n_i sin_i| / lambda (as vectors in the
-plane). Both are the same with i and o exchanged, and so is every BSDF here, over the squared index of the
-medium of leaving: reciprocity is exact. What is not exact is energy, see `jaxink.surfaces.wave_power`.
+and scattering is due to the spatial frequency f = |n_o sin_o - n_i sin_i| / lambda (vectors in the plane).
+Both are symmetric in i and o, and so is every BSDF here over the squared index of the exit side: reciprocity
+is exact. Power is not exactly conserved, see `jaxink.surfaces.wave_power`.
 """
 
 import equinox as eqx
@@ -21,14 +21,14 @@ from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_
 
 
 def _complex_cosine(squared):
-    """Root of the squared cosine, imaginary where the channel is evanescent, for light that decays."""
+    """Root of the squared cosine; imaginary, for decaying light, if the channel is evanescent."""
     passes = squared > 0
     root = jnp.sqrt(jnp.maximum(jnp.abs(squared), 1e-30))
     return jnp.where(passes, root, 0.0) + 1j * jnp.where(passes, 0.0, root)
 
 
 def _surface_fields(index_here, index_there, cosine):
-    """Fields at a smooth interface over 2 cos, of light of unit amplitude that arrives: s, p along, p D_z."""
+    """Fields at a smooth interface over 2 cos, for unit incident amplitude: s, p tangential, p D_z."""
     squared = 1 - (index_here / index_there) ** 2 * (1 - cosine**2)
     beyond = _complex_cosine(squared)
     s = index_here / (index_here * cosine + index_there * beyond)
@@ -43,27 +43,22 @@ def perturbation_factor(
     azimuth_rad: Float[ArrayLike, "*#points"],
     is_transmission: bool | Bool[Array, ""],
 ) -> Float[Array, "*points"]:
-    """BSDF over the PSD to first order in the height, unpolarised: Rayleigh-Rice for both sides.
+    """BSDF over the PSD, um^-4 / sr, to first order in the height, unpolarised: Rayleigh-Rice for both sides.
 
-    Heights act as a surface polarisation (n_i^2 - n_t^2) h, driven by the field at the smooth interface: its
-    tangential E and normal D, which are continuous there. What it sends to a direction is, by reciprocity,
-    the field that light from that direction would have at the interface.
+    The heights act as a surface polarisation (n_i^2 - n_t^2) h, driven by the continuous fields at the smooth
+    interface, tangential E and normal D. By reciprocity, the emission into a direction is given by the field
+    at the interface of light from that direction. In reflection: 16 pi^2 n_i^4 cos_i cos_o Q / lambda^4.
 
     Parameters
     ----------
     surface
         The interface.
     cosine_out, cosine_in
-        With the normal, each in its own medium.
+        Cosines of the angles with the normal, each in its own medium.
     azimuth_rad
-        Between the directions of propagation.
+        Azimuth between the directions of propagation.
     is_transmission
         Whether light leaves on the other side.
-
-    Returns
-    -------
-    Float[Array, "*points"]
-        um^-4 / sr. In reflection 16 pi^2 n_i^4 cos_i cos_o Q / lambda^4.
 
     References
     ----------
@@ -75,7 +70,7 @@ def perturbation_factor(
     s_in, along_in, normal_in = _surface_fields(n_i, n_t, cosine_in)
     s_out, along_out, normal_out = _surface_fields(n_o, n_beyond, cosine_out)
     across, turned = jnp.cos(azimuth_rad), jnp.sin(azimuth_rad)
-    # The normal fields of two waves from opposite sides point the same way, those from one side do not.
+    # Normal fields of waves from opposite sides have the same sign, those of waves from one side do not.
     sign = jnp.where(is_transmission, -1.0, 1.0)
     squares = (
         jnp.abs(s_in * s_out * across) ** 2
@@ -89,7 +84,7 @@ def perturbation_factor(
 
 
 def _fresnel_factor(surface, cosine_out, cosine_in, is_transmission):
-    """BSDF over the PSD of scalar theory: n_o^2 A^2 / lambda^2 with a Fresnel coefficient of both ends."""
+    """BSDF over the PSD in scalar theory: n_o^2 A^2 / lambda^2 and the mean Fresnel coefficient."""
     n_i, n_t = surface.index_front, surface.index_back
     n_o, n_beyond = surface.index_out(is_transmission), jnp.where(is_transmission, n_i, n_t)
     at_in = fresnel_reflectance(n_i, n_t, cosine_in, refracted_cosine(n_i, n_t, cosine_in))
@@ -107,14 +102,9 @@ def amplitude_factor(
     azimuth_rad: Float[ArrayLike, "*#points"],
     is_transmission: bool | Bool[Array, ""],
 ) -> Float[Array, "*#points"]:
-    """BSDF over the broadened PSD, um^-4 / sr, as the surface's ``amplitude`` chooses it.
+    """BSDF over the broadened PSD, um^-4 / sr, by the surface's ``amplitude``; see `perturbation_factor`.
 
-    Parameters: as of `perturbation_factor`.
-
-    Returns
-    -------
-    Float[Array, "*#points"]
-        With an axis of 1 over azimuths on which it does not depend.
+    If it does not depend on the azimuth, that axis has length 1.
     """
     if surface.amplitude == "perturbation":
         return perturbation_factor(surface, cosine_out, cosine_in, azimuth_rad, is_transmission)
@@ -144,19 +134,15 @@ def scattered_bsdf(
     azimuth_rad: Float[ArrayLike, "pairs azimuths"],
     is_transmission: bool,
 ) -> Float[Array, "pairs azimuths"]:
-    """BSDF of scattered light, without the regular part, no cosine.
+    """BSDF of scattered light, 1/sr, without the cosine and without regular (specular or direct) light.
 
-    Valid where slopes are small (sharp edges, shadows and light that meets the surface twice are not in it),
-    and where the spectrum is known at f: `jaxink.surfaces.wave_power.validity` gives the numbers. For
-    A sigma << 1 it is `perturbation_factor` times the PSD; for A sigma >> 1 the lobe of facets with the
-    spectrum's slope variance. Below about 1e-10 of a lobe's peak it is rounding.
+    Valid for small slopes (sharp edges, shadowing and light that meets the surface twice are neglected) if
+    the spectrum is known at f; `jaxink.surfaces.wave_power.validity` gives the criteria. For A sigma << 1 it
+    is `perturbation_factor` times the PSD; for A sigma >> 1 it is the lobe of facets with the spectrum's
+    slope variance. Values below about 1e-10 of a lobe's peak are rounding errors.
 
-    Parameters: as of `perturbation_factor`; several azimuths for each pair of polar angles cost little.
-
-    Returns
-    -------
-    Float[Array, "pairs azimuths"]
-        1/sr; differentiable in the fields of the surface.
+    Parameters as of `perturbation_factor`; several azimuths for each pair of polar angles cost little. The
+    result is differentiable in the fields of the surface.
 
     References
     ----------

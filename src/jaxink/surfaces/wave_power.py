@@ -1,4 +1,4 @@
-"""Balance of the power at an interface by wave optics, and numbers that say where the theory is valid."""
+"""Power balance at an interface in wave optics, and criteria for the validity of the theory."""
 
 import equinox as eqx
 import jax
@@ -11,18 +11,19 @@ from jaxink.optics.fresnel import propagating_cosine, refracted_cosine
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_power
 
-# Nodes over the distance from the specular direction, in the plane of direction cosines, and about it.
+# Nodes over the distance from the specular direction, in the plane of direction cosines, and around it.
 _RADIAL, _AROUND = 64, 40
 
 
 def disc(index_out, sine_in_optical, scale, n_radial: int = _RADIAL, n_around: int = _AROUND):
-    """Nodes over all propagating directions, polar about the specular one in the plane of direction cosines.
+    """Optical sines, azimuths and area weights of nodes over all propagating directions.
 
-    Returns optical sines, azimuths and weights of the area element, of both halves of the plane.
+    The nodes are polar around the specular direction in the plane of direction cosines; weights include both
+    halves of the plane.
     """
     psi_unit, psi_weight = gauss_legendre_unit(n_around)
     inside = sine_in_optical < index_out
-    # Seen from outside the disc of directions only a cone of azimuths meets it.
+    # From a point outside the disc of directions, only a cone of azimuths meets it.
     cone = jnp.arcsin(jnp.minimum(index_out / sine_in_optical, 1.0))
     opening = jnp.where(inside, jnp.pi, cone)
     psi = jnp.pi - opening * (1 - (1 - psi_unit) ** 2)
@@ -44,21 +45,9 @@ def disc(index_out, sine_in_optical, scale, n_radial: int = _RADIAL, n_around: i
 def scattered_power(
     surface: WaveSurface, cosine_in: Float[ArrayLike, ""], is_transmission: bool
 ) -> Float[Array, ""]:
-    """Share of the power that is scattered into one hemisphere.
+    """Fraction of the power scattered into one hemisphere: the integral of the BSDF times the cosine.
 
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_in
-        Of incidence, below 1.
-    is_transmission
-        Whether into the other side.
-
-    Returns
-    -------
-    Float[Array, ""]
-        The integral of the BSDF times the cosine, by quadrature about the specular direction.
+    The quadrature is centred on the specular direction; the cosine of incidence must be below 1.
     """
     n_i, n_o = surface.index_front, surface.index_out(is_transmission)
     sine = n_i * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-12))
@@ -71,14 +60,14 @@ def scattered_power(
 
 
 class PowerBalance(eqx.Module):
-    """Where light of one incidence goes, as shares of its power.
+    """Fractions of the incident power.
 
     Parameters
     ----------
     regular_reflected, regular_transmitted
-        In the specular and in the refracted direction.
+        Regular light: in the specular and in the refracted direction.
     scattered_reflected, scattered_transmitted
-        Into either hemisphere.
+        Scattered into either hemisphere.
     """
 
     regular_reflected: Float[Array, ""]
@@ -88,23 +77,16 @@ class PowerBalance(eqx.Module):
 
     @property
     def total(self) -> Float[Array, ""]:
-        """All light that leaves; 1 for an exact theory. Nothing is renormalised."""
+        """Total fraction that leaves, not renormalised; 1 for an exact theory."""
         return sum(jax.tree.leaves(self))
 
 
 def balance(surface: WaveSurface, cosine_in: Float[ArrayLike, ""]) -> PowerBalance:
-    """Balance of power at one incidence.
+    """Power balance at one angle of incidence.
 
-    The regular part loses 1 - exp(-A^2 sigma^2) of its power whatever the spectrum, while light is scattered
-    as the spectrum says: the total is not 1 where frequencies above 1/lambda have much of the height
-    variance (they scatter into no direction), near grazing, and near the critical angle.
-
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_in
-        Of incidence.
+    Regular light loses the fraction 1 - exp(-A^2 sigma^2) whatever the spectrum, but light is scattered
+    according to the spectrum. The total therefore differs from 1 if frequencies above 1/lambda, which scatter
+    into no direction, have much of the height variance, and near grazing and the critical angle.
     """
     require_float64()
     cosine = jnp.atleast_1d(jnp.asarray(cosine_in))
@@ -117,26 +99,19 @@ def balance(surface: WaveSurface, cosine_in: Float[ArrayLike, ""]) -> PowerBalan
 
 
 def validity(surface: WaveSurface, cosine_in: float) -> dict[str, float]:
-    """Numbers that say whether the theory may be trusted at an incidence.
-
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_in
-        Of incidence.
+    """Criteria for the validity of the theory at an angle of incidence.
 
     Returns
     -------
     dict[str, float]
         ``a_sigma_reflection``, ``a_sigma_transmission``: phases in the specular and refracted directions;
-        first order alone (Rayleigh-Rice) needs them below about 0.3. ``slope``: root of the slope variance of
-        the frequencies that scatter into the hemisphere; it should be below 0.3, and below the next,
-        ``grazing_slope``: the tangent of the light's elevation, or else facets shadow each other.
-        ``highest_frequency_per_um``: up to which light is scattered on either side.
-        ``height_variance_beyond``: share of the height variance above it, which scatters nowhere but dims the
-        regular light. ``uncovered``: share of the frequencies from 0 to the highest in which the spectrum is
-        extrapolated. ``power_error``: `balance` minus 1.
+        first order alone (Rayleigh-Rice) requires values below about 0.3. ``slope``: root mean square slope
+        of the frequencies that scatter into the hemisphere; it should be below 0.3 and, to avoid shadowing,
+        below ``grazing_slope``, the tangent of the light's elevation. ``highest_frequency_per_um``: highest
+        frequency that scatters light on either side. ``height_variance_beyond``: fraction of the height
+        variance above it, which scatters into no direction but attenuates regular light. ``uncovered``:
+        fraction of the frequencies from 0 to the highest at which the spectrum is extrapolated.
+        ``power_error``: `balance` minus 1.
     """
     cosine = jnp.asarray(cosine_in)
     n_i, n_t, spectrum = surface.index_front, surface.index_back, surface.spectrum

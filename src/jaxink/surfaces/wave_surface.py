@@ -1,6 +1,6 @@
-"""A rough interface by wave optics: what a change of its height does to light, and its regular light.
+"""A rough interface in wave optics: phases, spatial frequencies and regular light.
 
-Angles, A and f as in `jaxink.surfaces.wave_optics`.
+Regular light is specular or directly transmitted. Angles, A and f as in `jaxink.surfaces.wave_optics`.
 """
 
 import equinox as eqx
@@ -15,24 +15,24 @@ AMPLITUDES = ("perturbation", "fresnel")
 
 
 class WaveSurface(eqx.Module):
-    """A rough interface by wave optics.
+    """A rough interface in wave optics.
 
     Parameters
     ----------
     spectrum
-        Of the height.
+        Power spectrum of the height.
     index_front, index_back
-        Refractive indices of the medium that light comes from and of the other; real.
+        Real refractive indices of the medium of incidence and of the other one.
     wavelength_nm
-        In vacuum.
+        Wavelength in vacuum.
     amplitude
-        How strongly each unit of height scatters. ``perturbation``: by first-order vector perturbation
-        theory, unpolarised, exact for a slightly rough surface at all angles; evanescent light and total
-        reflection are in it. ``fresnel``: the scalar choice of generalised Harvey-Shack, A^2 times the
-        geometric mean of the Fresnel coefficients at both directions, for small angles.
+        Scattering per unit of height. ``perturbation``: first-order vector perturbation theory, unpolarised,
+        exact for a slightly rough surface at all angles, including evanescent light and total reflection.
+        ``fresnel``: the scalar choice of generalised Harvey-Shack, A^2 times the geometric mean of the
+        Fresnel coefficients at both directions, for small angles.
     several_orders
-        Whether scattering by more than the first order in A sigma is counted (generalised Harvey-Shack);
-        without, and with ``perturbation``, it is Rayleigh-Rice.
+        Whether to include higher orders in A sigma (generalised Harvey-Shack); otherwise, with
+        ``perturbation``, it is Rayleigh-Rice.
     """
 
     spectrum: PowerSpectrum
@@ -47,16 +47,16 @@ class WaveSurface(eqx.Module):
 
     @property
     def reversed(self) -> "WaveSurface":
-        """The same interface, lit from its other side."""
+        """The same interface, illuminated from the other side."""
         return eqx.tree_at(lambda s: (s.index_front, s.index_back), self, (self.index_back, self.index_front))
 
     def index_out(self, is_transmission: bool | Bool[Array, ""]) -> Float[Array, ""]:
-        """Refractive index of the medium that light leaves to."""
+        """Refractive index of the exit side."""
         return jnp.where(is_transmission, self.index_back, self.index_front)
 
     @property
     def wavelength_um(self) -> Float[Array, ""]:
-        """In vacuum."""
+        """Wavelength in vacuum."""
         return self.wavelength_nm / 1000
 
 
@@ -66,21 +66,7 @@ def phase_per_height(
     cosine_in: Float[ArrayLike, "*#shape"],
     is_transmission: bool | Bool[Array, ""],
 ) -> Float[Array, "*shape"]:
-    """A, the phase by which light changes for each um of height.
-
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_out, cosine_in
-        With the normal, each in its own medium.
-    is_transmission
-        Whether light leaves on the other side.
-
-    Returns
-    -------
-    Float[Array, "*shape"]
-        rad/um.
+    """A, the phase per height, rad/um; each cosine is with the normal in its own medium.
 
     References
     ----------
@@ -97,21 +83,9 @@ def spatial_frequency(
     kappa_in: Float[ArrayLike, "*#shape"],
     azimuth_rad: Float[ArrayLike, "*#shape"],
 ) -> Float[Array, "*shape"]:
-    """Frequency of the heights that scatter light from one direction into another.
+    """Spatial frequency, 1/um, above 0, that scatters light from one direction into another.
 
-    Parameters
-    ----------
-    surface
-        The interface.
-    kappa_out, kappa_in
-        Optical sines n sin(theta) of both directions.
-    azimuth_rad
-        Between the directions of propagation.
-
-    Returns
-    -------
-    Float[Array, "*shape"]
-        1/um, above 0.
+    ``kappa_out`` and ``kappa_in`` are optical sines n sin(theta).
     """
     # Law of cosines without cancellation near the specular direction.
     squared = (kappa_out - kappa_in) ** 2 + 4 * kappa_out * kappa_in * jnp.sin(azimuth_rad / 2) ** 2
@@ -121,16 +95,9 @@ def spatial_frequency(
 def regular_power(
     surface: WaveSurface, cosine_in: Float[Array, " angles"], is_transmission: bool
 ) -> Float[Array, " angles"]:
-    """Share of the power that leaves in the specular or refracted direction: Fresnel exp(-A^2 sigma^2).
+    """Fraction of the power in regular light, reflected or transmitted: Fresnel times exp(-A^2 sigma^2).
 
-    Parameters
-    ----------
-    surface
-        The interface.
-    cosine_in
-        Of incidence.
-    is_transmission
-        Whether light leaves on the other side; 0 beyond the critical angle.
+    In transmission it is 0 beyond the critical angle.
     """
     n_i, n_t = surface.index_front, surface.index_back
     beyond = refracted_cosine(n_i, n_t, cosine_in)

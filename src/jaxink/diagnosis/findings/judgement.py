@@ -73,14 +73,14 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     what = " and ".join(_named(step) for step in steps)
     change = (
         f"reduced chi-square decreases from {before.fitted.reduced_chi_square:.4g} to "
-        f"{after.fitted.reduced_chi_square:.4g}, for held-out scans from "
-        f"{before.held_out.reduced_chi_square:.4g} to {after.held_out.reduced_chi_square:.4g}"
+        f"{after.fitted.reduced_chi_square:.4g} (held-out scans: from "
+        f"{before.held_out.reduced_chi_square:.4g} to {after.held_out.reduced_chi_square:.4g})"
     )
     if not met:
         sentence = f"Partly explained: {what}; {change}. Remaining residual: {evidence.location.sentence}."
         return Verdict(VerdictCode.PARTLY_EXPLAINED, tuple(names + others), sentence)
     if any(len(step.members) > 1 for step in steps):
-        sentence = f"Explained by {what}; {change}.{_separate(evidence.further, policy)}"
+        sentence = f"Explained, but not uniquely: {what}; {change}.{_separate(evidence.further, policy)}"
         return Verdict(VerdictCode.EXPLAINED_BY_ONE_OF, tuple(names + others), sentence)
     is_instrument = all(step.form.group == "instrument" for step in steps)
     code = VerdictCode.INSTRUMENT if is_instrument else VerdictCode.EXPLAINED
@@ -103,10 +103,10 @@ def _separate(further: tuple[FurtherMeasurement, ...], policy: SearchPolicy) -> 
 def _named(step: Step) -> str:
     error = "" if step.standard_error is None else f" +- {step.standard_error:.2g}"
     unit = f" {step.unit}" if step.unit else ""
-    text = f"{step.form.statement} ({step.effect}, {step.strength:.4g}{error}{unit})"
-    if len(step.members) > 1:
-        text += f", or one of {', '.join(step.members[1:])}, which these data cannot distinguish from it"
-    return text
+    others = (
+        f"; these data cannot distinguish it from {', '.join(step.members[1:])}" if step.members[1:] else ""
+    )
+    return f"{step.form.statement} ({step.effect}, {step.strength:.4g}{error}{unit}{others})"
 
 
 def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdict:
