@@ -12,15 +12,10 @@ BEST_ACCURACY, WORST_ACCURACY = 1e-8, 0.1
 def require_accuracy(accuracy: float) -> None:
     """Reject an accuracy for which no resolution can be chosen.
 
-    Parameters
-    ----------
-    accuracy
-        Largest relative error of the BSDF that the discretisation may cause.
-
     Raises
     ------
     InputRefusedError
-        If it is not between 1e-8 and 0.1.
+        If the largest relative error of the BSDF is not between 1e-8 and 0.1.
     """
     if not (isinstance(accuracy, Real) and BEST_ACCURACY <= accuracy <= WORST_ACCURACY):
         raise InputRefusedError(

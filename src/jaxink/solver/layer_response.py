@@ -110,7 +110,7 @@ def _dim_transmission(x_even, x_odd, w_basis, root, half):
 
 
 def _inverted(z_even, z_odd):
-    """X_e and X_o, as of `_layer_primal`."""
+    """X_e and X_o, see `_layer_primal`."""
     identity = jnp.eye(z_even.shape[-1])
     return positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
 
@@ -187,7 +187,7 @@ def _layer_response_jvp(primals, tangents):
 
 
 def _csch_square(root, half):
-    """S / sinh(sqrt(s) h)^2; 1/h^2 at s = 0."""
+    """Minus the derivative of `_odd`: s / sinh(sqrt(s) h)^2; 1/h^2 at s = 0."""
     x = jnp.minimum(root * half, 300.0)
     small = x < 1e-4
     safe = jnp.where(small, 1.0, x)
@@ -222,17 +222,7 @@ def doubled_response(
     b_matrix: Float[Array, "orders nodes nodes"],
     half_thickness: Float[Array, ""],
 ) -> tuple[Float[Array, "orders nodes nodes"], Float[Array, "orders nodes nodes"]]:
-    """Reflection and transmission matrices of a homogeneous layer by adding-doubling.
-
-    Parameters
-    ----------
-    a_matrix, b_matrix, half_thickness
-        As for `layer_response`.
-
-    Returns
-    -------
-    reflection, transmission
-        As of `layer_response`.
+    """`layer_response` by adding-doubling, with the same arguments and results.
 
     Notes
     -----
@@ -275,11 +265,6 @@ def layer_method(name: str) -> str:
     ----------
     name
         One of `LAYER_METHODS`, or ``"fastest"``.
-
-    Returns
-    -------
-    str
-        One of `LAYER_METHODS`.
 
     Raises
     ------

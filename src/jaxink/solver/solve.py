@@ -93,7 +93,7 @@ def solve_channels(
     Parameters
     ----------
     stack, channels
-        The stack and the result of `put_on_channels` for it.
+        The stack and the result of `put_on_channels`.
     frequency
         Lateral frequency in 1/mm of the multiply scattered light, without the first path in and the last
         path out; None for the light integrated over the sample.
@@ -162,7 +162,7 @@ def _without_exact_light(stack: Stack, channels: StackChannels, whole: _Whole) -
     reflection = reflection / (front[:, None] * front)
     transmission = transmission / (back[:, None] * front)
     if grid.exposed:
-        # Near grazing doubly scattered light still varies as 1/(mu_o + mu_i): interpolate without that factor.
+        # Near grazing, doubly scattered light varies as 1/(mu_o + mu_i): interpolate without that factor.
         cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))
         reflection = reflection * (cosine[:, None] + cosine[None, :])
     return StackResponse(
