@@ -77,6 +77,14 @@ def attenuation(optical_thickness, cosine):
     return jnp.where(inside, jnp.exp(-optical_thickness / jnp.where(inside, cosine, 1.0)), 0.0)
 
 
+def _put_before(beyond, element):
+    """Reflection and transmission once an element is put before what lies beyond it, twice for a scan."""
+    (reflection, transmission), (r, under, t) = beyond, element
+    gain = 1 / at_least_tiny(1 - under * reflection)
+    after = (r + t**2 * gain * reflection, t * gain * transmission)
+    return after, after
+
+
 def regular_fields(
     indices: Float[Array, " media"],
     squared_cosine: Float[Array, "media channels"],
@@ -96,11 +104,6 @@ def regular_fields(
         one for light that is scattered further.
     kept
         See `Stack.kept_regular`.
-
-    Returns
-    -------
-    RegularFields
-        For the wanted channels.
     """
     cosines = propagating_cosine(squared_cosine)
     interfaces = fresnel_reflectance(indices[:-1, None], indices[1:, None], cosines[:-1], cosines[1:])
@@ -114,16 +117,10 @@ def regular_fields(
     r_front, r_back, t = (empty.at[::2].set(share) for share in at_faces)
     t = t.at[1::2].set(inside)
 
-    def put_before(beyond, element):
-        (reflection, transmission), (r, under, t) = beyond, element
-        gain = 1 / at_least_tiny(1 - under * reflection)
-        after = (r + t**2 * gain * reflection, t * gain * transmission)
-        return after, after
-
     nothing = (jnp.zeros(n_channels), jnp.ones(n_channels))
     # below[k], above[k]: what the elements from k on, or before k, reflect and transmit.
-    _, below = jax.lax.scan(put_before, nothing, (r_front, r_back, t), reverse=True)
-    _, above = jax.lax.scan(put_before, nothing, (r_back, r_front, t))
+    _, below = jax.lax.scan(_put_before, nothing, (r_front, r_back, t), reverse=True)
+    _, above = jax.lax.scan(_put_before, nothing, (r_back, r_front, t))
     below, through_below = (jnp.concatenate([b, e[None]]) for b, e in zip(below, nothing, strict=True))
     above, through_above = (jnp.concatenate([e[None], b]) for b, e in zip(above, nothing, strict=True))
     gain = 1 / at_least_tiny(1 - above * below)
