@@ -1,6 +1,7 @@
 """Channels of a stack: found from its refractive indices, or planned for those that vary."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -30,7 +31,7 @@ def test_media_that_need_channels():
     # A backing sends light into all directions of a medium above the ink's index.
     behind = Stack(stack_of().layers, 1.0, 1.6)
     assert plan_channels(behind).block_media == (0, 2)
-    assert plan_channels(Stack(behind.layers, 1.0, 1.6, backing=0.5)).block_media == (0, 2, 3)
+    assert plan_channels(Stack(behind.layers, 1.0, 1.6, backing=jnp.asarray(0.5))).block_media == (0, 2, 3)
 
 
 def test_plan_of_the_other_side():
