@@ -90,8 +90,8 @@ def main() -> None:
     text = f"""# Computing time of a rough face
 
 The sample is the simulated plate `{NAME}`: {len(data)} directions, five incidences, a Mie ink, automatic
-resolution. Times are medians of {ROUNDS} rounds in which all models take turns. Made by `python -m
-benchmarks.speed.rough` ({machine()}).
+resolution. Times are medians of {ROUNDS} rounds in which all models take turns. Made by
+`python -m benchmarks.speed.rough` ({machine()}).
 
 {table(header, rows)}
 

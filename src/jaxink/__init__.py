@@ -1,6 +1,6 @@
 """Optical properties of printed and painted inks from goniometer measurements.
 
-Names are loaded when first used, so that importing jaxink costs nothing until it computes.
+Names are imported on first use, which keeps ``import jaxink`` fast.
 """
 
 from importlib import import_module

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-# Values that the simulation was made with, by parameter name of the sample file.
+# True values of the simulation, by parameter name of the sample file.
 SIMULATED_TRUTH = {
     "ink.scattering_per_mm": 95.0,
     "ink.absorption_per_mm": 1.1,
@@ -11,12 +11,6 @@ SIMULATED_TRUTH = {
 
 
 def simulated_example() -> tuple[Path, Path]:
-    """Files of the embedded simulated measurement.
-
-    Returns
-    -------
-    measurement, sample
-        The CSV file and the sample file that goes with it.
-    """
+    """Paths of the CSV file and of the sample file of the embedded simulated measurement."""
     folder = Path(__file__).parent
     return folder / "simulated_plate_and_ink.csv", folder / "simulated_plate_and_ink.toml"

@@ -102,7 +102,7 @@ class SlopeTail(SampleEffect):
     density: str
 
     name, group, changes_structure = "slope_tail", "surface", True
-    statement = "the slope density of the rough face has another tail than declared"
+    statement = "the tail of the slope density of the rough face differs from the declared one"
 
     @classmethod
     def forms(cls, case: Case):

@@ -106,7 +106,10 @@ def _positions(sample: Sample, layers: Sequence[str] | str | None) -> tuple[int,
             f"the layers {', '.join(wanted)} are not adjacent; also name those between them."
         )
     if not any(layer.scatters for layer in sample.layers[first : last + 1]):
-        raise InputRefusedError(f"none of the layers {', '.join(wanted)} scatters; name a scattering one.")
+        inks = ", ".join(layer.name for layer in sample.layers if layer.scatters)
+        raise InputRefusedError(
+            f"none of the layers {', '.join(wanted)} scatters; name one that does, out of {inks}."
+        )
     return first, last
 
 

@@ -1,1 +1,1 @@
-"""From a sample and the points of a measurement to the predicted BSDF."""
+"""Predicted BSDF of a sample at the points of a measurement."""

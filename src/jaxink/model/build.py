@@ -1,4 +1,4 @@
-"""From a sample and values of its parameters to its stack."""
+"""Stack of a sample from the values of its parameters."""
 
 from collections.abc import Mapping
 
@@ -28,13 +28,13 @@ class StackBuilder(eqx.Module):
     Parameters
     ----------
     sample
-        What is known of the sample.
+        The sample.
     wavelengths_nm
-        Wavelengths.
+        Wavelengths in vacuum.
     faces
-        Rough face of each interface; None where it is smooth.
+        Rough face of each interface; None if it is smooth.
     mie_sizes
-        Of the Mie series.
+        Sizes of the Mie series.
     """
 
     sample: Sample = eqx.field(static=True)
@@ -43,27 +43,19 @@ class StackBuilder(eqx.Module):
     mie_sizes: MieSizes = eqx.field(static=True)
 
     def values(self, free_values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
-        """Value of every parameter by plain name, one for each wavelength.
+        """Value of every parameter at each wavelength, by name without wavelength.
 
         Parameters
         ----------
         free_values
-            Values by name that replace those of the sample's table.
+            Values by name, in place of those of the sample's table.
         """
         values = self.sample.parameters.values_with(free_values)
         each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
         return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
 
     def stack(self, values: Mapping, wavelength_nm) -> Stack:
-        """The stack at one wavelength.
-
-        Parameters
-        ----------
-        values
-            Value of every parameter, by plain name.
-        wavelength_nm
-            Wavelength in vacuum.
-        """
+        """The stack at one wavelength, from the values there of every parameter by name."""
         sample = self.sample
         lateral = _lateral(sample, values)
         faces = tuple(face and _face(face, values, wavelength_nm) for face in self.faces)
@@ -78,7 +70,7 @@ class StackBuilder(eqx.Module):
         )
 
     def coefficients(self, values: Mapping) -> dict[str, LayerCoefficients]:
-        """Scattering and absorption of each scattering layer, by its name, from values as of `values`."""
+        """Scattering and absorption of each scattering layer by name, from the result of `values`."""
 
         def of(layer):
             return lambda wavelength_nm, here: layer_optics(layer, here, wavelength_nm, self.mie_sizes)[1]
@@ -89,7 +81,7 @@ class StackBuilder(eqx.Module):
 
 
 def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Media) -> StackBuilder:
-    """Builder of the stacks of a sample, whose media these are.
+    """Builder of the stacks of a sample with the given media.
 
     Raises
     ------
@@ -106,7 +98,7 @@ def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Medi
 
 
 def _lateral(sample: Sample, values: Mapping) -> LateralField | None:
-    """Where light is seen; ways in the ink are not followed."""
+    """Beam and field of view; lateral transport within the ink is neglected."""
     if sample.beam_diameter_mm is None:
         return None
     thickness = [
@@ -121,7 +113,7 @@ def _lateral(sample: Sample, values: Mapping) -> LateralField | None:
 
 
 def _declared_faces(sample: Sample) -> list[Roughness | None]:
-    """Rough face of each interface; None where it is smooth."""
+    """Rough face of each interface; None if it is smooth."""
     faces: list = [None] * (len(sample.layers) + 1)
     for k, layer in enumerate(sample.layers):
         for face in layer.roughness:
@@ -132,14 +124,14 @@ def _declared_faces(sample: Sample) -> list[Roughness | None]:
             interface = k if face.face == "front_roughness" else k + 1
             if faces[interface] is not None:
                 raise InputRefusedError(
-                    f"{faces[interface].name} and {face.name} are the same interface; declare it once."
+                    f"{faces[interface].name} and {face.name} are the same interface; declare one of them."
                 )
             faces[interface] = face
     return faces
 
 
 def _face(face: Roughness, values: Mapping, wavelength_nm) -> SlopeDensity | WaveFace:
-    """What makes an interface rough, at one wavelength."""
+    """Roughness of an interface at one wavelength."""
 
     def get(key):
         return values[f"{face.name}.{key}"]

@@ -1,4 +1,4 @@
-"""Whether a sample can be predicted at the points of a measurement."""
+"""Check that a sample can be predicted at the points of a measurement."""
 
 from jaxink.errors import InputRefusedError
 from jaxink.model.points import Points
@@ -7,7 +7,7 @@ from jaxink.sample import Sample
 
 
 def require_predictable(sample: Sample, points: Points) -> None:
-    """Refuse a sample that says nothing of some point, or nothing that can be.
+    """Reject a sample that does not determine the BSDF at every point.
 
     Raises
     ------
@@ -18,8 +18,8 @@ def require_predictable(sample: Sample, points: Points) -> None:
     backing = sample.backing
     if backing is not None and backing.side == "both" and points.rays.directions.is_transmission.any():
         raise InputRefusedError(
-            'the measurement has rows of side T, but behind an opaque backing with side = "both" nothing '
-            'is transmitted; write side = "R" if it was taken away for them.'
+            'the measurement has rows of side T, but an opaque backing with side = "both" transmits nothing; '
+            'write side = "R" if it was removed for them.'
         )
     for layer in sample.layers:
         check_phase_table(layer)

@@ -1,4 +1,4 @@
-"""The forward model: parameters in, predicted BSDF at the measured directions out."""
+"""The forward model: predicted BSDF at the measured directions from the parameters of a sample."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -33,21 +33,21 @@ class ForwardModel(eqx.Module):
     Parameters
     ----------
     sample
-        What is known of the sample.
+        The sample.
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
-        Points, shape ``(points,)``.
+        Columns of the measurement, shape ``(points,)``.
     config
-        Sizes of the discretisation; None: `sizes` for the accuracy, at the values of the sample's table.
+        Resolution; by default that of `sizes` for the accuracy, at the values of the sample's table.
     accuracy
         Largest relative error of the BSDF that the discretisation may cause.
     layer_method
-        As of `SolverConfig`.
+        See `SolverConfig`.
 
     Raises
     ------
     InputRefusedError
-        If the columns of the points differ in length, a polar angle is not 0 ... 90, or the sample cannot be
-        solved.
+        If the columns differ in length, a polar angle is not between 0 and 90 degrees, or the sample cannot
+        be predicted.
     """
 
     points: Points
@@ -81,7 +81,7 @@ class ForwardModel(eqx.Module):
 
     @property
     def sample(self) -> Sample:
-        """What is known of the sample."""
+        """The sample."""
         return self.builder.sample
 
     @property
@@ -92,14 +92,14 @@ class ForwardModel(eqx.Module):
     def sizes(
         self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
     ) -> SolverConfig:
-        """Sizes of the discretisation that keep the BSDF within an accuracy at every wavelength.
+        """Resolution that keeps the BSDF within an accuracy at every wavelength.
 
         Parameters
         ----------
         free_values
-            Known values by name that replace those of the sample's table.
+            Known values by name, in place of those of the sample's table.
         accuracy, layer_method
-            As of `choose_sizes`.
+            See `choose_sizes`.
         """
         return model_sizes(self.builder, self.plan, free_values, accuracy, layer_method)
 
@@ -109,17 +109,17 @@ class ForwardModel(eqx.Module):
         Parameters
         ----------
         free_values
-            Values by name that replace those of the sample's table; differentiable in each.
+            Values by name, in place of those of the sample's table; the BSDF is differentiable in each.
 
         Returns
         -------
         Float[Array, " points"]
-            1/sr, averaged over the cones of the instrument where these are not zero.
+            In 1/sr, averaged over the cones of the instrument.
 
         Raises
         ------
         PrecisionError
-            While JAX is in 32 bits.
+            If JAX uses 32 bits.
         """
         require_float64()
         rays, directions = self.points.rays, self.points.rays.directions
@@ -139,12 +139,12 @@ class ForwardModel(eqx.Module):
         return self._at_points(at_wavelength, free_values, self.rough_tables)
 
     def regular(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
-        """Power of the regular peak on each point's side, for a beam of each point's incidence.
+        """Power of the regular peak on the side of each point, at its angle of incidence.
 
         Parameters
         ----------
         free_values
-            As in `bsdf`.
+            See `bsdf`.
 
         Returns
         -------
@@ -161,13 +161,13 @@ class ForwardModel(eqx.Module):
     def _at_points(
         self, at_wavelength, free_values: Mapping | None, *by_wavelength
     ) -> Float[Array, " points"]:
-        """What a function of wavelength, values and more gives for each pair, at the points."""
+        """Evaluate a function of wavelength, values and more for all pairs and select the points."""
         wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values or {})
         spectrum = at_each(at_wavelength, wavelengths, values, *by_wavelength)
         return spectrum[self.points.wavelength_of_point, self.points.pair_of_point]
 
     def _regular_peak(self, stack: Stack) -> Float[Array, " pairs"]:
-        """Power of the regular peak on each pair's side, averaged over the cones."""
+        """Power of the regular peak on the side of each point, averaged over the cones."""
         directions = self.points.rays.directions
         reflected, transmitted = regular_power(stack, directions.sin_incidence)
         there = directions.incidence
@@ -180,7 +180,7 @@ class ForwardModel(eqx.Module):
         Parameters
         ----------
         free_values
-            As in `bsdf`.
+            See `bsdf`.
 
         Returns
         -------
@@ -197,17 +197,12 @@ def _compiled_bsdf(model: ForwardModel):
 
 
 def evaluate(model: ForwardModel) -> np.ndarray:
-    """BSDF of a model with the values of its own table, in 64 bits whatever the session's setting.
-
-    Parameters
-    ----------
-    model
-        The model.
+    """BSDF of a model at the values of its sample's table, in 64 bits whatever JAX's setting.
 
     Returns
     -------
     np.ndarray
-        1/sr, shape ``(points,)``.
+        In 1/sr, shape ``(points,)``.
     """
     with computing():
         return np.asarray(_compiled_bsdf(model))

@@ -1,4 +1,4 @@
-"""What a goniometer of finite cones sees: averages over source and detector, regular peaks included."""
+"""Averages over the cones of a goniometer's source and detector, regular peaks included."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,12 +9,12 @@ from jaxink.optics.directions import Directions
 
 
 class Cones(eqx.Module):
-    """Cones of directions of source and detector, each a uniform disc in the two tangent angles.
+    """Cones of source and detector, each a uniform disc in the two tangent angles.
 
     Parameters
     ----------
     source_half_angle_deg, detector_half_angle_deg
-        Half-angles; 0 is a single direction.
+        Half angles; 0 is a single direction.
     """
 
     source_half_angle_deg: float = eqx.field(static=True, default=0.0)
@@ -26,8 +26,7 @@ class Cones(eqx.Module):
         return self.source_half_angle_deg == 0 and self.detector_half_angle_deg == 0
 
 
-# Seven equal-weight points that integrate polynomials of degree 5 over the unit disc exactly:
-# Abramowitz, Stegun 25.4.61, with weights 1/4 and 1/8.
+# Seven points that integrate polynomials of degree 5 over the unit disc exactly: Abramowitz, Stegun 25.4.61.
 _RADIUS = np.sqrt(2 / 3)
 _DISC_POINTS = np.array(
     [(0.0, 0.0)] + [(_RADIUS * np.cos(a), _RADIUS * np.sin(a)) for a in np.arange(6) * np.pi / 3]
@@ -55,16 +54,16 @@ def _disc_around(theta_deg, phi_deg, half_angle_deg):
 
 
 class ConeRays(eqx.Module):
-    """The pairs of rays that stand for each point of a measurement.
+    """Pairs of rays that sample the cones at each point of a measurement.
 
     Parameters
     ----------
     directions
-        All pairs, ``points * rays`` of them.
+        All ``points * rays`` pairs.
     weights
-        Weight of each pair, shape ``(points, rays)``; rows sum to 1. Pairs beyond the horizon weigh 0.
+        Weight of each pair; rows sum to 1, and pairs beyond the horizon have weight 0.
     regular_share
-        For each point: what a regular beam of unit power contributes, 1/sr, shape ``(points,)``.
+        Contribution of a regular beam of unit power to each point, in 1/sr.
     """
 
     directions: Directions
@@ -82,18 +81,17 @@ def cone_rays(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, is_transmission) 
     Parameters
     ----------
     cones
-        The instrument's.
+        Cones of the instrument.
     theta_i_deg, theta_o_deg, phi_deg, is_transmission
         Nominal directions, shape ``(points,)``.
 
     Notes
     -----
-    Seven points a disc, exact for polynomials of degree 5. A regular beam is a disc of the source's
-    size; the detector sees the part of it that overlaps its own disc.
+    A regular beam is a disc of the source's size; the detector sees the part that overlaps its own disc.
 
     References
     ----------
-    Abramowitz, Stegun 1964, 25.4.61.
+    Abramowitz, Stegun 1964, 25.4.61 (seven points per disc, exact for polynomials of degree 5).
     """
     theta_i, theta_o, phi = (np.asarray(a, float) for a in (theta_i_deg, theta_o_deg, phi_deg))
     side = np.asarray(is_transmission, bool)
@@ -107,7 +105,7 @@ def cone_rays(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, is_transmission) 
         _DISC_WEIGHTS if n_detector > 1 else np.ones(1)
     )
     visible = (source[..., 2] > 0) & (detector[..., 2] > 0)
-    # The irradiance of each source direction goes with its cosine.
+    # The irradiance is proportional to the cosine of each source direction.
     weights = np.broadcast_to(weights, shape) * visible * source[..., 2]
     weights = (weights / weights.sum(axis=(1, 2), keepdims=True)).reshape(len(theta_i), -1)
 

@@ -1,4 +1,4 @@
-"""Media of a sample: what the channels of the solver depend on."""
+"""Media of a sample, on which the channels of the solver depend."""
 
 from typing import NamedTuple
 
@@ -13,11 +13,11 @@ class Media(NamedTuple):
     Parameters
     ----------
     indices
-        Refractive indices; that of the wavelength where it is highest.
+        Largest refractive index of each at any of the wavelengths.
     scatters
         Whether each scatters.
     free
-        Whether its index is free, or not the same at every wavelength.
+        Whether its index is free or varies with wavelength.
     """
 
     indices: list[float]
@@ -31,13 +31,13 @@ def media_of(sample: Sample, points: Points) -> Media:
     Raises
     ------
     InputRefusedError
-        If source or detector have cones and the undeviated beam would be refracted to another size.
+        If source or detector has a cone and the surroundings differ, which would refract the beam's cone.
     """
     names = index_names(sample)
     start = sample.parameters.values_with({})
     each = [sample.at_wavelength(start, w) for w in points.wavelengths_nm]
     media = Media(
-        # An index that the wavelength changes counts where it is highest: no block may be missing there.
+        # The highest index at any wavelength, for no block of channels to be missing there.
         [max(float(values[n]) for values in each) for n in names],
         [False, *(layer.scatters for layer in sample.layers), False],
         [sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names],
@@ -59,6 +59,6 @@ def index_names(sample: Sample) -> tuple[str, ...]:
 
 
 def index_behind(sample: Sample) -> str:
-    """Name of the refractive index behind the last face: no gap is between what touches optically."""
+    """Name of the refractive index behind the last face; a backing in optical contact leaves no gap."""
     in_contact = sample.backing is not None and sample.backing.contact
     return f"{sample.layers[-1].name}.refractive_index" if in_contact else "surroundings.index_back"

@@ -1,4 +1,4 @@
-"""Sizes of the Mie series that serve all particles of a sample."""
+"""Sizes of the Mie series for all particles of a sample."""
 
 import dataclasses
 import math
@@ -8,9 +8,9 @@ from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER
 from jaxink.particles.size_distribution import REACH, sizes_needed
 from jaxink.sample import Sample
 
-# Size parameters that a compiled program may serve.
+# Largest size parameters that compiled programs are made for.
 _SERVED = (DEFAULT_MAX_SIZE_PARAMETER, 80.0, 160.0, 320.0)
-# A tail need not be served further than this many times the median by volume.
+# The tail of a distribution is followed up to this many times the median by volume.
 _TAIL = 4.0
 
 
@@ -21,9 +21,9 @@ class MieSizes:
     Parameters
     ----------
     max_size_parameter
-        Largest size parameter served.
+        Largest size parameter covered.
     n_sizes
-        Number of sizes of each log-normal distribution, by what the names of its parameters begin with.
+        Number of sizes of each log-normal distribution, by the prefix of its parameters' names.
     """
 
     max_size_parameter: float = DEFAULT_MAX_SIZE_PARAMETER
@@ -31,19 +31,17 @@ class MieSizes:
 
 
 def mie_sizes(sample: Sample, wavelengths_nm: tuple[float, ...]) -> MieSizes:
-    """Sizes of the Mie series that serve all particles of a sample wherever a fit may take them.
+    """Sizes of the Mie series that cover all particles of a sample throughout a fit.
 
     Parameters
     ----------
-    sample
-        The sample.
-    wavelengths_nm
-        Wavelengths in vacuum.
+    sample, wavelengths_nm
+        The sample and the wavelengths in vacuum.
 
     Raises
     ------
     InputRefusedError
-        If particles are too large for the Mie series as the sample gives them.
+        If the particles given in the sample are too large for the Mie series.
     """
     wanted, n_sizes = DEFAULT_MAX_SIZE_PARAMETER, []
     start = sample.parameters.values_with({})
@@ -62,8 +60,8 @@ def mie_sizes(sample: Sample, wavelengths_nm: tuple[float, ...]) -> MieSizes:
             if given > _SERVED[-1]:
                 raise InputRefusedError(
                     f"layer '{layer.name}': particles '{name}' have a size parameter of {given:.4g}, but the "
-                    f"Mie series is served up to {_SERVED[-1]:g}, here {_SERVED[-1] / per_nm:.0f} nm; give "
-                    "smaller particles, or a phase function without a radius."
+                    f"Mie series is computed up to {_SERVED[-1]:g} only, here {_SERVED[-1] / per_nm:.0f} nm; "
+                    "give smaller particles, or a phase function without a radius."
                 )
             variance = f"{name}.radius_variance_ln"
             if any(p.split("@")[0] == variance for p in sample.parameters):
@@ -77,7 +75,7 @@ def mie_sizes(sample: Sample, wavelengths_nm: tuple[float, ...]) -> MieSizes:
 
 
 def _largest(sample: Sample, name: str) -> tuple[float, float]:
-    """Largest value that a quantity has as given, and that it may come to have in a fit."""
+    """Largest value of a quantity as given, and throughout a fit."""
     start = sample.parameters.values_with({})
     given = [p for p in sample.parameters.values() if p.name.split("@")[0] == name]
     return (

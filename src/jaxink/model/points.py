@@ -1,4 +1,4 @@
-"""Points of a measurement: every pair of directions once, at every wavelength."""
+"""Points of a measurement: every distinct pair of directions, at every wavelength."""
 
 import equinox as eqx
 import numpy as np
@@ -9,18 +9,18 @@ from jaxink.model.instrument import ConeRays, Cones, cone_rays
 
 
 class Points(eqx.Module):
-    """Every wavelength is predicted at the same pairs of directions, so that one batch serves the spectrum.
+    """Points of a measurement; one batch predicts all pairs of directions at all wavelengths.
 
     Parameters
     ----------
     cones
-        Of the instrument.
+        Cones of the instrument.
     wavelengths_nm
         Wavelengths, ascending.
     rays
-        Of the pairs.
+        Rays of the distinct pairs of directions.
     wavelength_of_point, pair_of_point
-        Position of each point's wavelength and pair.
+        Position of each point's wavelength and pair of directions.
     """
 
     cones: Cones = eqx.field(static=True)
@@ -36,14 +36,14 @@ def points_of(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is
     Parameters
     ----------
     cones
-        Of the instrument.
+        Cones of the instrument.
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
-        Shape ``(points,)``.
+        Columns of the measurement, shape ``(points,)``.
 
     Raises
     ------
     InputRefusedError
-        If the columns differ in length, or a polar angle is not 0 ... 90.
+        If the columns differ in length or a polar angle is not between 0 and 90 degrees.
     """
     *columns, wavelength_nm = _columns(
         theta_i_deg=theta_i_deg,
@@ -59,7 +59,7 @@ def points_of(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is
 
 
 def _columns(**given) -> list[np.ndarray]:
-    """Columns of one length, with polar angles of one hemisphere: others would become NaN in silence."""
+    """Columns of equal length; polar angles outside 0 to 90 would silently become NaN."""
     points = {name: np.asarray(column, float) for name, column in given.items()}
     length = points["theta_i_deg"].shape
     for name, column in points.items():
@@ -70,5 +70,5 @@ def _columns(**given) -> list[np.ndarray]:
     for name in ("theta_i_deg", "theta_o_deg"):
         outside = ~((points[name] >= 0) & (points[name] <= 90))
         if outside.any():
-            raise InputRefusedError(f"{name} is {points[name][outside][0]:g}; it must lie in 0 ... 90.")
+            raise InputRefusedError(f"{name} is {points[name][outside][0]:g}; it must be between 0 and 90.")
     return list(points.values())

@@ -1,4 +1,4 @@
-"""Sizes of the discretisation for a sample."""
+"""Resolution of the solver for a sample."""
 
 from collections.abc import Mapping
 
@@ -17,21 +17,21 @@ from jaxink.solver.resolution import demand, sizes_for
 def model_sizes(
     builder: StackBuilder, plan: ChannelPlan, free_values: Mapping, accuracy: float, layer_method: str
 ) -> SolverConfig:
-    """Sizes of the discretisation that keep the BSDF within an accuracy at every wavelength.
+    """Resolution that keeps the BSDF within an accuracy at every wavelength.
 
     Parameters
     ----------
     builder, plan
-        Of the stacks, and their channels.
+        Builder of the stacks, and their channels.
     free_values
-        Known values by name that replace those of the sample's table.
+        Known values by name, in place of those of the sample's table.
     accuracy, layer_method
-        As of `choose_sizes`.
+        See `choose_sizes`.
     """
     require_accuracy(accuracy)
     with computing():
         found = sizes_for(_demand(builder, plan, builder.values(free_values)), accuracy, layer_method)
-    # A fit visits other values than those it starts from, and has to rank them.
+    # A fit has to rank values other than those it starts from.
     return found.at_least(SolverConfig()) if builder.sample.parameters.free else found
 
 

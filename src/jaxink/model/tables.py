@@ -1,4 +1,4 @@
-"""Rough interfaces of a sample, computed beforehand where at most the angle of their facets is free."""
+"""Rough interfaces of a sample, tabulated beforehand if at most the angle of their facets is free."""
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +16,7 @@ from jaxink.surfaces.table import RoughTable, rough_table
 def rough_tables(
     builder: StackBuilder, plan: ChannelPlan, config: SolverConfig
 ) -> tuple[RoughTable | None, ...]:
-    """For each interface its table at every wavelength; None where it is smooth, or has none."""
+    """Table of each interface at every wavelength; None if it is smooth or cannot be tabulated."""
     return tuple(_rough_table(builder, plan, config, k) for k in range(len(builder.faces)))
 
 
@@ -39,6 +39,6 @@ def _rough_table(builder, plan, config, interface) -> RoughTable | None:
             plan.grid(stack, config), (outer, inner), face.density, span, config.n_orders, n_outer
         )
 
-    # Numbers, even where a model is made within a function that is being compiled.
+    # Evaluated to numbers even if the model is made inside a function that is being compiled.
     with computing(), jax.ensure_compile_time_eval():
         return at_each(at_wavelength, jnp.asarray(builder.wavelengths_nm), builder.values({}))

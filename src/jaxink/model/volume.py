@@ -1,4 +1,4 @@
-"""What a layer is made of: its optics and coefficients from the values of its parameters."""
+"""Optics and coefficients of a layer from the values of its parameters."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -35,9 +35,9 @@ class VolumeScattering(NamedTuple):
     Parameters
     ----------
     phase_function
-        Of one scattering.
+        Phase function of single scattering.
     scattering_per_mm, absorption_per_mm
-        Coefficients; of an opaque layer without particles only their ratio has a meaning.
+        Coefficients; for an opaque layer without particles only their ratio is meaningful.
     """
 
     phase_function: PhaseFunction
@@ -57,7 +57,7 @@ class LayerCoefficients(eqx.Module):
     reduced_scattering_per_mm
         scattering (1 - g).
     reduced_optical_thickness
-        scattering (1 - g) thickness; infinite where opaque.
+        scattering (1 - g) thickness; infinite if opaque.
     """
 
     scattering_per_mm: Float[Array, ""]
@@ -72,10 +72,7 @@ def layer_optics(
 ) -> tuple[ClearLayer | ScatteringLayer, LayerCoefficients | None]:
     """Optics of one layer at one wavelength, and its coefficients; None for a clear one.
 
-    Parameters
-    ----------
-    layer, values, wavelength_nm, sizes
-        As for `volume_scattering`.
+    The arguments are those of `volume_scattering`.
     """
 
     def get(key):
@@ -92,11 +89,11 @@ def layer_optics(
         thickness_mm = get("thickness_um") / 1000
         thickness = extinction * thickness_mm
         reduced = scattering * (1 - asymmetry) * thickness_mm
-    # A layer with no extinction has no albedo; any value serves.
+    # A layer without extinction has no albedo; any value will do.
     albedo = scattering / jnp.where(extinction > 0, extinction, 1.0)
     optics = ScatteringLayer(get("refractive_index"), thickness, albedo, phase)
     if layer.opaque and layer.phase_function != "mie":
-        # Only the albedo of such a layer is known: no length gives its coefficients a scale.
+        # Only the albedo of such a layer is defined: there is no length to scale its coefficients.
         scattering = absorption = jnp.asarray(jnp.nan)
     return optics, LayerCoefficients(scattering, absorption, asymmetry, scattering * (1 - asymmetry), reduced)
 
@@ -111,11 +108,11 @@ def volume_scattering(
     layer
         The layer.
     values
-        Value of every parameter at this wavelength, by plain name.
+        Value of every parameter at this wavelength, by name without wavelength.
     wavelength_nm
         Wavelength in vacuum.
     sizes
-        Of the Mie series, for Mie particles.
+        Sizes of the Mie series, for Mie particles.
     """
     if layer.phase_function == "mie":
         return _mie(layer, values, wavelength_nm, sizes)
@@ -132,7 +129,7 @@ def volume_scattering(
 
 
 def check_phase_table(layer: Layer) -> None:
-    """Refuse a tabulated phase function that is none; compiled predictions do not look at its numbers.
+    """Reject an invalid table of a phase function; compiled predictions cannot check its numbers.
 
     Raises
     ------
@@ -141,7 +138,7 @@ def check_phase_table(layer: Layer) -> None:
     """
     if layer.phase_function != "tabulated":
         return
-    # Numbers, even where a model is made within a function that is being compiled.
+    # Evaluated to numbers even if the model is made inside a function that is being compiled.
     with computing(), jax.ensure_compile_time_eval():
         try:
             _phase_function(layer, None)
@@ -165,7 +162,7 @@ def _phase_function(layer: Layer, get) -> PhaseFunction:
 
 
 def _mie(layer: Layer, values, wavelength_nm, sizes: MieSizes) -> VolumeScattering:
-    """Mie particles; equal spheres that scatter independently take the shorter way."""
+    """Mie particles; equal spheres that scatter independently need no mixture."""
     name, binder_index = layer.name, values[f"{layer.name}.refractive_index"]
     weight = values.get(f"{name}.structure_factor_weight")
     alone = not layer.populations and layer.radius_table is None and weight is None

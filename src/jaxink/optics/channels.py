@@ -1,13 +1,13 @@
-"""Channels of transverse direction that a whole stack of media shares.
+"""Channels: discrete directions (streams) that all media of a stack share.
 
-Snell's law keeps kappa = n sin(theta). Every medium uses the same channels of kappa, so a smooth interface
-is diagonal. The interval of kappa is split at each refractive index of the stack, where some medium
-begins to reflect totally; within a block the nodes are Gauss-Legendre in the cosine of the medium whose
-index ends the block, which resolves both ends. Only where a scattering medium is a trace denser than that are
-they in its cosine, in which its own integrals are exact however small the difference.
+Snell's law conserves kappa = n sin(theta). Every medium uses the same channels of kappa, so a smooth
+interface is diagonal. The interval of kappa is split at each refractive index of the stack, where total
+reflection begins in some medium. Within a block the nodes are Gauss-Legendre in the cosine of the medium
+whose index ends the block, which resolves both ends. If a scattering medium is only slightly denser, its
+cosine is used instead, in which its own integrals are exact however small the difference.
 
-Fluxes are carried as sqrt(c) L, with the basic radiance L = I / n^2 and the etendue weight c = n^2 w mu, the
-same in every medium: reciprocity is symmetry.
+Fluxes are carried as sqrt(c) L, with the basic radiance L = I / n^2 and the etendue weight c = n^2 w mu,
+which is equal in all media: reciprocity becomes symmetry.
 """
 
 from functools import partial
@@ -25,34 +25,34 @@ from jaxink.numerics.quadrature import (
 )
 from jaxink.optics.fresnel import propagating_cosine
 
-# A scattering medium has the nodes of a block whose end lies this close below its own index, relative.
+# Relative index excess up to which a block takes its nodes from the next medium, if that scatters.
 _CLOSE = 3e-4
 
 
 class ChannelGrid(eqx.Module):
-    """Quadrature channels, ascending blocks of kappa.
+    """Quadrature channels in ascending blocks of kappa.
 
     Parameters
     ----------
     block_index
         Refractive index that ends each block, ascending, shape ``(blocks,)``; block 0 begins at kappa = 0,
-        each other one where the one before it ends.
+        each other block at the end of the previous one.
     scatters
         Whether the medium of that index scatters, shape ``(blocks,)``.
     nodes_per_block
         Number of nodes of each block.
     exposed
-        True where a scattering medium meets its surroundings without an index step: its radiance then
-        varies as mu log(mu) near grazing, and interpolation in block 0 takes that into account.
+        Whether a scattering medium meets its surroundings without an index step: its radiance then varies
+        as mu log(mu) near grazing, which the interpolation in block 0 takes into account.
     """
 
     block_index: Float[Array, " blocks"]
     scatters: Bool[Array, " blocks"]
     nodes_per_block: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True)
-    # For each block: index of the medium that has the nodes, its cosines at the end and the start.
+    # For each block: index of the medium that defines the nodes, its cosines at the end and the start.
     block_cosines: tuple[Float[Array, " blocks"], ...]
-    # That medium's index, the cosine in it and the quadrature weight of each channel.
+    # For each channel: index of that medium, cosine in it and quadrature weight.
     _nodes: tuple[Float[Array, " channels"], ...]
 
     def __init__(self, block_index, scatters, nodes_per_block, exposed=False):
@@ -62,41 +62,36 @@ class ChannelGrid(eqx.Module):
 
     @property
     def etendue_weight(self) -> Float[Array, " channels"]:
-        """Weight n^2 w mu of each channel, shape ``(channels,)``."""
+        """Weight n^2 w mu of each channel."""
         index, cosine, weight = self._nodes
         return index**2 * weight * cosine
 
     @property
     def kappa(self) -> Float[Array, " channels"]:
-        """N sin(theta) of each channel, shape ``(channels,)``."""
+        """Transverse direction n sin(theta) of each channel."""
         index, cosine, _ = self._nodes
         return index * jnp.sqrt(1 - cosine**2)
 
     def squared_cosine(self, refractive_index) -> Float[Array, "*media channels"]:
-        """mu^2 of each channel in a medium; negative where the channel is evanescent there.
+        """mu^2 of each channel in a medium; negative if the channel is evanescent there.
 
         Parameters
         ----------
         refractive_index
-            Of the medium, or of several as a column, shape ``(media, 1)``.
+            Index of the medium, or of several media as a column, shape ``(media, 1)``.
         """
-        # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines where n = n_b.
+        # n^2 mu^2 = n^2 - n_b^2 + n_b^2 mu_b^2 keeps all digits of grazing cosines if n = n_b.
         index, cosine, _ = self._nodes
         n2 = jnp.asarray(refractive_index) ** 2
         return (n2 - index**2 + (index * cosine) ** 2) / n2
 
     def interpolation(self, kappa: Float[Array, " targets"]) -> Float[Array, "targets channels"]:
-        """Matrix from values at the channels to values at other kappa.
+        """Matrix that interpolates from the channels to other kappa.
 
         Parameters
         ----------
         kappa
-            n sin(theta) of the wanted directions, shape ``(targets,)``.
-
-        Returns
-        -------
-        Float[Array, "targets channels"]
-            Each row has non-zero entries in the block of its kappa only.
+            n sin(theta) of the directions to interpolate to. A row is zero outside the block of its kappa.
         """
         _, nodes, _ = self._nodes
         reference, end, _ = self.block_cosines
@@ -108,7 +103,7 @@ class ChannelGrid(eqx.Module):
             if block == 0 and self.exposed:
                 rows = logarithmic_matrix(n_nodes, cosine)
             else:
-                # The nodes of a block between equal indices coincide; no direction lies in it.
+                # The nodes of a block between equal indices coincide; it contains no direction.
                 here = nodes[first : first + n_nodes]
                 wide = here[-1] > end[block]
                 rows = barycentric_matrix(jnp.where(wide, here, jnp.arange(n_nodes)), cosine)
@@ -119,7 +114,7 @@ class ChannelGrid(eqx.Module):
         return jnp.concatenate(columns, axis=1)
 
 
-# Jitted on its own, as all that many programs have in common: it is traced once for all of them.
+# Jitted separately: traced once for all programs.
 @partial(jax.jit, static_argnums=(2, 3))
 def _nodes_of(index, scatters, nodes_per_block, exposed):
     """Media and cosines of the blocks, and medium, cosine and weight of the channels."""

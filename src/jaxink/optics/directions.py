@@ -9,20 +9,18 @@ from jaxtyping import Array, ArrayLike, Float, Int
 class Directions(eqx.Module):
     """Pairs of incident and outgoing directions, with each polar angle stored once.
 
-    Angles are constants of a measurement: they are kept as numpy arrays and never differentiated.
+    The angles are constants, held as NumPy arrays and never differentiated.
 
     Parameters
     ----------
     sin_incidence, sin_outgoing
         Sines of the distinct polar angles in the surroundings, shapes ``(incidences,)``, ``(outgoing,)``.
     incidence, outgoing
-        For each point: which of them, shape ``(points,)``.
-    cos_azimuth
-        For each point: cosine of the azimuth between the directions of propagation, 1 is straight on.
+        Position of each point's polar angles among them, shape ``(points,)``.
     azimuth_rad
-        That azimuth.
+        Azimuth between the directions of propagation at each point; 0 is straight on.
     is_transmission
-        For each point: True where the light leaves at the far side.
+        Whether the light leaves on the far side.
     """
 
     sin_incidence: Float[np.ndarray, " incidences"]
@@ -39,10 +37,9 @@ class Directions(eqx.Module):
         Parameters
         ----------
         theta_i_deg, theta_o_deg
-            Polar angles in degrees, 0 ... 90, shape ``(points,)``.
+            Polar angles, 0 to 90 degrees, shape ``(points,)``.
         phi_deg
-            Azimuth in degrees: 180 in the half plane of the specular or undeviated direction, 0 in the
-            source's.
+            Azimuth: 180 in the half plane of the specular or undeviated direction, 0 in that of the source.
         is_transmission
             False for reflection, True for transmission.
         """
@@ -64,19 +61,19 @@ def scattering_cosines(
     cosine_in: Float[Array, " points"],
     azimuth_rad: Float[ArrayLike, " points"],
 ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
-    """Cosine of the scattering angle for light that stays in its hemisphere, and for light that turns back.
+    """Cosines of the scattering angle into the same and into the opposite hemisphere.
 
     Parameters
     ----------
     cosine_out, cosine_in
-        Cosines with the normal inside the medium, both positive.
+        Cosines to the normal inside the medium, both positive.
     azimuth_rad
         Azimuth between the directions of propagation.
 
     Returns
     -------
     ahead, back
-        cos(Theta) for scattering into the same and into the opposite hemisphere.
+        cos(Theta) for the same and for the opposite hemisphere.
     """
     sines = jnp.sqrt(jnp.maximum((1 - cosine_out**2) * (1 - cosine_in**2), 1e-300))
     in_plane = sines * jnp.cos(azimuth_rad)

@@ -1,4 +1,4 @@
-"""Optical description of one layer, and its delta-M truncation."""
+"""Optics of one layer, and its delta-M truncation."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -33,9 +33,9 @@ class ScatteringLayer(eqx.Module):
     optical_thickness
         Extinction coefficient times thickness, 0 or more; see `OPAQUE_OPTICAL_THICKNESS`.
     single_scattering_albedo
-        Scattering over extinction, 0 ... 1 inclusive.
+        Scattering over extinction, from 0 to 1 inclusive.
     phase_function
-        Phase function of one scattering, mean over the sphere 1.
+        Phase function, with mean 1 over the sphere.
     """
 
     refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
@@ -44,21 +44,21 @@ class ScatteringLayer(eqx.Module):
     phase_function: PhaseFunction
 
 
-# A layer of which nothing comes out behind: its transmission is below 1e-7 even without absorption.
+# Of an opaque layer: its transmittance is below 1e-7 even without absorption.
 OPAQUE_OPTICAL_THICKNESS = 1e8
 
 
 class TruncatedOptics(eqx.Module):
-    """A layer's optics after the forward peak has been taken out of the scattering.
+    """Optics of a layer whose forward peak counts as unscattered.
 
     Parameters
     ----------
     optical_thickness, single_scattering_albedo
         Scaled by the truncation.
     phase_moments
-        Scaled Legendre moments, moment 0 is 1, shape ``(moments,)``.
+        Scaled Legendre moments; moment 0 is 1.
     forward_fraction
-        Share of the scattering that was taken as undeviated.
+        Share of the scattered light that counts as unscattered.
     """
 
     optical_thickness: Float[Array, ""]
@@ -68,19 +68,9 @@ class TruncatedOptics(eqx.Module):
 
 
 def delta_m(layer: ScatteringLayer, n_moments: int) -> TruncatedOptics:
-    """Take the part of the phase function beyond ``n_moments`` as not scattered.
+    """Treat the part of the phase function beyond ``n_moments`` as unscattered light.
 
-    Parameters
-    ----------
-    layer
-        The layer.
-    n_moments
-        Number of Legendre moments to keep.
-
-    Returns
-    -------
-    TruncatedOptics
-        Scaled optics; similar to the layer up to the moments kept.
+    The result is scaled by the similarity relations and equivalent to the layer up to that moment.
 
     References
     ----------

@@ -1,6 +1,6 @@
 """Dispersion: refractive index against wavelength in vacuum, by formula or by table.
 
-Plain arithmetic, so that numbers, arrays and traced values serve alike and are differentiated through.
+The formulae accept numbers, arrays and traced values alike, and are differentiable.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,10 +19,6 @@ def cauchy_index(wavelength_nm, a, b_um2=0.0, c_um4=0.0):
         Wavelength in vacuum.
     a, b_um2, c_um4
         Coefficients, for wavelengths in micrometres.
-
-    Returns
-    -------
-    Refractive index.
     """
     inverse_square = (1000 / wavelength_nm) ** 2
     return a + inverse_square * (b_um2 + c_um4 * inverse_square)
@@ -37,10 +33,6 @@ def sellmeier_index(wavelength_nm, strengths: Iterable, resonances_um2: Iterable
         Wavelength in vacuum, away from every resonance.
     strengths, resonances_um2
         B and C of each resonance, for wavelengths in micrometres.
-
-    Returns
-    -------
-    Refractive index.
     """
     square = (wavelength_nm / 1000) ** 2
     terms = (b * square / (square - c) for b, c in zip(strengths, resonances_um2, strict=True))
@@ -48,7 +40,7 @@ def sellmeier_index(wavelength_nm, strengths: Iterable, resonances_um2: Iterable
 
 
 def tabulated_index(wavelength_nm: float, table_wavelength_nm: Sequence, table_index: Sequence) -> float:
-    """Refractive index of a table, linear in 1 / wavelength^2 between its rows.
+    """Refractive index from a table, linear in 1 / wavelength^2 like Cauchy's formula with two terms.
 
     Parameters
     ----------
@@ -57,22 +49,17 @@ def tabulated_index(wavelength_nm: float, table_wavelength_nm: Sequence, table_i
     table_wavelength_nm, table_index
         The table, by ascending wavelength.
 
-    Returns
-    -------
-    float
-        Refractive index; Cauchy's formula without its third term is met exactly.
-
     Raises
     ------
     InputRefusedError
-        If the wavelength lies outside the table.
+        If the wavelength is outside the table.
     """
     lowest, highest = min(table_wavelength_nm), max(table_wavelength_nm)
     if not lowest <= wavelength_nm <= highest:
         raise InputRefusedError(
-            f"an index table reaches from {lowest:g} to {highest:g} nm, but {wavelength_nm:g} nm is asked "
-            "for; give a table that holds every wavelength."
+            f"an index table extends from {lowest:g} to {highest:g} nm, but {wavelength_nm:g} nm is needed; "
+            "give a table that covers every wavelength."
         )
-    # Ascending abscissae for the interpolation: descending wavelengths.
+    # Interpolation needs ascending abscissae, hence descending wavelengths.
     inverse = [1 / w**2 for w in reversed(table_wavelength_nm)]
     return float(np.interp(1 / wavelength_nm**2, inverse, list(reversed(table_index))))

@@ -173,7 +173,7 @@ class TabulatedByAngle(PhaseFunction):
             "the mean of the tabulated phase function over the sphere",
             mean,
             lambda m: np.abs(m - 1) <= LARGEST_NORMALISATION_ERROR,
-            "be 1 within 0.01; divide the values by it, or give more angles where the function is steep",
+            "be 1 within 0.01 (divide the values by it, or give more angles where the function is steep)",
         )
         self.scattering_cosine = jnp.asarray(cosine)
         self.values = values / mean
@@ -223,7 +223,7 @@ class TabulatedByMoments(LegendreSeries):
             "a phase moment",
             self.phase_moments,
             lambda m: np.abs(m) <= 1 + 1e-6,
-            "be between -1 and 1; give the moments without the factor 2l + 1",
+            "be between -1 and 1, without the factor 2l + 1",
         )
         n_points = 10 * self.phase_moments.shape[0] + 11
         _require_not_negative(self, np.cos(np.linspace(0, np.pi, n_points)), "moments")

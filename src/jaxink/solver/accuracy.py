@@ -1,4 +1,4 @@
-"""The accuracy that a user asks of the discretisation: the default, and what may be asked."""
+"""Accuracy that the resolution is chosen for: its default and its range."""
 
 from numbers import Real
 
@@ -10,17 +10,12 @@ BEST_ACCURACY, WORST_ACCURACY = 1e-8, 0.1
 
 
 def require_accuracy(accuracy: float) -> None:
-    """Refuse an accuracy that no sizes can be chosen for.
-
-    Parameters
-    ----------
-    accuracy
-        Largest relative error of the BSDF that the discretisation may cause.
+    """Reject an accuracy for which no resolution can be chosen.
 
     Raises
     ------
     InputRefusedError
-        If it is not between 1e-8 and 0.1.
+        If the largest relative error of the BSDF is not between 1e-8 and 0.1.
     """
     if not (isinstance(accuracy, Real) and BEST_ACCURACY <= accuracy <= WORST_ACCURACY):
         raise InputRefusedError(

@@ -1,4 +1,4 @@
-"""BSDF of a stack at given directions, and its regular and hemispherical reflectance and transmittance."""
+"""BSDF of a stack, and its regular and hemispherical reflectance and transmittance."""
 
 import equinox as eqx
 import jax
@@ -20,8 +20,8 @@ from jaxink.solver.specular import regular_fields
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import put_on_channels
 
-# A BSDF is never negative. Less than this is the fault of a discretisation too coarse for a narrow peak;
-# what lies above is rounding, as at thickness 0, where the slope is that of what a thin layer scatters.
+# A BSDF is never negative. Values below minus this come from a resolution too coarse for a narrow peak.
+# Those above are rounding, as at thickness 0, where the derivative is that of light a thin layer scatters.
 _ROUNDING = 1e-12
 
 
@@ -38,24 +38,24 @@ def diffuse_bsdf(
     stack
         Layers between two half spaces.
     directions
-        Points to predict; polar angles in the surroundings of the side concerned.
+        Points to predict; polar angles are those in the surroundings of the respective side.
     config
-        Sizes of the discretisation; None: `choose_sizes` for a relative error of 1e-4.
+        Resolution; by default that of `choose_sizes` for a relative error of 1e-4.
     plan
-        Channels of the stack; None: `plan_channels`, with every refractive index as it is.
+        Channels of the stack; by default those of `plan_channels` for its refractive indices.
 
     Returns
     -------
     Float[Array, " points"]
-        dL_o / dE_i in 1/sr, cosine not included, shape ``(points,)``.
+        dL_o / dE_i in 1/sr, without a cosine factor.
 
     Raises
     ------
     PrecisionError
-        While JAX is in 32 bits.
+        If JAX uses 32 bits.
     InputRefusedError
-        While the stack is being differentiated or compiled: without a config, or, where that concerns a
-        refractive index, without a plan.
+        If the stack is being differentiated or compiled without a config, or one of its refractive indices
+        without a plan.
 
     References
     ----------
@@ -64,7 +64,7 @@ def diffuse_bsdf(
     require_float64()
     plan = plan_channels(stack) if plan is None else plan
     config = choose_sizes(stack, plan=plan) if config is None else config
-    # Called with numbers, outside a transformation, it compiles itself.
+    # Outside a transformation, with known numbers, the solver is compiled.
     solve = _compiled_bsdf if is_known((stack, plan)) else _diffuse_bsdf
     return solve(stack, directions, config, plan)
 
@@ -88,7 +88,7 @@ def _diffuse_bsdf(stack, directions, config, plan):
     else:
         lateral, way = stack.lateral, _known_way(stack, directions)
         responses = jax.vmap(lambda k: solve_channels(stack, channels, k))(lateral.frequencies)
-        # Light scattered once goes the known way only.
+        # Light scattered once takes only the known path.
         once = lateral.seen_directly(*way) * scattered_once(stack, channels, directions, kappa)
         light = jnp.sum(jax.vmap(smooth)(responses).T * lateral.coefficients(*way), axis=1) + once
     index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
@@ -107,7 +107,7 @@ def _interpolated(stack, channels, response, directions, config, kappa):
     parts = np.cumsum([kappa_in.shape[0], kappa_front.shape[0]])
     rows = grid.interpolation(everywhere)
     from_front, from_back = (jnp.split(rows * share[:, None], parts) for share in channels.escape_beyond)
-    # Roughness has no degree of its own; its orders are chosen for light at grazing angles.
+    # Roughness defines no degree; its orders are chosen for grazing light.
     degree = max(config.n_moments, 4 * config.n_orders if stack.rough else 0)
     shares = jnp.split(_share_of_orders(config.n_orders, degree, everywhere), parts, axis=1)
     into = kappa_in, from_front[0], shares[0]
@@ -116,7 +116,7 @@ def _interpolated(stack, channels, response, directions, config, kappa):
         _at_pairs(response.reflection, grid.kappa, to_front, into),
         _at_pairs(response.transmission, grid.kappa, to_back, into),
     ]
-    # One row of pairs after the other, and one series of cosines for both sides: they are what takes time.
+    # Contiguous rows of pairs and one cosine series for both sides, as these dominate the time.
     way_out = directions.outgoing + jnp.where(transmitted, kappa_front.shape[0], 0)
     series = _cosine_series(config.n_orders, directions.azimuth_rad)
     smooth = jnp.sum(series * jnp.concatenate(pairs, axis=1)[:, way_out, directions.incidence], axis=0)
@@ -127,8 +127,8 @@ def _interpolated(stack, channels, response, directions, config, kappa):
     smooth = smooth / (2 * jnp.pi)
     if stack.backing is None:
         return smooth
-    # Light that comes to the backing, and by reciprocity light from it that is seen, is what the stack
-    # transmits in all: regular light is exact, the rest smooth over its escape share.
+    # The total transmittance gives the light that reaches the backing and, by reciprocity, the light from it
+    # that is seen. Its regular part is exact, the rest smooth over the escape share.
     regular = jnp.split(channels.fields_beyond.transmission, parts)
     through_in, through_out = (regular[k] + from_front[k] @ response.transmitted_power for k in (0, 1))
     seen = through_out[directions.outgoing] * through_in[directions.incidence]
@@ -139,9 +139,9 @@ def _interpolated(stack, channels, response, directions, config, kappa):
 def _at_pairs(kernel, grid_kappa, out, into):
     """Interpolate a kernel of the channels to pairs of directions.
 
-    Order m of the kernel varies as sin^m towards the normal, so that odd orders are smooth in the cosine
-    only after one sine has been divided out. Orders that the layers do not send towards the normal are kept
-    from it: what interpolation leaves of them there is large beside dim grazing radiance.
+    Order m of the kernel varies as sin^m towards the normal: odd orders are smooth in the cosine only after
+    division by one sine. Near the normal, orders that the layers do not send there are suppressed, as their
+    interpolation errors are large compared with dim grazing radiance.
     """
     (kappa_out, to_out, share_out), (kappa_in, to_in, share_in) = out, into
     orders = jnp.arange(kernel.shape[0])
@@ -159,23 +159,23 @@ def _cosine_series(n_orders, azimuth_rad):
     return jnp.where(orders == 0, 1.0, 2.0) * jnp.cos(orders * azimuth_rad)
 
 
-# An order is left out where its bound, relative to what it is elsewhere, falls below this.
+# Orders are suppressed in directions where their relative bound falls below this.
 _NEGLIGIBLE = 1e-10
 
 
 def _share_of_orders(n_orders, degree, kappa):
-    """Factor of each azimuthal order: 1 where a phase function of that degree reaches, 0 at the normal.
+    """Factor of each azimuthal order: 1 where a phase function of that degree contributes, 0 at the normal.
 
     Associated Legendre functions behave as Bessel functions, J_m(degree theta), which (x/2)^m / m! bounds.
     """
     orders = np.arange(n_orders)[:, None]
     bound = orders * jnp.log(jnp.maximum(degree / 2 * kappa, 1e-30)) - gammaln(orders + 1)
-    # Order 1 has its sine apart, and a slope at the normal.
+    # The sine of order 1 is treated separately, and its slope at the normal does not vanish.
     return jnp.where(orders < 2, 1.0, jnp.exp(jnp.minimum(bound - np.log(_NEGLIGIBLE), 0.0)))
 
 
 def _known_way(stack, directions):
-    """Way sideways in and out, from the axis of the detector on its side, and cosine of incidence."""
+    """Lateral displacement from the detector's axis, along and across, and the cosine of incidence."""
     indices = jnp.stack([layer.refractive_index for layer in stack.layers])[:, None]
     ends = [*stack.scattering, *(k if k <= stack.scattering[0] else k - 1 for k in stack.rough)]
     before, after = np.arange(len(stack.layers)) < min(ends), np.arange(len(stack.layers)) > max(ends)
@@ -198,14 +198,14 @@ def _known_way(stack, directions):
 def regular_power(
     stack: Stack, sin_incidence: Float[ArrayLike, " incidences"]
 ) -> tuple[Float[Array, " incidences"], Float[Array, " incidences"]]:
-    """Regular (specular) reflectance and regular (undeviated) transmittance.
+    """Regular reflectance (specular) and regular transmittance (undeviated).
 
     Parameters
     ----------
     stack
         Layers between two half spaces.
     sin_incidence
-        Sines of the incidences in front, shape ``(incidences,)``.
+        Sines of the angles of incidence in front, shape ``(incidences,)``.
 
     Returns
     -------
@@ -234,21 +234,21 @@ def hemispherical_power(
     stack
         Layers between two half spaces.
     sin_incidence
-        Sines of the incidences in front, shape ``(incidences,)``.
+        Sines of the angles of incidence in front, shape ``(incidences,)``.
     config, plan
-        As for `diffuse_bsdf`.
+        See `diffuse_bsdf`.
 
     Returns
     -------
     reflectance, transmittance
-        Share of the incident power. Without absorption they sum to 1: to rounding at the channels of the
-        solver, to its accuracy between them. A backing adds to the reflectance only: transmitted is what
-        comes to the far side without it.
+        Shares of the incident power. Without absorption they sum to 1, to rounding at the channels of the
+        solver and to its accuracy between them. A backing adds to the reflectance only; the transmittance
+        is that without it.
 
     Raises
     ------
     PrecisionError, InputRefusedError
-        As `diffuse_bsdf`.
+        See `diffuse_bsdf`.
     """
     require_float64()
     plan = plan_channels(stack) if plan is None else plan

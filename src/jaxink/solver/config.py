@@ -1,4 +1,4 @@
-"""Sizes of the solver's discretisation."""
+"""Resolution of the solver."""
 
 import dataclasses
 from typing import Any
@@ -8,31 +8,31 @@ import equinox as eqx
 from jaxink.errors import require_integer
 
 _SIZES = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
-# Far above what any accuracy asks for; matrices of such a size still fit into a memory.
+# Far beyond what any accuracy needs, while matrices of this size still fit into memory.
 _LARGEST_SIZE = 4096
 
 
 class SolverConfig(eqx.Module):
-    """Sizes of the discretisation.
+    """Resolution of the solver: streams, Legendre moments and azimuthal orders.
 
     Parameters
     ----------
     nodes_escaping
-        Channels that leave into the surroundings (block 0).
+        Streams that leave into the surroundings (block 0).
     nodes_trapped
-        Channels of each further block, totally reflected somewhere.
+        Streams of each further block, which are totally reflected at some interface.
     n_moments
         Legendre moments kept by delta-M.
     n_orders
         Azimuthal orders.
     layer_method
-        How a layer's response is computed: ``"discrete_ordinates"``, ``"adding_doubling"``, or the
-        ``"fastest"`` of them on JAX's default backend. They agree to 1e-8.
+        How a layer's response is computed: ``"discrete_ordinates"``, ``"adding_doubling"``, or whichever is
+        ``"fastest"`` on JAX's default backend. The two agree to 1e-8.
 
     Raises
     ------
     InputRefusedError
-        If a size is not a whole number from 1 to 4096.
+        If a number is not an integer from 1 to 4096.
     """
 
     nodes_escaping: int = eqx.field(static=True, default=16)
@@ -46,6 +46,6 @@ class SolverConfig(eqx.Module):
             require_integer(size, getattr(self, size), 1, _LARGEST_SIZE)
 
     def at_least(self, other: "SolverConfig") -> "SolverConfig":
-        """The larger of two in every size, with this one's method."""
+        """The larger of the two in every number, with this one's layer method."""
         sizes: dict[str, Any] = {s: max(getattr(self, s), getattr(other, s)) for s in _SIZES}
         return dataclasses.replace(self, **sizes)

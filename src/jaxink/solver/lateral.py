@@ -1,13 +1,13 @@
-"""Light that comes out beside the field of the detector.
+"""Lateral light transport: light that leaves the sample outside the field of view of the detector.
 
-Beam and field are discs on the sample. In the Fourier transform over lateral places displacements multiply:
-light that walks sideways by s in a direction of unknown azimuth has the factor J0(k s). A stack whose
-passages through clear layers carry that factor therefore sums all round trips, however many. The share of
-light seen after a way s is written as a sum of J0(k_j s), and the light seen is then the same sum of stacks.
+Beam and field of view are discs on the sample. In the lateral Fourier transform successive displacements
+multiply: a displacement s of random azimuth contributes the factor J0(k s). A stack whose passages through
+clear layers carry that factor therefore sums all round trips. The share of light seen after a displacement s
+is written as a sum of J0(k_j s), and the light seen is the same sum over solutions of the stack.
 
-Approximations: the azimuth is forgotten between two passages, as multiple scattering makes it; the first
-way in and the last way out are known and kept. Light spreads in clear layers only, not within the ink.
-Regular light that is reflected to and fro in a plate before or after its one scattering keeps its place.
+Approximations: the azimuth is random from one passage to the next, owing to multiple scattering; the first
+path in and the last path out are exact. Light spreads laterally in clear layers only, not within the ink.
+Singly scattered light is not displaced by reflections within a plate before or after the scattering.
 
 References
 ----------
@@ -22,12 +22,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-# Frequencies times the radius of the field; the sum is exact where nothing walks, and elsewhere meets the
-# share within some thousandths once ways are spread by a third or more, as those of scattered light are.
+# Frequencies times the radius of the field. The sum is exact without displacement. Elsewhere it is accurate
+# to some thousandths if displacements are spread by a third or more, as those of scattered light are.
 _N_FREQUENCIES, _HIGHEST, _SPREAD, _RIDGE = 20, 14.0, 0.3, 1e-4
-# Ways over the radius of the field at which the share is asked.
+# Displacements, over the radius of the field, at which the share is evaluated.
 _WAYS = np.append(0.0, np.geomspace(0.02, 100.0, 120))
-# From here on the first two terms of the asymptotic series are used.
+# Above this the first two terms of the asymptotic series are used.
 _LARGE_PHASE = 25.0
 _ANGLE_RAD = (np.arange(32) + 0.5) * np.pi / 64
 _TURN_RAD = (np.arange(12) + 0.5) * np.pi / 6
@@ -35,7 +35,7 @@ _CHORD_RAD = (np.arange(24) + 0.5) * np.pi / 24
 
 
 def bessel_j0(x: Float[ArrayLike, "*shape"], xp=jnp) -> Float[ArrayLike, "*shape"]:
-    """J0 to 1e-5, by JAX or NumPy."""
+    """Bessel function J0 to 1e-5, by JAX or NumPy."""
     is_small = x < _LARGE_PHASE
     small, large = xp.where(is_small, x, 0.0), xp.where(is_small, _LARGE_PHASE, x)
     integral = xp.mean(xp.cos(small[..., None] * np.cos(_ANGLE_RAD)), axis=-1)
@@ -46,12 +46,12 @@ def bessel_j0(x: Float[ArrayLike, "*shape"], xp=jnp) -> Float[ArrayLike, "*shape
 
 @cache
 def _sum_of_bessel_functions() -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies, and the matrix from shares at `_WAYS` to the coefficients of their J0."""
+    """Frequencies k_j, and the matrix from shares at `_WAYS` to the coefficients of J0(k_j s)."""
     k = _HIGHEST * ((np.arange(_N_FREQUENCIES) + 0.5) / _N_FREQUENCIES) ** 2
     level, fine = np.log(_WAYS[1:]), np.linspace(np.log(_WAYS[1]), np.log(_WAYS[-1]), 4000)
 
     def spread(at):
-        """Ways spread around each of `_WAYS`, of given logarithms; no way first, which weighs most."""
+        """Log-normal weights around each of `_WAYS`, at given logarithms; 0 comes first, with most weight."""
         matrix = np.exp(-(((level[:, None] - at) / _SPREAD) ** 2) / 2)
         matrix = np.pad(matrix / np.sum(matrix, axis=1, keepdims=True), ((1, 0), (1, 0)))
         matrix[0, 0] = 1e3
@@ -62,16 +62,16 @@ def _sum_of_bessel_functions() -> tuple[np.ndarray, np.ndarray]:
 
 
 class LateralField(eqx.Module):
-    """Where light enters and where it is seen.
+    """Beam and field of view of the detector on the sample.
 
     Parameters
     ----------
     beam_radius_mm
-        Of the uniform beam, across it.
+        Radius of the uniform beam, perpendicular to it.
     detector_radius_mm
-        Of the disc on the sample that the detector sees, around the axis of the beam.
+        Radius of the disc on the sample that the detector sees, centred on the beam.
     thickness_mm
-        Of each layer, 0 where it scatters: the ink's own spreading is not taken into account.
+        Thickness of each layer; 0 if it scatters, as lateral transport within the ink is neglected.
     """
 
     beam_radius_mm: Float[Array, ""] = eqx.field(converter=jnp.asarray)
@@ -79,7 +79,7 @@ class LateralField(eqx.Module):
     thickness_mm: Float[Array, " layers"] = eqx.field(converter=jnp.asarray)
 
     def displacements(self, cosines: Float[Array, "layers channels"]) -> Float[Array, "layers channels"]:
-        """Way sideways of one passage through each layer, in mm; 0 in evanescent channels."""
+        """Lateral displacement of one passage through each layer, in mm; 0 in evanescent channels."""
         inside = cosines > 0
         safe = jnp.where(inside, cosines, 1.0)
         sine = jnp.sqrt(jnp.maximum(1 - safe**2, 1e-300))
@@ -91,20 +91,20 @@ class LateralField(eqx.Module):
         return _sum_of_bessel_functions()[0] / self.detector_radius_mm
 
     def seen_directly(self, along, across, cosine_incidence):
-        """Share of the beam that is in the field after a known way.
+        """Share of the beam inside the field of view after a known displacement.
 
         Parameters
         ----------
         along, across
-            The way in mm, along the plane of incidence and across it, shape ``(*points)``.
+            Displacement in mm, along and across the plane of incidence, shape ``(*points)``.
         cosine_incidence
-            Makes the beam an ellipse on the sample, same shape.
+            Same shape; it makes the beam an ellipse on the sample.
 
         Returns
         -------
         Float[Array, "*points"]
         """
-        # Chords of both at the heights that they share.
+        # Chords of both at common heights.
         beam, field = self.beam_radius_mm, self.detector_radius_mm
         top, bottom = jnp.minimum(across + beam, field), jnp.maximum(across - beam, -field)
         half_height = jnp.maximum(top - bottom, 0.0)[..., None] / 2
@@ -116,12 +116,12 @@ class LateralField(eqx.Module):
         return area * cosine_incidence / beam**2
 
     def coefficients(self, along, across, cosine_incidence):
-        """Coefficients of J0(k_j s): share seen after a known way and one of length s in any direction.
+        """Coefficients of J0(k_j s) in the share seen after a known displacement and one of length s.
 
         Parameters
         ----------
         along, across, cosine_incidence
-            As of `seen_directly`, shape ``(points,)``.
+            See `seen_directly`, shape ``(points,)``.
 
         Returns
         -------

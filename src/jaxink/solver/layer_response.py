@@ -1,9 +1,9 @@
-"""One homogeneous scattering layer: reflection and transmission matrices of any optical thickness.
+"""Reflection and transmission matrices of a homogeneous scattering layer of any optical thickness.
 
 With u = I_down + I_up and v = I_down - I_up in the basis scaled by sqrt(w mu), radiative transfer reads
-u' = -A v, v' = -B u with A and B symmetric. Even and odd solutions about the mid-plane are functions
-of the symmetric matrix S = C^T B C, A = C C^T, so one symmetric eigenproblem per azimuthal order
-serves every optical thickness, and no exponential grows.
+u' = -A v, v' = -B u with A and B symmetric. The even and odd solutions about the mid-plane are functions
+of the symmetric matrix S = C^T B C, where A = C C^T: one symmetric eigenproblem per azimuthal order
+serves every optical thickness, without growing exponentials.
 """
 
 import jax
@@ -15,13 +15,13 @@ from jaxink.numerics.linear_algebra import positive_definite_inverse, transpose
 
 LAYER_METHODS = ("discrete_ordinates", "adding_doubling")
 
-# Half thickness below which a layer is treated as that thin: keeps the odd solution, ~ 1/thickness,
-# finite at zero thickness while all derivatives stay right.
+# Added to the half thickness: keeps the odd solution, ~ 1/thickness, finite at zero thickness while all
+# derivatives remain correct.
 _THINNEST = 1e-14
-# Eigenvalues run from 0 to 1/mu^2 of the most grazing node, and `eigh` is exact to the rounding of the
-# largest: it is given (S + shift)^-1, in which slow modes, on which thick layers depend, are the large ones.
+# Eigenvalues run from 0 to 1/mu^2 of the most grazing stream, and `eigh` is accurate to the rounding of the
+# largest. It is given (S + shift)^-1, where the slow modes, which govern thick layers, are the largest.
 _SHIFT = 1.0
-# sqrt(s) h of the slowest mode from which on less than 1e-5 of the light comes through.
+# sqrt(s) h of the slowest mode above which less than 1e-5 of the light is transmitted.
 _DIM = 6.0
 
 
@@ -39,7 +39,7 @@ def _odd(root, half):
 
 
 def _odd_minus_even(root, half):
-    """`_odd` - `_even`, 2 sqrt(s) / sinh(2 sqrt(s) h), which keeps its digits where they agree."""
+    """`_odd` - `_even` = 2 sqrt(s) / sinh(2 sqrt(s) h), without cancellation."""
     x = 2 * root * half
     small = x < 1e-4
     safe = jnp.where(small, 1.0, x)
@@ -47,7 +47,7 @@ def _odd_minus_even(root, half):
 
 
 def _divided_differences(root, half):
-    """(f(s_i) - f(s_j)) / (s_i - s_j) of both functions, stable for equal and for vanishing s.
+    """(f(s_i) - f(s_j)) / (s_i - s_j) of `_even` and `_odd`, stable for equal and for vanishing s.
 
     Uses tanh a - tanh b = sinh(a - b) / (cosh a cosh b), coth a - coth b = -sinh(a - b) / (sinh a sinh b),
     and the Taylor series where both arguments are small.
@@ -86,7 +86,7 @@ def _layer_primal(a_matrix, b_matrix, half):
     reciprocal, vectors = jnp.linalg.eigh(
         positive_definite_inverse(s_matrix + _SHIFT * identity), symmetrize_input=False
     )
-    # B is positive semi-definite: a negative eigenvalue is the rounding of the conservative zero.
+    # B is positive semi-definite: a negative eigenvalue is a rounded zero, that of a conservative layer.
     s = 1 / reciprocal - _SHIFT
     root = jnp.sqrt(jnp.maximum(s, 0.0))
     w_basis = jax.lax.linalg.triangular_solve(factor, vectors, left_side=True, lower=True, transpose_a=True)
@@ -105,12 +105,12 @@ def _transmission(x_even, x_odd, *_):
 
 
 def _dim_transmission(x_even, x_odd, w_basis, root, half):
-    """The same as X_e (Z_odd - Z_even) X_o, which keeps the digits that the difference loses."""
+    """The same as X_e (Z_odd - Z_even) X_o, without cancellation."""
     return (x_even @ w_basis * _odd_minus_even(root, half)[..., None, :]) @ (transpose(w_basis) @ x_odd)
 
 
 def _inverted(z_even, z_odd):
-    """X_e = (1 + Z_even)^-1 and X_o = (1 + Z_odd)^-1."""
+    """X_e and X_o, see `_layer_primal`."""
     identity = jnp.eye(z_even.shape[-1])
     return positive_definite_inverse(jnp.stack([identity + z_even, identity + z_odd]))
 
@@ -140,14 +140,14 @@ def layer_response(
     Returns
     -------
     reflection, transmission
-        Symmetric matrices in the basis scaled by sqrt(w mu); transmission contains the light that
-        passes without being scattered.
+        Symmetric matrices in the basis scaled by sqrt(w mu); the transmission includes unscattered
+        light.
 
     Notes
     -----
-    Exact derivatives without differentiating eigenvectors: in the basis U = C V of the generalised
-    problem, dZ = G o (U-basis dB) + (G (s_i + s_j)/2 - (f_i + f_j)/2) o (U-basis dA), with G the divided
-    differences of Daleckii and Krein, finite for equal eigenvalues. The rule costs matrix products only.
+    The derivatives are exact and do not differentiate eigenvectors: in the basis U = C V of the generalised
+    problem, dZ = G o (U-basis dB) + (G (s_i + s_j)/2 - (f_i + f_j)/2) o (U-basis dA), where G, the divided
+    differences of Daleckii and Krein, is finite for equal eigenvalues. The rule costs matrix products only.
 
     References
     ----------
@@ -187,7 +187,7 @@ def _layer_response_jvp(primals, tangents):
 
 
 def _csch_square(root, half):
-    """S / sinh(sqrt(s) h)^2, which is 1/h^2 at s = 0."""
+    """Minus the derivative of `_odd`: s / sinh(sqrt(s) h)^2; 1/h^2 at s = 0."""
     x = jnp.minimum(root * half, 300.0)
     small = x < 1e-4
     safe = jnp.where(small, 1.0, x)
@@ -196,7 +196,7 @@ def _csch_square(root, half):
 
 @jax.custom_jvp
 def _parallel_sum(even, odd):
-    """(even^-1 + odd^-1)^-1 of positive matrices, of which even may be singular."""
+    """(even^-1 + odd^-1)^-1 of positive definite matrices; even may be singular."""
     factor = jax.lax.linalg.cholesky(even + odd, symmetrize_input=False)
     root = jax.lax.linalg.triangular_solve(factor, even, left_side=True, lower=True)
     return even - transpose(root) @ root
@@ -211,9 +211,9 @@ def _parallel_sum_jvp(primals, tangents):
     return _parallel_sum(even, odd), change
 
 
-# Where doubling begins: optical thickness over the most grazing cosine, with the series to its sixth power.
+# Optical thickness over the most grazing cosine at which doubling starts from a series to sixth order.
 _DOUBLING_START = 0.02
-# Reaches optical thickness 1e9 from there at a cosine of 1e-4.
+# Enough to reach optical thickness 1e9 at a cosine of 1e-4.
 _MOST_DOUBLINGS = 48
 
 
@@ -222,30 +222,20 @@ def doubled_response(
     b_matrix: Float[Array, "orders nodes nodes"],
     half_thickness: Float[Array, ""],
 ) -> tuple[Float[Array, "orders nodes nodes"], Float[Array, "orders nodes nodes"]]:
-    """Reflection and transmission matrices of a homogeneous layer by adding-doubling; no eigenproblem.
-
-    Parameters
-    ----------
-    a_matrix, b_matrix, half_thickness
-        As for `layer_response`.
-
-    Returns
-    -------
-    reflection, transmission
-        As of `layer_response`.
+    """`layer_response` by adding-doubling, with the same arguments and results.
 
     Notes
     -----
-    Two equal layers are added in the even and odd operators Z of `layer_response`, in which adding reads
-    tanh(2x) = 2 / (coth x + tanh x) and coth(2x) = (coth x + tanh x) / 2: sums of positive matrices, in
-    which the rounding does not grow with the number of doublings, as it does in R and T.
+    Layers are doubled in the even and odd operators Z of `layer_response`, where doubling reads
+    tanh(2x) = 2 / (coth x + tanh x) and coth(2x) = (coth x + tanh x) / 2. In these sums of positive
+    matrices rounding errors do not grow with the number of doublings, as they do in R and T.
 
     References
     ----------
     Hansen, Travis 1974 Space Sci. Rev. 16, 527, section 3.2 (doubling).
     """
     half = half_thickness + _THINNEST
-    # A is about 1/mu: its largest diagonal entry tells the most grazing cosine.
+    # A is about 1/mu: its largest diagonal entry gives the most grazing cosine.
     steepest = jnp.max(jnp.diagonal(a_matrix, axis1=-2, axis2=-1))
     ratio = jax.lax.stop_gradient(half * steepest / _DOUBLING_START)
     n_doublings = jnp.clip(jnp.ceil(jnp.log2(ratio)), 0, _MOST_DOUBLINGS)
@@ -269,34 +259,29 @@ def doubled_response(
 
 
 def layer_method(name: str) -> str:
-    """Method of a layer's response; ``"fastest"`` stands for the faster one on JAX's default backend.
+    """Resolve a layer method; ``"fastest"`` becomes the faster one on JAX's default backend.
 
     Parameters
     ----------
     name
         One of `LAYER_METHODS`, or ``"fastest"``.
 
-    Returns
-    -------
-    str
-        One of `LAYER_METHODS`.
-
     Raises
     ------
     InputRefusedError
-        For another name.
+        If the name is unknown.
     """
     if name == "fastest":
-        # Batches of eigenproblems are quick in LAPACK and slow on accelerators; products the reverse.
+        # Batched eigenproblems are fast in LAPACK and slow on accelerators; for products it is the reverse.
         return LAYER_METHODS[0 if jax.default_backend() == "cpu" else 1]
     if name not in LAYER_METHODS:
         raise InputRefusedError(
-            f"layer_method is '{name}'; give one of {', '.join(LAYER_METHODS)}, or fastest."
+            f"layer_method is '{name}'; it must be one of: fastest, {', '.join(LAYER_METHODS)}."
         )
     return name
 
 
 def respond(method: str, a_matrix, b_matrix, half_thickness) -> tuple[Array, Array]:
-    """`layer_response` by a method of `layer_method`."""
+    """`layer_response` by the named method, see `layer_method`."""
     functions = dict(zip(LAYER_METHODS, (layer_response, doubled_response), strict=True))
     return functions[layer_method(method)](a_matrix, b_matrix, half_thickness)

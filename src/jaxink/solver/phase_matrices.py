@@ -1,4 +1,4 @@
-"""Phase function of a layer between the channels, for all azimuthal orders."""
+"""Phase function of a layer between channels, for all azimuthal orders."""
 
 from typing import NamedTuple
 
@@ -10,12 +10,12 @@ from jaxink.optics.layers import TruncatedOptics
 
 
 class PhaseMatrices(NamedTuple):
-    """Phase function between the channels, without the albedo.
+    """Phase function between channels, without the albedo.
 
     Parameters
     ----------
     forward, backward
-        Into the same and into the opposite hemisphere.
+        Scattering into the same and into the opposite hemisphere.
     """
 
     forward: Float[Array, "orders channels channels"]
@@ -28,16 +28,16 @@ def phase_matrices(
     weight: Float[Array, " channels"],
     n_orders: int,
 ) -> tuple[Array, Array, PhaseMatrices]:
-    """Matrices A and B of `layer_response` for all azimuthal orders, and the phase function by itself.
+    """Matrices A and B of `layer_response` for all azimuthal orders, and the phase function.
 
     Parameters
     ----------
     truncated
-        The layer's optics, with all of its moments.
+        Truncated optics of the layer.
     cosine, weight
-        Of the channels in the layer, 0 where evanescent, and its own quadrature weight w of each.
+        Cosine of each channel in the layer, 0 if evanescent, and its quadrature weight w there.
     n_orders
-        Azimuthal orders.
+        Number of azimuthal orders.
     """
     n_moments = truncated.phase_moments.shape[0]
     table = associated_legendre(n_moments, n_orders, cosine)
@@ -50,8 +50,8 @@ def phase_matrices(
     odd_table = jnp.where(parity[..., None] == 1, table, 0.0)
     even = jnp.einsum("mli,l,mlj->mij", even_table, factors, even_table)
     odd = jnp.einsum("mli,l,mlj->mij", odd_table, factors, odd_table)
-    # The quadrature does not integrate the phase function exactly. What is missing is made up by a smooth
-    # symmetric term, so that a layer without absorption conserves energy to rounding.
+    # The quadrature does not integrate the phase function exactly. A smooth symmetric term makes up the
+    # difference: a layer without absorption conserves energy to rounding.
     solid = jnp.where(inside, weight, 0.0)
     missing = 1 - even[0] @ solid
     whole = jnp.sum(solid)

@@ -1,4 +1,4 @@
-"""How a stack is solved: which channels it needs, found once from the refractive indices of its media."""
+"""Channels that a stack needs, found once from the refractive indices of its media."""
 
 from collections.abc import Collection, Sequence
 
@@ -12,27 +12,26 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.stack import Stack
 from jaxink.surfaces.interface import RoughInterface
 
-# Relative difference below which two fixed indices are one.
+# Relative difference below which two fixed indices count as equal.
 _EQUAL = 1e-5
 
 
 class ChannelPlan(eqx.Module):
-    """Which channels serve a stack, and others like it that differ in their numbers only.
+    """Channels of a stack and of all stacks that differ from it only in numbers.
 
-    Media are positions in (front, layers..., back).
+    Media are given as positions in (front, layers..., back).
 
     Parameters
     ----------
     block_media
         Media whose refractive indices end the blocks of channels.
     exposed
-        True where a scattering layer has the index of the surroundings, see `ChannelGrid`.
+        Whether a scattering layer has the index of the surroundings, see `ChannelGrid`.
     rarest
-        Media that have the lowest index of all, where it is fixed: a rough interface then need not look at
-        the channels that do not propagate there.
+        Media of the lowest index, if it is fixed: a rough interface can then ignore the channels that do not
+        propagate there.
     interfaces
-        For each interface, what it does between the channels where that has been computed before; empty if
-        nothing has.
+        Rough interfaces between the channels, None for those not computed beforehand; empty if none are.
     """
 
     block_media: tuple[int, ...] = eqx.field(static=True)
@@ -43,7 +42,7 @@ class ChannelPlan(eqx.Module):
     def grid(self, stack: Stack, config: SolverConfig) -> ChannelGrid:
         """Channels of a stack."""
         scattering = {k + 1 for k in stack.scattering}
-        # Of equal indices that of a scattering medium comes first: the block of the other one is then empty.
+        # Of equal indices that of a scattering medium comes first; the block of the other one is then empty.
         media = sorted(self.block_media, key=lambda medium: medium not in scattering)
         ends = jnp.stack([stack.indices[medium] for medium in media])
         order = jnp.argsort(ends)
@@ -57,11 +56,11 @@ class ChannelPlan(eqx.Module):
         )
 
     def n_outer(self, stack: Stack, interface: int, config: SolverConfig) -> int | None:
-        """Number of channels that propagate outside a rough interface, the first ones; None: perhaps all."""
+        """Number of channels, the first ones, that propagate outside a rough interface; None if unknown."""
         return config.nodes_escaping if stack.sides(interface)[0] in self.rarest else None
 
     def reversed(self, n_layers: int) -> "ChannelPlan":
-        """The plan of the same stack lit from its other side, without interfaces."""
+        """The plan of the same stack illuminated from its other side, without interfaces."""
         last = n_layers + 1
         block_media, rarest = (
             tuple(sorted(last - medium for medium in media)) for media in (self.block_media, self.rarest)
@@ -70,15 +69,15 @@ class ChannelPlan(eqx.Module):
 
 
 def plan_channels(stack: Stack, free: Collection[int] = ()) -> ChannelPlan:
-    """Plan which channels serve a stack.
+    """Plan the channels of a stack.
 
     Parameters
     ----------
     stack
-        The stack; its refractive indices must be known numbers.
+        The stack, with known refractive indices.
     free
-        Media, positions in (front, layers..., back), whose refractive index will take other values: their
-        blocks of channels are kept wherever the index goes.
+        Media, positions in (front, layers..., back), whose refractive index may change: each keeps its own
+        block of channels.
 
     Raises
     ------
@@ -87,9 +86,9 @@ def plan_channels(stack: Stack, free: Collection[int] = ()) -> ChannelPlan:
     """
     if not is_known(stack.indices):
         raise InputRefusedError(
-            "channels cannot be planned while a refractive index is being differentiated or compiled: plan "
-            "them before, with plan_channels(stack, free) that names the positions of such indices, and pass "
-            "them as plan."
+            "channels cannot be planned while a refractive index is being differentiated or compiled; plan "
+            "them beforehand with plan_channels(stack, free), where free gives the positions of these "
+            "indices, and pass the result as plan."
         )
     if not stack.scattering:
         raise InputRefusedError("no layer of the stack scatters; give it a ScatteringLayer.")
@@ -102,8 +101,8 @@ def plan_channels(stack: Stack, free: Collection[int] = ()) -> ChannelPlan:
 def plan_media(
     indices: Sequence[float], scatters: Sequence[bool], free: Sequence[bool], has_backing: bool = False
 ) -> ChannelPlan:
-    """The same as `plan_channels`, for `block_media` of front, layers and back, and a diffuse backing."""
-    # A backing sends light in all directions, too.
+    """`plan_channels` from the arguments of `block_media`, and whether there is a diffuse backing."""
+    # A backing also sends light in all directions.
     chosen = block_media(indices, [*scatters[:-1], has_backing], free)
     lowest = chosen[0]
     exposed = any(
@@ -113,7 +112,7 @@ def plan_media(
     rarest = tuple(
         k for k, n in enumerate(indices) if not free[lowest] and not free[k] and n == indices[lowest]
     )
-    # Their order does not matter; in a fixed one stacks mostly share a compiled program.
+    # The order does not matter; a fixed one lets most stacks share a compiled program.
     return ChannelPlan(tuple(sorted(chosen)), exposed, rarest)
 
 
@@ -127,13 +126,13 @@ def block_media(
     indices
         Refractive indices of front, layers and back.
     scattering, free
-        For each: whether it scatters, and whether its index is a free parameter.
+        Whether each scatters, and whether its index is a free parameter.
 
     Returns
     -------
     tuple[int, ...]
-        Positions, by ascending index; equal fixed indices appear once, and nothing above the largest
-        index of a scattering medium, where no light is ever scattered to.
+        Positions by ascending index. Equal fixed indices appear once; indices above the largest of a
+        scattering medium are left out, as no light is scattered there.
     """
     largest = max(n for n, scatters in zip(indices, scattering, strict=True) if scatters)
     chosen: list[int] = []

@@ -1,9 +1,9 @@
-"""Sizes of the discretisation for an asked accuracy, from the phase functions and the geometry of a stack.
+"""Resolution for a given accuracy, from the phase functions and the geometry of a stack.
 
-What limits each size was measured with Henyey-Greenstein layers, see docs/accuracy.md: the moments that
-delta-M drops, weighted by how much light is left that was scattered into the forward peak; the polynomials in
-the cosine that a block of channels resolves, about two degrees for each node and the share of the quarter
-circle that it covers; and the azimuthal orders, which are fewer for light that refraction keeps off grazing.
+What limits each number was measured with Henyey-Greenstein layers, see docs/accuracy.md. Moments: those
+that delta-M drops, weighted by the remaining light scattered into the forward peak. Streams: a block resolves
+polynomials in the cosine of about two degrees per stream, over the part of the quarter circle that it covers.
+Azimuthal orders: fewer if refraction keeps the light away from grazing.
 """
 
 import math
@@ -21,29 +21,29 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
 from jaxink.solver.stack import Stack
 
-# Moments looked at: Henyey-Greenstein's fall below 1e-4 there up to an asymmetry parameter of 0.965.
+# Moments examined: Henyey-Greenstein's fall below 1e-4 by then up to an asymmetry parameter of 0.965.
 _MOST_MOMENTS = 320
 # Optical thickness below which the far side is seen at 89 degrees.
 _THIN = 2.0
 
 
 class Demand(eqx.Module):
-    """What a stack asks of the discretisation.
+    """What determines the resolution that a stack needs.
 
     Parameters
     ----------
     phase_moments
         Largest size of each Legendre moment among the scattering layers.
     optical_thickness
-        Of the scattering layers together.
+        Total optical thickness of the scattering layers.
     largest_sine, smallest_sine
-        Of grazing light from the denser of the surroundings, inside the scattering layers.
+        Sines, inside the scattering layers, of grazing light from the denser of the surroundings.
     escaping_sine
-        Of grazing light from the thinner of them: the largest.
+        The largest of these sines for the rarer of the surroundings.
     exposed
-        As of `ChannelPlan`.
+        See `ChannelPlan`.
     rough
-        Whether a face is rough: light scattered once is then not exact any more where it meets that face.
+        Whether a face is rough: singly scattered light that meets it is no longer exact.
     """
 
     phase_moments: Float[Array, "*batch moments"]
@@ -56,7 +56,7 @@ class Demand(eqx.Module):
 
 
 def demand(stack: Stack, plan: ChannelPlan) -> Demand:
-    """Read off a stack and its channels what it asks of the discretisation."""
+    """Find what determines the resolution of a stack."""
     layers = [layer for layer in stack.layers if isinstance(layer, ScatteringLayer)]
     first, *others = (layer.optical_thickness for layer in layers)
     moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
@@ -77,16 +77,16 @@ def demand(stack: Stack, plan: ChannelPlan) -> Demand:
 def sizes_for(
     demand: Demand, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
 ) -> SolverConfig:
-    """Sizes that meet a demand, or several along the leading axis, within an accuracy.
+    """Resolution that meets one or several demands within an accuracy.
 
     Parameters
     ----------
     demand
-        The demand, known numbers.
+        Known numbers; several demands along the leading axis.
     accuracy
-        Largest relative error of the BSDF, aimed at for every direction up to 89 degrees.
+        Target for the largest relative error of the BSDF in any direction up to 89 degrees.
     layer_method
-        As of `SolverConfig`.
+        See `SolverConfig`.
     """
     moments = np.atleast_2d(demand.phase_moments)
     sines = np.stack([demand.largest_sine, demand.smallest_sine, demand.escaping_sine], axis=-1)
@@ -97,8 +97,8 @@ def sizes_for(
 
 
 def _sizes(moments, thickness, sines, exposed, rough, accuracy):
-    """Nodes of the escaping and of each trapped block, moments and orders."""
-    # How much of the narrow features is left: eight times the light that was scattered at most twice.
+    """Streams of the escaping and of each trapped block, moments and orders."""
+    # Strength of narrow features: eight times the light that was scattered at most twice.
     few = math.exp(-thickness) * (1 + thickness + thickness**2 / 2) if thickness < 700 else 0.0
     narrow = 1.0 if rough else min(1.0, 8 * few)
     sine = sines[0]
@@ -106,13 +106,13 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
     digits = -math.log10(accuracy)
 
     def degree(factor, least_narrow):
-        """Degree from which no moment exceeds the accuracy times a factor; less strict in thick layers."""
+        """Degree above which no moment exceeds the accuracy times a factor; relaxed for thick layers."""
         return _degree(moments, factor * accuracy / max(narrow, least_narrow))
 
     if exposed:
         n_moments = max(degree(2, 1.0), 4)
-        # Near grazing a thin layer's radiance varies as exp(-thickness / cosine), and light that any layer
-        # scattered twice, with the square of each moment, is dim and narrow.
+        # Near grazing a thin layer's radiance varies as exp(-thickness / cosine), and light scattered twice
+        # in any layer, with the square of each moment, is dim and narrow.
         least = 18 * digits - 30 if thickness < _THIN else 6.2 * digits - 2
         twice = _degree(moments**2, accuracy / (2 + 8 * narrow))
         escaping = max(least, twice, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
@@ -121,13 +121,13 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
         escaping = max(4 * digits - 8, 0.58 * escaping_cone * degree(1 / 3, 0.02), 6)
     trapped = max(4 * digits - 8, (1 - narrowest_cone) / 2.7 * degree(1 / 2, 0.02), 6)
     if cone > escaping_cone:
-        # Light trapped against the thinner side is seen from the denser one, where a layer without an
-        # index step has a radiance that varies as mu log(mu) near grazing.
+        # Light trapped on the rarer side is seen from the denser one, where the radiance of a layer without
+        # an index step varies as mu log(mu) near grazing.
         unrefracted = 6.2 * digits + 6 if sine > 1 - 1e-3 else 0
         trapped = max(trapped, 0.58 * (cone - escaping_cone) * degree(1 / 3, 0.02), unrefracted)
-    # All channels together have to integrate products of two polynomials of the phase function.
+    # All streams together must integrate products of two polynomials of the phase function.
     trapped = max(trapped, n_moments / 1.7 - escaping)
-    # From one grazing direction to another light that was scattered twice stays narrow in any layer.
+    # From one grazing direction to another, light scattered twice stays narrow in any layer.
     highest = degree(1 / 10, 0.02)
     needed = sine * _degree(moments**2, accuracy / 10) if exposed else sine / 2.2 * highest
     orders = max(needed, 1.05 * digits + 1)
@@ -135,12 +135,12 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
 
 
 def _degree(moments, limit) -> int:
-    """Degree from which no moment exceeds a limit."""
+    """Degree above which no moment exceeds a limit."""
     return int(np.max(np.flatnonzero(moments > limit), initial=0)) + 1
 
 
 def _even(number: float) -> int:
-    """Next even number: close demands share a compiled program."""
+    """Next even number, for similar stacks to share a compiled program."""
     return 2 * math.ceil(number / 2)
 
 
@@ -153,27 +153,27 @@ def choose_sizes(
     layer_method: str = "fastest",
     plan: ChannelPlan | None = None,
 ) -> SolverConfig:
-    """Smallest sizes that keep the BSDF of a stack within an accuracy, as far as its phase functions tell.
+    """Smallest resolution expected to keep the BSDF of a stack within an accuracy.
 
     Parameters
     ----------
     stack
         The stack, with known numbers.
     accuracy, layer_method
-        As of `sizes_for`.
+        See `sizes_for`.
     plan
-        As for `diffuse_bsdf`.
+        See `diffuse_bsdf`.
 
     Raises
     ------
     InputRefusedError
-        As `require_accuracy`, or if the stack is being differentiated or compiled.
+        If the accuracy is not between 1e-8 and 0.1, or the stack is being differentiated or compiled.
     """
     require_accuracy(accuracy)
     if not is_known(stack):
         raise InputRefusedError(
-            "sizes of the discretisation cannot be chosen while a stack is being differentiated or compiled: "
-            "choose them before, with choose_sizes(stack, accuracy), and pass them as config."
+            "the resolution cannot be chosen while a stack is being differentiated or compiled; "
+            "choose it beforehand with choose_sizes(stack, accuracy) and pass it as config."
         )
     plan = plan_channels(stack) if plan is None else plan
     return sizes_for(_demand(stack, plan), accuracy, layer_method)

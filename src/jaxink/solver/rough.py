@@ -1,4 +1,4 @@
-"""Rough interfaces of a stack between its channels, and light that meets one of them once or leaves by it."""
+"""Rough interfaces of a stack between its channels, and light that meets one of them once."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -20,7 +20,7 @@ from jaxink.surfaces.wave_face import WaveFace, broadened_for, wave_interface, w
 def interface_between_channels(
     stack: Stack, k: int, grid: ChannelGrid, plan: ChannelPlan, config: SolverConfig
 ) -> RoughInterface:
-    """The rough interface ``k``, taken from the plan where it has been computed before."""
+    """The rough interface ``k``, taken from the plan if it has been computed before."""
     if plan.interfaces and plan.interfaces[k] is not None:
         return plan.interfaces[k]
     outer, inner = (stack.indices[side] for side in stack.sides(k))
@@ -38,9 +38,9 @@ def rough_element(
     scale: Float[Array, " channels"],
     interface: RoughInterface,
 ) -> RoughElement:
-    """The rough interface ``k`` in the basis of fluxes, with the side of regular light put where it is.
+    """The rough interface ``k`` in the basis of fluxes, with its outer side at the front or at the back.
 
-    ``scale`` is the root of the channels' etendue weights, above 0.
+    ``scale`` is the square root of the channels' etendue weights, above 0.
     """
     propagates = (grid.squared_cosine(stack.indices[side]) > 0 for side in stack.sides(k))
     interface = interface.of_fluxes(scale, *propagates)
@@ -58,10 +58,10 @@ def rough_element(
 
 
 def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[Array, Array]:
-    """Share of light that finds its way between what scatters first and the front, and last and the back.
+    """Share of light that passes between the first scatterer and the front, and the last and the back.
 
-    Scattered light leaves in proportion to it. It has poles close to grazing, of light that thin layers
-    reflect to and fro many times, and is hard to interpolate at a rough face, too.
+    Scattered light leaves in proportion to it. The share is hard to interpolate at rough faces and near
+    grazing, where it has poles due to light that thin layers reflect back and forth many times.
     """
     first, last = stack.scattering[0], stack.scattering[-1]
     front = fields.down_from_front[first] + fields.up_from_front[last]
@@ -76,7 +76,7 @@ def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[
 
 
 def _crossing_share(stack: Stack, k: int, squared_cosine, here: int, there: int):
-    """Share of light that crosses the rough interface ``k`` between two media, about."""
+    """Approximate share of light that crosses the rough interface ``k``."""
     cosine = propagating_cosine(squared_cosine[here])
     sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
     indices = stack.indices[here], stack.indices[there]
@@ -88,13 +88,13 @@ def _crossing_share(stack: Stack, k: int, squared_cosine, here: int, there: int)
 
 
 def met_between_channels(element: RoughElement, fields: RegularFields, k: int) -> tuple[Array, Array]:
-    """Reflected and transmitted light that meets the interface ``k`` once and is regular else.
+    """Reflected and transmitted light that meets the interface ``k`` once and is otherwise regular.
 
     Between the channels, in the basis of fluxes.
     """
     down, up_from_back = fields.arriving_from_front[k], fields.arriving_from_back[k]
     if element.regular is None:
-        # No regular light comes from beyond.
+        # No regular light returns from beyond.
         return down[:, None] * element.one_above * down, up_from_back[:, None] * element.one_down * down
     up, down_from_back = fields.returning_from_front[k], fields.returning_from_back[k]
     to_front = element.one_above * down + transpose(element.one_down) * up
@@ -108,7 +108,7 @@ def met_between_channels(element: RoughElement, fields: RegularFields, k: int) -
 def met_at_directions(
     stack: Stack, k: int, paths: RegularPaths, factors: Float[Array, "directions 2"] | None
 ) -> Float[Array, " points"]:
-    """Basic radiance per irradiance of light that meets the interface ``k`` once and is regular else.
+    """Basic radiance per irradiance of light that meets the interface ``k`` once and is otherwise regular.
 
     ``factors`` are the `RoughInterface.lobe_factors` of the paths.
     """
@@ -140,7 +140,7 @@ def _met_facet(stack, k, paths):
 
 
 def _met_waves(stack, k, paths, factors):
-    """The same for an interface by wave optics, which also leaves regular light on its other side."""
+    """The same by wave optics, where regular light also arrives from the other side."""
     directions, kappa, out, fields_in, fields_out = paths
     face, indices = stack.faces[k], stack.indices[k : k + 2]
     table = broadened_for(face, *indices)
@@ -148,7 +148,7 @@ def _met_waves(stack, k, paths, factors):
     cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
     safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]
     outer_is_front = stack.outer_is_front(k)
-    # The factor of a direction on the front and on the back side.
+    # Factor of a direction at the front and at the back.
     sides = (0, 1) if outer_is_front else (1, 0)
     at_side = [factors[:, side] for side in sides]
     leaving = [safe[side][out] for side in (0, 1)]

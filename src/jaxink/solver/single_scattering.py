@@ -1,4 +1,4 @@
-"""Light scattered once and regular before and after, which is known exactly."""
+"""Exact single scattering: light scattered once, and regular before and after."""
 
 import jax
 import jax.numpy as jnp
@@ -15,19 +15,19 @@ from jaxink.solver.stack_channels import StackChannels
 
 @jax.jit
 def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
-    """Depth integrals of light scattered once in a layer.
+    """Depth integrals of single scattering in a layer.
 
     Parameters
     ----------
     cosine_out, cosine_in
-        Cosines inside the layer, broadcast together; 0 gives 0.
+        Cosines inside the layer, broadcast together; the integrals vanish if either is 0.
     optical_thickness
-        Of the layer.
+        Optical thickness of the layer.
 
     Returns
     -------
     reflected, transmitted
-        Per unit albedo and unit phase function, times 4 pi: the layer's BRDF and BTDF.
+        4 pi times the layer's BRDF and BTDF, for unit albedo and unit phase function.
     """
     inside = (cosine_out > 0) & (cosine_in > 0)
     out, into = jnp.where(inside, cosine_out, 1.0), jnp.where(inside, cosine_in, 1.0)
@@ -46,7 +46,7 @@ def scattered_between_channels(
 ) -> tuple[Float[Array, "orders channels channels"], Float[Array, "orders channels channels"]]:
     """Reflected and transmitted light scattered once in layer ``k``, for each azimuthal order.
 
-    Basic radiance per irradiance; factor 1/(2 pi) and the cosine series are left out.
+    Basic radiance per irradiance, without the factor 1/(2 pi) and the cosine series.
     """
     n2 = layer.refractive_index**2
     cosine = fields.cosines[k]
@@ -68,7 +68,8 @@ def scattered_once(
 ) -> Float[Array, " points"]:
     """Basic radiance per irradiance of light scattered once, in a layer or by a rough interface.
 
-    ``kappa`` are those of incidences and of ways out in front and behind: the directions beyond.
+    ``kappa`` holds n sin(theta) of the incidences and of the exits at the front and at the back, the
+    directions of ``channels.fields_beyond``.
     """
     n_in, n_front, _ = (part.shape[0] for part in kappa)
     way_out = directions.outgoing + jnp.where(directions.is_transmission, n_in + n_front, n_in)
@@ -89,13 +90,13 @@ def scattered_once(
 
 
 def _scattered_in_layer(layer: ScatteringLayer, optics: TruncatedOptics, paths: RegularPaths, k: int):
-    """Light scattered once in layer ``k``, with its exact phase function."""
+    """Single scattering in layer ``k`` with its exact phase function."""
     directions, _, _, fields_in, fields_out = paths
     cosine_in = fields_in.cosines[k]
     cosine_out = fields_out.cosines[k]
     ahead_cosine, back_cosine = scattering_cosines(cosine_out, cosine_in, directions.azimuth_rad)
     reflected, transmitted = single_scattering_kernels(cosine_out, cosine_in, optics.optical_thickness)
-    # Albedo over the truncated extinction, but with the whole phase function.
+    # Scattering over the truncated extinction, but with the full phase function.
     albedo = layer.single_scattering_albedo / (1 - layer.single_scattering_albedo * optics.forward_fraction)
     strength = albedo / (4 * jnp.pi * layer.refractive_index**2)
     ahead = strength * layer.phase_function.value(ahead_cosine) * transmitted

@@ -1,8 +1,8 @@
 """Solve a stack: regular light, single scattering and multiple scattering.
 
-Three parts are kept apart to the very end. Regular light (undeviated or specular) is a number for each
-channel. Light scattered once, in a layer or by one facet of a rough interface, with any number of regular
-reflections before and after, is known exactly at any pair of directions. The rest is smooth: it is solved on
+The three parts are kept apart to the end. Regular (specular or directly transmitted) light is one number
+per channel. Light scattered once, in a layer or by one facet of a rough interface, with any number of regular
+reflections before and after, is known exactly for any pair of directions. The rest is smooth: it is solved on
 the channels and interpolated.
 """
 
@@ -25,22 +25,22 @@ from jaxink.solver.star_product import Below, FromBehind, Pile
 
 
 class StackResponse(eqx.Module):
-    """Multiple scattering of a stack between its channels, without regular and once-scattered light.
+    """Multiple scattering of a stack between its channels, without regular and singly scattered light.
 
     Parameters
     ----------
     reflection, transmission
-        Basic radiance per irradiance for each azimuthal order (factor 1/(2 pi) and the cosine series left
-        out) over the escape shares of either direction, shape ``(orders, channels, channels)``,
-        incident channel last; meaningful for channels that reach the surroundings only.
+        Basic radiance per irradiance for each azimuthal order (without the factor 1/(2 pi) and the cosine
+        series) over the escape shares of both directions, shape ``(orders, channels, channels)``,
+        incident channel last; meaningful only for channels that reach the surroundings.
     reflected_power, transmitted_power
-        Share of the light of each incident channel that leaves not regularly, over its escape share to the
-        front, shape ``(channels,)``. The peak that delta-M takes as undeviated counts as regular.
+        Diffuse share of the light of each incident channel over its escape share to the front, shape
+        ``(channels,)``. The forward peak that delta-M treats as unscattered counts as regular.
     backing_gain
-        Diffuse light that a backing sends towards the stack, all its reflections to and fro summed, over the
-        light that first comes to it; 0 without one.
+        Diffuse light that a backing sends towards the stack, with all interreflections, over the light that
+        first reaches it; 0 without a backing.
     returned_power
-        Share of that light which leaves in front.
+        Share of that light that leaves at the front.
     """
 
     reflection: Float[Array, "orders channels channels"]
@@ -52,10 +52,9 @@ class StackResponse(eqx.Module):
 
 
 class _Whole(NamedTuple):
-    """All light of a stack between its channels, in the basis of fluxes.
+    """All light of a stack between its channels in the basis of fluxes, with its regular part given again.
 
-    ``regular`` holds the regular reflectance and transmittance that it includes; the last two are those of
-    `StackResponse`.
+    The last two are those of `StackResponse`.
     """
 
     reflection: Array
@@ -70,24 +69,17 @@ def solve_stack(
 ) -> tuple[StackChannels, StackResponse]:
     """Solve the multiple scattering of a stack for every pair of channels.
 
-    Three steps: what every layer and interface does on the channels; all put together by the star product;
-    what is known exactly taken out.
+    In three steps: the response of every layer and interface on the channels, their star product, and the
+    subtraction of what is known exactly.
 
     Parameters
     ----------
-    stack
-        The stack.
-    plan
-        Its channels.
+    stack, plan
+        The stack and its channels.
     config
-        Sizes of the discretisation.
+        Resolution.
     kappa
-        Further directions, n sin(theta), at which the regular light is wanted.
-
-    Returns
-    -------
-    tuple[StackChannels, StackResponse]
-        Serve any number of incidences and directions.
+        n sin(theta) of further directions at which the regular light is needed.
     """
     channels = put_on_channels(stack, plan, config, kappa)
     return channels, solve_channels(stack, channels)
@@ -96,27 +88,27 @@ def solve_stack(
 def solve_channels(
     stack: Stack, channels: StackChannels, frequency: Float[Array, ""] | None = None
 ) -> StackResponse:
-    """The two further steps for a stack that has been put on its channels.
+    """Second and third step, for a stack that has been put on its channels.
 
     Parameters
     ----------
     stack, channels
-        The stack, and what `put_on_channels` gives for it.
+        The stack and the result of `put_on_channels`.
     frequency
-        Lateral frequency in 1/mm at which the multiply scattered light is wanted, without the first way in
-        and the last way out; None: its sum over all places.
+        Lateral frequency in 1/mm of the multiply scattered light, without the first path in and the last
+        path out; None for the light integrated over the sample.
     """
     return _without_exact_light(stack, channels, _add_layers(stack, channels, frequency))
 
 
 def _add_layers(stack: Stack, channels: StackChannels, frequency) -> _Whole:
-    """Second step: everything put together by the star product, from the back to the front."""
+    """Second step: star product of all layers and interfaces, from the back to the front."""
     fields, etendue = channels.fields, channels.grid.etendue_weight
     behind, diffuse = None, None
     if stack.backing is not None:
         behind = jnp.where(channels.grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
         diffuse = FromBehind(behind, 0.0)
-    # Elements that are diagonal in the channels are joined first.
+    # Elements diagonal in the channels are joined first.
     pile, ways = Pile(Below(None, None, True, diffuse)), [0.0] * len(stack.layers)
     if frequency is not None:
         pile = pile._replace(damping=lambda way: bessel_j0(frequency * way))
@@ -149,7 +141,7 @@ def _add_layers(stack: Stack, channels: StackChannels, frequency) -> _Whole:
 
 
 def _without_exact_light(stack: Stack, channels: StackChannels, whole: _Whole) -> StackResponse:
-    """Third step: what is known exactly at any direction taken out; the rest made smooth and summed."""
+    """Third step: subtract what is known exactly for any direction; make the rest smooth."""
     scale, fields, grid = channels.scale, channels.fields, channels.grid
     (front, back), regular = channels.escape, whole.regular
     reflection, transmission = whole.reflection, whole.transmission
@@ -170,7 +162,7 @@ def _without_exact_light(stack: Stack, channels: StackChannels, whole: _Whole) -
     reflection = reflection / (front[:, None] * front)
     transmission = transmission / (back[:, None] * front)
     if grid.exposed:
-        # Near grazing the light scattered twice still varies as 1/(mu_o + mu_i): interpolate without it.
+        # Near grazing, doubly scattered light varies as 1/(mu_o + mu_i): interpolate without that factor.
         cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))
         reflection = reflection * (cosine[:, None] + cosine[None, :])
     return StackResponse(

@@ -18,18 +18,17 @@ class Stack(eqx.Module):
     Parameters
     ----------
     layers
-        From the lit side to the far side.
+        From the illuminated side to the far side.
     index_front, index_back
-        Refractive indices of the surroundings on the lit and on the far side.
+        Refractive indices of the surroundings on the illuminated and on the far side.
     faces
-        What makes each interface rough, from the front to the back: a density of facet slopes, or a spectrum
-        of heights by wave optics; None where it is smooth; empty if all are.
+        Roughness of each interface, from the front to the back: a density of facet slopes, or surface heights
+        treated by wave optics; None for a smooth interface; empty if all are smooth.
     backing
-        Reflectance of an ideally diffuse reflector that stands behind the stack while its reflection is
-        looked at, in the medium of ``index_back``; None where nothing does. Transmission is always that of
-        the stack alone.
+        Reflectance of an ideally diffuse reflector behind the stack, in the medium of ``index_back``; None
+        without one. It affects reflection only: transmission is that of the stack alone.
     lateral
-        Beam and field of the detector; None where all light is seen, wherever it comes out.
+        Beam and field of view of the detector; None if light is seen wherever it leaves the sample.
     """
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
@@ -59,9 +58,9 @@ class Stack(eqx.Module):
         return [k for k, face in enumerate(self.faces) if face is not None]
 
     def outer_is_front(self, interface: int) -> bool:
-        """Whether regular light comes to a rough interface from its front side.
+        """Whether regular light reaches a rough interface from its front.
 
-        That is the side where no layer scatters; the front if there is none.
+        It comes from the side without scattering layers, or from the front if both sides scatter.
         """
         return min(self.scattering) >= interface or max(self.scattering) >= interface
 
@@ -70,7 +69,7 @@ class Stack(eqx.Module):
         return (interface, interface + 1) if self.outer_is_front(interface) else (interface + 1, interface)
 
     def kept_regular(self, squared_cosine: Float[Array, "media directions"]):
-        """What roughness leaves of the regular light of each interface.
+        """Share of regular light that remains regular at each interface.
 
         Parameters
         ----------
@@ -80,7 +79,7 @@ class Stack(eqx.Module):
         Returns
         -------
         Float[Array, "3 interfaces directions"] or None
-            Factors of what is reflected to the front, to the back, and passes; None where all is smooth.
+            Factors of reflection to the front, to the back, and of transmission; None if all are smooth.
         """
         if not self.rough:
             return None

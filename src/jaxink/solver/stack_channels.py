@@ -1,4 +1,4 @@
-"""A stack on its channels: what every layer and interface does there by itself, and the regular light."""
+"""First step of the solution: the response of every layer and interface on the channels of a stack."""
 
 import equinox as eqx
 import jax
@@ -18,28 +18,26 @@ from jaxink.solver.star_product import RoughElement
 
 
 class StackChannels(eqx.Module):
-    """A stack on its channels: what each layer and interface does there, and the regular light.
+    """A stack on its channels: responses of its layers and interfaces, and regular light.
 
     Parameters
     ----------
     grid
         The channels.
     scale
-        Root of their etendue weights; 1 in a block without width.
+        Square root of their etendue weights; 1 in a block without width.
     truncated
-        Truncated optics of each layer, None for clear ones.
+        Truncated optics of each layer, None for clear layers.
     phase
-        Phase function of each layer between the channels, None for clear ones.
+        Phase function of each layer between the channels, None for clear layers.
     responses
-        Reflection and transmission of each layer, as of `layer_response`, None for clear ones.
-    rough
-        Rough interfaces by position.
-    lobe_factors
-        `RoughInterface.lobe_factors` of these.
+        Reflection and transmission of each layer, see `layer_response`, None for clear layers.
+    rough, lobe_factors
+        Rough interfaces by position, and their `RoughInterface.lobe_factors`.
     fields, escape
         Regular light in the channels, and `escape_shares` to the front and to the back.
     fields_beyond, escape_beyond
-        The same at the further directions that were asked for.
+        The same at the further directions.
     """
 
     grid: ChannelGrid
@@ -58,7 +56,7 @@ class StackChannels(eqx.Module):
 def put_on_channels(
     stack: Stack, plan: ChannelPlan, config: SolverConfig, kappa: Float[Array, " directions"]
 ) -> StackChannels:
-    """First step of `solve_stack`, whose arguments these are."""
+    """First step of `solve_stack`, with the same arguments."""
     grid = plan.grid(stack, config)
     truncated = tuple(
         delta_m(layer, config.n_moments) if isinstance(layer, ScatteringLayer) else None
@@ -71,11 +69,10 @@ def put_on_channels(
     etendue = grid.etendue_weight
     indices = jnp.stack(stack.indices)
     column = indices[:, None]
-    # Channels and further directions in one pass: fewer operations to trace and to compile.
+    # Channels and further directions in one pass, for fewer operations to compile.
     squared = jnp.concatenate([grid.squared_cosine(column), 1 - (kappa / column) ** 2], axis=1)
     everywhere = regular_fields(indices, squared, jnp.stack(thickness), stack.kept_regular(squared))
     escape = escape_shares(stack, everywhere, squared)
-    # The numbers of the channels come first.
     n_channels = etendue.shape[0]
     fields, fields_beyond = (
         jax.tree.map(lambda x, part=part: x[..., part], everywhere)
@@ -90,7 +87,7 @@ def put_on_channels(
         return phase, respond(config.layer_method, a_matrix, b_matrix, optics.optical_thickness / 2)
 
     phase, responses = zip(*map(scattering, stack.layers, truncated, fields.cosines), strict=True)
-    # A block between equal indices has no width, and its channels nothing in them.
+    # Channels of a block between equal indices have no width and carry no light.
     scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
     interfaces = {k: interface_between_channels(stack, k, grid, plan, config) for k in stack.rough}
     return StackChannels(

@@ -1,6 +1,6 @@
-"""Star product: elements put in front of what lies below, from the back of a stack to its front.
+"""Star product: elements are added from the back of a stack to its front.
 
-Elements that are diagonal in the channels (smooth interfaces, clear layers) stay vectors as long as they can.
+Elements diagonal in the channels (smooth interfaces, clear layers) remain vectors as long as possible.
 """
 
 from collections.abc import Callable
@@ -13,19 +13,18 @@ from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import at_least_tiny, inverse, resolvent, transpose
 
-# Reflectance seen from above and from below, and transmittance, of no element at all.
+# The empty element: reflectance seen from above and from below, and transmittance.
 NOTHING = (0.0, 0.0, 1.0)
 
 
 def join(upper, lower):
-    """Join two elements that are diagonal in the channels: (from above, from below, through)."""
+    """Star product of two diagonal elements: reflectance from above and from below, transmittance."""
     return upper if lower is NOTHING else _joined(upper, lower)
 
 
-# Jitted on its own: traced once for all interfaces of all programs.
+# Jitted separately: traced once for all interfaces of all programs.
 @jax.jit
 def _joined(upper, lower):
-    """See `join`."""
     (a, a_below, t), (b, b_below, u) = upper, lower
     gain = 1 / at_least_tiny(1 - a_below * b)
     return a + t**2 * gain * b, b_below + u**2 * gain * a_below, t * gain * u
@@ -34,9 +33,9 @@ def _joined(upper, lower):
 class RoughElement(eqx.Module):
     """A rough interface in the basis of fluxes, as seen from above and from below.
 
-    ``one_above``, ``one_below`` and ``one_down`` are the parts of reflection and transmission that meet one
-    facet only. ``regular`` holds regular reflectances of both sides and transmittance, which the first four
-    include; None where there is no regular light.
+    ``one_above``, ``one_below`` and ``one_down`` are the parts of reflection and transmission that meet only
+    one facet. ``regular`` holds the regular reflectances of both sides and the regular transmittance, which
+    the first four include; None if there is no regular light.
     """
 
     above: Float[Array, "orders channels channels"]
@@ -50,26 +49,27 @@ class RoughElement(eqx.Module):
 
 
 class FromBehind(NamedTuple):
-    """Ideally diffuse light from behind that meets what is put together, azimuthal order 0.
+    """What becomes of ideally diffuse light v that enters from behind (azimuthal order 0, basis of fluxes).
 
-    With v the diffuse light in the basis of fluxes: ``passed`` is what comes out in front, T^T v, shape
-    ``(channels,)``, and ``returned`` v R' v, with R' the reflection of the whole seen from behind.
+    ``passed`` is T^T v, which leaves at the front, shape ``(channels,)``; ``returned`` is v R' v, where R' is
+    the reflection seen from behind.
     """
 
     passed: Array
     returned: Array | float
 
     def after(self, under, resolved, between) -> "FromBehind":
-        """The same after an element put in front, which reflects ``under`` to what lies below.
+        """The same with one more element in front, which reflects light from below by ``under``.
 
-        ``resolved`` is (1 - under R)^-1 and ``between`` what of the light from above goes down to R.
+        With R the reflection of what is below, ``resolved`` is (1 - under R)^-1 and ``between`` gives the
+        light that comes down to R from that above.
         """
         returned = self.passed @ _times(resolved, _times(under, self.passed))
         return FromBehind(_times(_transpose_of(between), self.passed), self.returned + returned)
 
 
 def _times(element, light):
-    """An element, diagonal or not, on light of azimuthal order 0."""
+    """Apply an element, diagonal or not, to light of azimuthal order 0."""
     if jnp.ndim(element) < 2:
         return element * light
     return (element if element.ndim == 2 else element[0]) @ light
@@ -81,9 +81,9 @@ def _transpose_of(element):
 
 
 class Below(NamedTuple):
-    """What lies below: vectors where it is diagonal in the channels, None where there is nothing.
+    """Everything below: vectors if diagonal in the channels, None if there is nothing.
 
-    ``from_behind``: None where nobody asks for it.
+    ``from_behind`` is None if it is not needed.
     """
 
     reflection: Array | None
@@ -92,12 +92,12 @@ class Below(NamedTuple):
     from_behind: FromBehind | None = None
 
     def seen_through(self, under, resolved, between) -> FromBehind | None:
-        """Light from behind after one more element in front, as of `FromBehind.after`."""
+        """Light from behind with one more element in front, see `FromBehind.after`."""
         return self.from_behind and self.from_behind.after(under, resolved, between)
 
 
 def add_diagonal(element, below: Below) -> Below:
-    """Put an element that is diagonal in the channels in front of what lies below."""
+    """Add an element that is diagonal in the channels."""
     if element is NOTHING:
         return below
     reflection, transmission, is_symmetric, _ = below
@@ -122,7 +122,7 @@ def add_diagonal(element, below: Below) -> Below:
 
 
 def add_layer(layer_reflection, layer_transmission, below: Below) -> Below:
-    """Put a scattering layer in front of what lies below."""
+    """Add a scattering layer."""
     reflection, transmission, is_symmetric, _ = below
     if reflection is None:
         from_behind = below.seen_through(layer_reflection, 1.0, layer_transmission)
@@ -143,7 +143,7 @@ def add_layer(layer_reflection, layer_transmission, below: Below) -> Below:
 
 
 def add_rough(element: RoughElement, below: Below) -> Below:
-    """Put a rough interface in front of what lies below."""
+    """Add a rough interface."""
     reflection, transmission, _, _ = below
     if reflection is None:
         from_behind = below.seen_through(element.below, 1.0, element.down)
@@ -160,22 +160,22 @@ def add_rough(element: RoughElement, below: Below) -> Below:
 
 
 class Pile(NamedTuple):
-    """A stack on its way from the back to the front; elements that are diagonal are joined first.
+    """A stack being built from the back to the front; diagonal elements are joined first.
 
     Parameters
     ----------
     below
-        What lies below the diagonal elements ``run``.
+        Everything below the diagonal elements ``run``.
     run
-        Those elements, joined.
+        These elements, joined.
     damping
-        Factor of light that has gone a way sideways, at one lateral frequency; None: ways do not matter.
-        The first way in and the last way out are left out: they are known.
+        Factor of a lateral displacement at one lateral frequency; None if displacements do not matter. The
+        first path in and the last path out are known and left out.
     way
-        Of one passage through ``run``. Light between its parts is reflected so weakly that only its first
-        way to and fro counts.
+        Lateral displacement of one passage through ``run``. Reflections within it are so weak that only the
+        first round trip counts.
     regular
-        Regular reflectance and transmittance of what lies below, followed where ``damping`` is.
+        Regular reflectances and transmittance of everything below; kept only with ``damping``.
     """
 
     below: Below
@@ -185,7 +185,7 @@ class Pile(NamedTuple):
     regular: tuple = NOTHING
 
     def with_diagonal(self, element, way=0.0) -> "Pile":
-        """An interface or a clear layer in front."""
+        """Add a smooth interface or a clear layer."""
         if self.damping is None or self.run is NOTHING:
             return self._replace(run=join(element, self.run), way=self.way + way)
         (a, a_below, t), (b, b_below, u) = element, self.run
@@ -195,13 +195,13 @@ class Pile(NamedTuple):
         return self._replace(run=(above, under, t * gain * u), way=self.way + way)
 
     def closed(self, is_front=False) -> "Pile":
-        """The diagonal elements put in front of what lies below them."""
+        """Add the joined diagonal elements to what is below them."""
         if self.damping is None or self.run is NOTHING:
             return self._replace(below=add_diagonal(self.run, self.below), run=NOTHING)
         above, under, t = self.run
         regular = join((above, under, t), self.regular)
         if self.below.reflection is None:
-            # Factors below 0 leave the resolvent of symmetric reflections no root.
+            # Negative factors have no square root, which the resolvent of symmetric reflections needs.
             from_behind = self.below.seen_through(under, 1.0, t)
             below = Below(jnp.diag(above), jnp.diag(t), False, from_behind)
         else:
@@ -210,13 +210,13 @@ class Pile(NamedTuple):
         return self._replace(below=below, run=NOTHING, way=0.0, regular=regular)
 
     def with_layer(self, reflection, transmission, undeviated) -> "Pile":
-        """A scattering layer in front; ``undeviated`` is its regular transmittance."""
+        """Add a scattering layer; ``undeviated`` is its regular transmittance."""
         pile = self.closed()
         regular = pile.regular if pile.damping is None else join((0.0, 0.0, undeviated), pile.regular)
         return pile._replace(below=add_layer(reflection, transmission, pile.below), regular=regular)
 
     def with_rough(self, element: RoughElement) -> "Pile":
-        """A rough interface in front."""
+        """Add a rough interface to the stack."""
         pile = self.closed()
         nothing = jnp.zeros(element.down.shape[-1])
         regular = join(element.regular or (nothing, nothing, nothing), pile.regular)
