@@ -47,6 +47,7 @@ def start(program: str, cores: set[int], environment: dict[str, str]) -> subproc
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system cannot pin a process to a core")
 @pytest.mark.parametrize("n_cores", [1, 2])
 @pytest.mark.parametrize("program", ["jacobian", "fit", "threads", "devices"])
+@pytest.mark.slow
 def test_fresh_processes_end(program, n_cores, environment):
     available = sorted(os.sched_getaffinity(0))
     if len(available) < n_cores:
