@@ -40,8 +40,8 @@ def steps_table(report: dict) -> str:
     header = [
         "added",
         "class",
-        "fall of chi-square",
-        "held-out gain in ln density, a point",
+        "Δχ²",
+        "gain in held-out log density, per point",
         "its terms when it was added",
     ]
     return table(header, rows) if rows else "Nothing was added."
@@ -74,7 +74,7 @@ def candidates_table(report: dict, key: str, most: int = 6) -> str:
         ]
         for c in report[key][:most]
     ]
-    return table(["effect", "fall of chi-square, by the screen", "by a refit"], rows)
+    return table(["effect", "Δχ² predicted by the screen", "Δχ² of a refit"], rows)
 
 
 def incidence_table(report: dict, key: str, noise: dict | None = None) -> str:

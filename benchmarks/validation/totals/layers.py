@@ -34,4 +34,4 @@ def refusal(folder: str, file: str, sample: str | None = None) -> str:
         jaxink.read(path, sample=sample)
     except jaxink.InputRefusedError as error:
         return str(error).replace(str(path), path.name)
-    raise SystemExit(f"{path.name} was read as a BSDF; this page has to be written anew.")
+    raise SystemExit(f"{path.name} was read as a BSDF; this page has to be rewritten.")
