@@ -125,17 +125,21 @@ def test_gentle_large_heights_scatter_as_facets_do():
 def test_derivatives():
     """Also in the height variance where the surface is flat."""
     at, sizes = directions(0.5), SolverConfig(8, 6, 8, 2)
+    values = jnp.array([0.09, 5.0, 3.6, 1.4])
+
+    def model(values):
+        variance, length, exponent, index = values
+        return stack(WaveFace(KCorrelation(variance, length, exponent), WAVELENGTH), index=index)
+
+    plan = plan_channels(model(values), free=[1])
 
     def bsdf(values):
-        variance, length, exponent, index = values
-        face = WaveFace(KCorrelation(variance, length, exponent), WAVELENGTH)
-        return diffuse_bsdf(stack(face, index=index), at, sizes)
+        return diffuse_bsdf(model(values), at, sizes, plan)
 
     @jax.jit
     def value_and_slope(values):
         return jax.jacfwd(lambda v: (bsdf(v),) * 2, has_aux=True)(values)[::-1]
 
-    values = jnp.array([0.09, 5.0, 3.6, 1.4])
     slope = value_and_slope(values)[1]
     for k in range(4):
         step = jnp.zeros(4).at[k].set(1e-5 * values[k])
