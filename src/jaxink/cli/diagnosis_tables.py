@@ -97,7 +97,8 @@ def change_table(diagnosis: "Diagnosis") -> Table:
 def candidate_table(diagnosis: "Diagnosis") -> Table:
     """The leading candidates of the first screen."""
     table = plain_table("Leading candidates of the first screen")
-    for head in ("effect", "z", "adjusted p", *_DELTAS, "strength", "unit", "degenerate", "status"):
+    deltas = (f"{DELTA_CHI_SQUARE} screen", f"{DELTA_CHI_SQUARE} refit")
+    for head in ("effect", "z", "adj. p", *deltas, "strength", "unit", "degenerate", "status"):
         words = head in ("effect", "unit", "status")
         table.add_column(head, justify="left" if words else "right", no_wrap=True)
     added = {step.effect for step in diagnosis.steps}
