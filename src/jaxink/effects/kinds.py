@@ -168,10 +168,9 @@ class DividingEffect(SampleEffect):
     """Divides a layer into several. It acts after all others, which see the layer undivided."""
 
 
-class AreaWithOtherSample(Effect):
-    """A share of the area is another sample; the strength is that share."""
+class BlendedEffect(Effect):
+    """Another model, with a program of its own, is blended in; the strength is its share."""
 
-    group: ClassVar[str] = "geometry"
     scales: ClassVar[bool] = True
 
     @property
@@ -179,6 +178,12 @@ class AreaWithOtherSample(Effect):
     def program(self) -> str:
         """Its own program."""
         return str(self)
+
+
+class AreaWithOtherSample(BlendedEffect):
+    """A share of the area is another sample; the strength is that share."""
+
+    group: ClassVar[str] = "geometry"
 
     @abc.abstractmethod
     def other(self, sample: Sample) -> Sample:
@@ -227,17 +232,10 @@ class ReadingEffect(Effect):
         """
 
 
-class FinerDiscretisation(Effect):
+class FinerDiscretisation(BlendedEffect):
     """The solver's resolution is too low; the strength is the share of the step to a higher one."""
 
     group: ClassVar[str] = "numerics"
-    scales: ClassVar[bool] = True
-
-    @property
-    @final
-    def program(self) -> str:
-        """Its own program."""
-        return str(self)
 
     @abc.abstractmethod
     def refined(self, config: SolverConfig) -> SolverConfig:
