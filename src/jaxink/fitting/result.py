@@ -8,6 +8,7 @@ from typing import Any, ClassVar, TypedDict, cast
 
 import numpy as np
 
+from jaxink.effects import AugmentedModel, forward_model
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.fitting.merit import Merit, ScanMerit
@@ -230,7 +231,7 @@ class FitResult(SavedInFolder):
         """Resolution at the end of the fit."""
         return SolverConfig(**cast("dict[str, Any]", self.solver))
 
-    def forward_model(self, data: GonioData | None = None) -> ForwardModel:
+    def forward_model(self, data: GonioData | None = None) -> ForwardModel | AugmentedModel:
         """Forward model with the fitted values, for this or another measurement.
 
         Parameters
@@ -239,7 +240,7 @@ class FitResult(SavedInFolder):
             Points to predict; None for the fitted measurement, including masked points.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, config=self.config)
+        return forward_model(self.sample, at, self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""

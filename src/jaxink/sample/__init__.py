@@ -2,6 +2,7 @@
 
 from jaxink.measurement import Noise
 from jaxink.sample.archive import sample_from_dict, sample_to_dict
+from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import Parameter, ParameterTable, Prior
@@ -11,6 +12,7 @@ from jaxink.sample.roughness import Roughness
 
 __all__ = [
     "Backing",
+    "DeclaredEffect",
     "Dispersion",
     "Layer",
     "Noise",
