@@ -9,6 +9,7 @@ from jaxink.sample.parameters import Parameter, ParameterTable, Prior
 from jaxink.sample.populations import Population
 from jaxink.sample.reading import load_sample, parse_sample
 from jaxink.sample.roughness import Roughness
+from jaxink.sample.writing import sample_text
 
 __all__ = [
     "Backing",
@@ -25,5 +26,6 @@ __all__ = [
     "load_sample",
     "parse_sample",
     "sample_from_dict",
+    "sample_text",
     "sample_to_dict",
 ]
