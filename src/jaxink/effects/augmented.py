@@ -93,6 +93,11 @@ class AugmentedModel(eqx.Module):
         return self.main.sample
 
     @property
+    def wavelengths_nm(self) -> tuple[float, ...]:
+        """Wavelengths of the points, ascending."""
+        return self.main.wavelengths_nm
+
+    @property
     def config(self) -> SolverConfig:
         """Resolution of the solver."""
         return self.main.config

@@ -24,7 +24,6 @@ from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
-from jaxink.sample import Sample
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +34,9 @@ class Diagnosis(SavedInFolder):
     ----------
     result
         Fit of the declared model.
+    corrected
+        Fit of the corrected model: its sample declares the effects found, with their values. It is ``result``
+        if none was found.
     verdict, steps, before, after, candidates
         As in ``report.json``.
     not_testable
@@ -50,8 +52,6 @@ class Diagnosis(SavedInFolder):
         bound.
     undetermined
         Parameters that the remaining misfit may have moved to a bound of their range.
-    refined
-        The sample including the effects found that are properties of the sample.
     effects
         The effects accepted.
     remaining
@@ -67,6 +67,7 @@ class Diagnosis(SavedInFolder):
     json_file: ClassVar[str] = REPORT_FILE
 
     result: FitResult
+    corrected: FitResult
     verdict: Verdict
     steps: tuple[Step, ...]
     before: Summary
@@ -80,7 +81,6 @@ class Diagnosis(SavedInFolder):
     parameters_after: dict[str, Estimate]
     misfit_errors: dict[str, float | None]
     undetermined: tuple[str, ...]
-    refined: Sample
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]
