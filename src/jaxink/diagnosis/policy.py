@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+
 
 @dataclass(frozen=True)
 class SearchPolicy:
@@ -81,8 +83,8 @@ class SearchPolicy:
         standard errors.
     """
 
-    noise_p: float = 1e-3
-    sigma_tolerance: float = 1.1
+    noise_p: float = LEAST_PROBABILITY
+    sigma_tolerance: float = SIGMA_TOLERANCE
     fewest_pairs: int = 10
     shortest_scan: int = 8
     ljung_box_lags: int = 10

@@ -12,7 +12,9 @@ from jaxink.effects import AugmentedModel, forward_model
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.fitting.merit import Merit, ScanMerit
+from jaxink.fitting.objective import weights_of
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
@@ -206,6 +208,14 @@ class FitResult(SavedInFolder):
         """Whether the fit ended in a minimum."""
         return self.outcome.converged
 
+    @cached_property
+    def verdict(self) -> FitVerdict:
+        """Whether the residual is what the stated noise would leave; points of weight 0 do not count."""
+        weighted = weights_of(self.data, self.sample) > 0
+        bounds = tuple(p.name for p in self.parameters if p.flag in ("at lower bound", "at upper bound"))
+        whitened = None if self.whitened is None else self.whitened[weighted]
+        return judge_fit(self.outcome, self.objective, whitened, len(self.sample.parameters.free), bounds)
+
     @property
     def values(self) -> dict[str, float]:
         """Value of every parameter by name."""
@@ -267,13 +277,14 @@ class FitResult(SavedInFolder):
                 "converged": self.converged,
                 "sentence": self.outcome.value,
             },
+            "verdict": self.verdict,
             "data_file": DATA_FILE,
             "source": self.data.source,
         }
         fields = {name: getattr(self, name) for name in json_fields()} | {
             "sample": sample_to_dict(self.sample)
         }
-        return head | plain(fields)
+        return plain(head | fields)
 
     def files_beside(self) -> dict[str, bytes | memoryview]:
         """The measurement with its prediction, as netCDF."""
