@@ -1,7 +1,7 @@
 """Fit a sample to a measurement: several starts, refinement of the resolution, and profiles."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -35,7 +35,7 @@ _MOST_REFINEMENTS = 2
 
 
 def fit(
-    data: GonioData | str | Path,
+    data: GonioData | str | Path | Sequence[str | Path],
     sample: Sample | str | Path,
     options: FitOptions | None = None,
     progress: Progress | None = None,
@@ -47,7 +47,7 @@ def fit(
     Parameters
     ----------
     data
-        Measurement, or its file.
+        Measurement, its file, or a list of files, whose rows are joined.
     sample
         Sample, or its file.
     options

@@ -61,7 +61,7 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
     terms = tuple(t.name for e in diagnosis.effects for t in e.terms)
     found = diagnosis.parameters_after
     with computing():
-        scene = Scene.of(*data.used_directions, time=data.row[used])
+        scene = Scene.of(*data.used_directions, time=data.reading_order[used])
         config = diagnosis.result.config
         n_slots = max(len(found), 1)
         bench = Workbench(

@@ -119,7 +119,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         data,
         noise_of(data, sample.noise),
         _sizes(fit, sample, options),
-        Scene.of(*data.used_directions, time=data.row[used]),
+        Scene.of(*data.used_directions, time=data.reading_order[used]),
         options.catalogue,
         options.screen,
         options.fit.accuracy,
