@@ -186,7 +186,7 @@ def forward_model(
     InputRefusedError
         The sample cannot be predicted there, or lacks what an effect needs.
     """
-    return model_at(sample, data.directions, data.row, config, accuracy, layer_method)
+    return model_at(sample, data.directions, data.reading_order, config, accuracy, layer_method)
 
 
 def model_at(

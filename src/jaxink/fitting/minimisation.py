@@ -1,7 +1,7 @@
 """Fit a sample to a measurement: several starts, refinement of the resolution, and profiles."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -36,7 +36,7 @@ _MOST_REFINEMENTS = 2
 
 
 def fit(
-    data: GonioData | str | Path,
+    data: GonioData | str | Path | Sequence[str | Path],
     sample: Sample | str | Path,
     options: FitOptions | None = None,
     progress: Progress | None = None,
@@ -48,7 +48,7 @@ def fit(
     Parameters
     ----------
     data
-        Measurement, or its file.
+        Measurement, its file, or a list of files, whose rows are joined.
     sample
         Sample, or its file.
     options
@@ -78,7 +78,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
             "sample file, or choose another objective."
         )
     used = data.used
-    sample = settled(sample, Scene.of(*data.used_directions, row=data.row[used]), data.bsdf_per_sr[used])
+    sample = settled(sample, Scene.of(*data.used_directions, row=data.reading_order[used]), data.bsdf_per_sr[used])
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )

@@ -186,7 +186,7 @@ def make_objective(
             f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
             "not: mask them, or choose chi_square."
         )
-    model = model_at(sample, data.used_directions, data.row[used], config, accuracy, layer_method)
+    model = model_at(sample, data.used_directions, data.reading_order[used], config, accuracy, layer_method)
     names = tuple(p.name for p in free)
     return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
 

@@ -60,7 +60,7 @@ def transfer(found: Diagnosis | FitResult, data: GonioData, is_refitted: bool) -
     data = prepare_data(data, sample)
     used, free = data.used, sample.parameters.free
     with computing():
-        scene = Scene.of(*data.used_directions, row=data.row[used])
+        scene = Scene.of(*data.used_directions, row=data.reading_order[used])
         noise = noise_of(data, sample.noise)
         bench = Workbench(sample, (), data, noise, result.config, scene, max(len(free), 1))
         values, errors = bench.start, dict[str, float | None]()

@@ -118,7 +118,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         data,
         noise_of(data, sample.noise),
         _sizes(fit, sample, options),
-        Scene.of(*data.used_directions, row=data.row[used]),
+        Scene.of(*data.used_directions, row=data.reading_order[used]),
         options.catalogue,
         options.screen,
         options.fit.accuracy,
@@ -132,7 +132,7 @@ def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverC
     if options.fit.config is not None or reduced is None or reduced < far:
         return fit.config
     data = fit.data
-    at = data.used_directions, data.row[data.used]
+    at = data.used_directions, data.reading_order[data.used]
     method = options.fit.layer_method
     return model_at(sample, *at, accuracy=options.fit.accuracy, layer_method=method).config
 
