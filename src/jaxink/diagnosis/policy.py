@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from jaxink.display.brief import brief_repr
+
 
 @dataclass(frozen=True)
 class SearchPolicy:
@@ -80,6 +82,8 @@ class SearchPolicy:
         A level is reported as larger if its mean exceeds that of the rest by this factor and by this many
         standard errors.
     """
+
+    __repr__ = brief_repr
 
     noise_p: float = 1e-3
     sigma_tolerance: float = 1.1

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects.kinds import (
     AreaWithOtherSample,
     AreaWithOtherValues,
@@ -39,6 +40,8 @@ class AugmentedModel(eqx.Module):
     config
         Resolution of the solver.
     """
+
+    __repr__ = brief_repr
 
     main: ForwardModel
     others: tuple[tuple[int, ForwardModel], ...]

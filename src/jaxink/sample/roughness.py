@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample.entries import choice, only
 from jaxink.sample.heights import read_heights, read_pitch
@@ -42,6 +43,8 @@ class Roughness:
         For a map: slopes and logarithms of their density, or logarithms of frequencies (1/um) and of the
         power spectrum; and the height variance (um^2).
     """
+
+    __repr__ = brief_repr
 
     face: str
     density: str | None
