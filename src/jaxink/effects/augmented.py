@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects.declared import declared_effects, in_order
 from jaxink.effects.kinds import (
     AreaWithOtherSample,
@@ -46,6 +47,8 @@ class AugmentedModel(eqx.Module):
     accuracy, layer_method
         As of `ForwardModel`.
     """
+
+    __repr__ = brief_repr
 
     main: ForwardModel
     others: tuple[tuple[int, ForwardModel], ...]

@@ -10,6 +10,8 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
+from jaxink.display.brief import brief_repr
+
 # Grid of angles in the plane of a scan, for derivatives and convolutions.
 GRID_DEG = np.arange(-89.0, 89.1, 2.0)
 # Step for derivatives with respect to the incidence.
@@ -50,6 +52,8 @@ class Scene(eqx.Module):
         Matrices from the grid of a plane to the first and second derivative with respect to the signed angle
         at the points, per radian.
     """
+
+    __repr__ = brief_repr
 
     theta_i_deg: Float[np.ndarray, " points"]
     theta_o_deg: Float[np.ndarray, " points"]

@@ -13,6 +13,7 @@ from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
+from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.options import METHODS
 from jaxink.fitting.outcome import Outcome
@@ -44,7 +45,12 @@ def _entries() -> dict[str, Any]:
     """Type of each entry of ``result.json``; fields of `FitResult` have the type declared there."""
     head = {"schema_version": int, "outcome": _OutcomeEntry, "data_file": str, "source": str}
     # Entries that have another form in the file.
-    forms = {"sample": Any, "solver": SolverConfig, "correlations": tuple[tuple[float, ...], ...]}
+    forms = {
+        "sample": Any,
+        "parameters": tuple[FittedParameter, ...],
+        "solver": SolverConfig,
+        "correlations": tuple[tuple[float, ...], ...],
+    }
     declared = get_type_hints(FitResult) | forms
     # A field with a default is a class attribute of the dataclass.
     fields = {n: NotRequired[declared[n]] if hasattr(FitResult, n) else declared[n] for n in json_fields()}
@@ -84,6 +90,7 @@ def load_result(path: str | Path) -> FitResult:
     size = len(document["correlation_names"])
     fields = {name: document[name] for name in json_fields() if name in document} | {
         "sample": sample,
+        "parameters": FittedParameters.of(document["parameters"]),
         "outcome": Outcome[document["outcome"]["code"].upper()],
         "correlations": np.array(document["correlations"], float).reshape(size, size),
         "solver": dataclasses.asdict(document["solver"]),

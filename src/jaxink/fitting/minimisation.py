@@ -78,7 +78,9 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
             "sample file, or choose another objective."
         )
     used = data.used
-    sample = settled(sample, Scene.of(*data.used_directions, row=data.reading_order[used]), data.bsdf_per_sr[used])
+    sample = settled(
+        sample, Scene.of(*data.used_directions, row=data.reading_order[used]), data.bsdf_per_sr[used]
+    )
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )

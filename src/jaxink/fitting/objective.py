@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects import model_at
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
@@ -72,6 +73,8 @@ class Objective(eqx.Module):
     free
         Names of the free parameters.
     """
+
+    __repr__ = brief_repr
 
     model: eqx.Module
     measured: Float[np.ndarray, " points"]

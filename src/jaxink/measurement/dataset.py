@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt32
 
+from jaxink.display.card import Card, Presented
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import write_dataset
 from jaxink.measurement import netcdf
-from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts
+from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts, mask_names
 from jaxink.measurement.scans import SAME, Scan, scan_numbers
+from jaxink.measurement.summary import data_card
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -27,8 +30,8 @@ _JOINT = " + "
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
-@dataclass(frozen=True, eq=False)
-class GonioData:
+@dataclass(frozen=True, eq=False, repr=False)
+class GonioData(Presented):
     """BSDF of one sample at many pairs of directions.
 
     The arrays are copied and made read-only. phi is 180 in the half-plane of the specular direction
@@ -299,6 +302,22 @@ class GonioData:
         return all(
             _same(getattr(self, entry.name), getattr(other, entry.name)) for entry in dataclasses.fields(self)
         )
+
+    def card(self) -> Card:
+        """Source, scans, points used and notes."""
+        return data_card(self.source, self.scans, self.mask, self.sigma_per_sr is not None, self.notes)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The data as a pandas DataFrame, one line for each point, with the line of the file as index.
+
+        The column ``masked`` names the reasons for which a fit leaves a point out.
+        """
+        import pandas
+
+        names = (*_FLOATS[:4], "side", "bsdf_per_sr", "sigma_per_sr")
+        columns = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        columns |= {**self.extra, "masked": np.array(mask_names(self.mask))}
+        return pandas.DataFrame(columns, index=pandas.Index(self.row, name="row"))
 
     def to_dataset(self) -> "xarray.Dataset":
         """The data as an xarray Dataset along dimension ``point``.

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.model.build import StackBuilder, stack_builder
 from jaxink.model.checks import require_predictable
 from jaxink.model.instrument import Cones
@@ -50,6 +51,10 @@ class ForwardModel(eqx.Module):
         If the columns differ in length, a polar angle is not between 0 and 90 degrees, the sample cannot be
         predicted, or it declares effects, which `jaxink.forward_model` applies.
     """
+
+    __repr__ = brief_repr
+    # By identity: arrays have no hash, and `jax.jit(model.bsdf)` needs that of the method's model.
+    __hash__ = object.__hash__
 
     points: Points
     builder: StackBuilder

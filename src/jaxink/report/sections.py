@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from jaxink.display.html import paragraph, table
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.plots.scan_views import measurement_name
-from jaxink.report.html import NONE, bullets, chance, number, paragraph, section, share, table, verdict
+from jaxink.report.html import NONE, bullets, chance, number, section, share, verdict
 from jaxink.report.ink_table import inside_sentences
 
 if TYPE_CHECKING:

@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from jaxink.display.brief import brief, brief_repr
+from jaxink.display.card import Card, CardTable, Presented
 from jaxink.measurement import Noise
 from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.dispersion import Dispersion
@@ -35,6 +37,8 @@ class Layer:
     populations
         For ``mie``: further kinds of particles.
     """
+
+    __repr__ = brief_repr
 
     name: str
     kind: str
@@ -73,8 +77,8 @@ class Backing:
     contact: bool
 
 
-@dataclasses.dataclass(frozen=True)
-class Sample:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Sample(Presented):
     """Everything that is known about a sample and its measurement.
 
     Parameters
@@ -143,6 +147,17 @@ class Sample:
         at = f"@{wavelength_nm:g}"
         plain = {n.removesuffix(at): v for n, v in values.items() if "@" not in n or n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
+
+    def card(self) -> Card:
+        """Layers and parameters."""
+        rows = [
+            [layer.name, layer.kind, layer.phase_function or "", "rough" if layer.roughness else ""]
+            for layer in self.layers
+        ]
+        layers = CardTable(["layer", "kind", "phase function", "faces"], rows, (0, 1, 2, 3))
+        title = f"Sample{f' {self.title!r}' if self.title else ''} with {len(self.layers)} layers"
+        backing = [] if self.backing is None else [f"Behind it: {brief(self.backing)}."]
+        return Card(title, backing, (layers, self.parameters.table()))
 
     def varies(self, name: str) -> bool:
         """Whether a quantity, given by its plain name, is free, tied or dependent on the wavelength."""

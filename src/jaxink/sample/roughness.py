@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample.entries import choice, only
 from jaxink.sample.heights import read_heights, read_pitch
@@ -44,6 +45,8 @@ class Roughness:
     heights_um, pitch_um
         For a map: its file, and the distances between neighbouring heights.
     """
+
+    __repr__ = brief_repr
 
     face: str
     density: str | None

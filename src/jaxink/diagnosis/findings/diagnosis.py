@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any, ClassVar
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
+from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
@@ -21,13 +22,15 @@ from jaxink.diagnosis.findings.verdict import Verdict
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
+from jaxink.display.card import Card, Presented
+from jaxink.display.named_rows import NamedRows
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
 
 
-@dataclasses.dataclass(frozen=True)
-class Diagnosis(SavedInFolder):
+@dataclasses.dataclass(frozen=True, repr=False)
+class Diagnosis(SavedInFolder, Presented):
     """The outcome of a diagnosis.
 
     Parameters
@@ -77,8 +80,8 @@ class Diagnosis(SavedInFolder):
     structure_before: StructureResult
     structure_after: StructureResult
     location: Location
-    parameters_before: dict[str, Estimate]
-    parameters_after: dict[str, Estimate]
+    parameters_before: NamedRows[Estimate]
+    parameters_after: NamedRows[Estimate]
     misfit_errors: dict[str, float | None]
     undetermined: tuple[str, ...]
     effects: tuple[Effect, ...]
@@ -91,6 +94,21 @@ class Diagnosis(SavedInFolder):
     def structure_remains(self) -> bool:
         """Whether the final model does not fit the data."""
         return self.verdict.code.structure_remains
+
+    @property
+    def parameters(self) -> NamedRows[Estimate]:
+        """Free parameters of the final model; `parameters_after` by another name."""
+        return self.parameters_after
+
+    def card(self) -> Card:
+        """Verdict, errors and parameters before and after, and effects added."""
+        return diagnosis_card(
+            self.result.data.source,
+            self.verdict,
+            self.steps,
+            (self.before, self.after),
+            (self.parameters_before, self.parameters_after),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""

@@ -6,11 +6,12 @@ from jaxink.diagnosis.search.refit import Estimate, estimates, finite
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
 from jaxink.diagnosis.statistics.points import Points
+from jaxink.display.named_rows import NamedRows
 
 
-def estimates_of(stage: Stage) -> dict[str, Estimate]:
+def estimates_of(stage: Stage) -> NamedRows[Estimate]:
     """Free parameters of a stage with their standard errors from noise."""
-    return estimates(stage.bench, stage.solution)
+    return NamedRows(estimates(stage.bench, stage.solution))
 
 
 def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:

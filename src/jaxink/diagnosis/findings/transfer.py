@@ -6,8 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
-from jaxink.diagnosis.search.refit import estimates
+from jaxink.diagnosis.search.refit import Estimate, estimates
 from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.display.brief import brief_repr
+from jaxink.display.named_rows import NamedRows
 from jaxink.effects import Scene
 from jaxink.fitting import FitResult, prepare_data
 from jaxink.measurement import GonioData, noise_of
@@ -35,6 +37,13 @@ class Transfer:
     standard_errors: dict[str, float | None]
     predicted_per_sr: Float[np.ndarray, " points"]
     whitened: Float[np.ndarray, " points"]
+
+    __repr__ = brief_repr
+
+    @property
+    def parameters(self) -> NamedRows[Estimate]:
+        """All parameters with the standard errors of those refitted."""
+        return NamedRows({n: Estimate(v, self.standard_errors.get(n)) for n, v in self.values.items()})
 
 
 def transfer(found: Diagnosis | FitResult, data: GonioData, is_refitted: bool) -> Transfer:

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
@@ -60,6 +61,8 @@ class Solution:
     search
         The search itself.
     """
+
+    __repr__ = brief_repr
 
     values: dict[str, float]
     free: tuple[str, ...]

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from jaxink.display.brief import brief_repr
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import angular_distance_deg
 
@@ -30,6 +31,8 @@ class Points:
     order
         When each point was measured, in any unit.
     """
+
+    __repr__ = brief_repr
 
     scan: Int[np.ndarray, " points"]
     theta_i_deg: Float[np.ndarray, " points"]
