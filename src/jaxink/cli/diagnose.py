@@ -46,6 +46,6 @@ def run_diagnose(
         from jaxink.cli.fit_tables import console
 
         show_diagnosis(console(), found, written)
-    if not found.result.converged:
+    if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

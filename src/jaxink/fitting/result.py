@@ -181,7 +181,8 @@ class FitResult(SavedInFolder, Presented):
     def verdict(self) -> FitVerdict:
         """Whether the residual is what the stated noise would leave; points of weight 0 do not count."""
         weighted = weights_of(self.data, self.sample) > 0
-        bounds = tuple(p.name for p in self.parameters if p.flag in ("at lower bound", "at upper bound"))
+        at_bound = ("at lower bound", "at upper bound")
+        bounds = tuple(name for name, p in self.parameters.items() if p.flag in at_bound)
         whitened = None if self.whitened is None else self.whitened[weighted]
         return judge_fit(self.outcome, self.objective, whitened, len(self.sample.parameters.free), bounds)
 
