@@ -271,9 +271,8 @@ def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
 def test_what_cannot_be_tabulated_is_said(found, told):
     sample = found.declared.sample
     alone = dataclasses.replace(sample, layers=sample.layers[1:])
-    case = dataclasses.replace(
-        found, declared=dataclasses.replace(found.declared, sample=alone), refined=alone
-    )
+    fit = dataclasses.replace(found.declared, sample=alone)
+    case = dataclasses.replace(found, declared=fit, corrected=fit)
     sentence = inside_change(case)
     told(sentence)
 
