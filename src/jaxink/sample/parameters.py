@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of, unknown_name
+from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of
+from jaxink.sample.hints import unknown_key
 from jaxink.sample.ties import evaluate_tie, names_in
 
 SCALES = ("linear", "log", "one_minus")
@@ -162,7 +163,7 @@ class ParameterTable(Mapping[str, Parameter]):
         """
         for name in free_values:
             if name not in self._by_name:
-                raise InputRefusedError(f"a value is given for {name}, {unknown_name(name, self)}")
+                raise InputRefusedError(f"a value is given for {name}, {unknown_key(name, self)}")
         values = {
             name: free_values.get(name, parameter.value)
             for name, parameter in self._by_name.items()
@@ -175,7 +176,7 @@ class ParameterTable(Mapping[str, Parameter]):
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
         """Table with some fields of one `Parameter` replaced."""
         if name not in self._by_name:
-            raise InputRefusedError(f"parameter {name}, {unknown_name(name, self)}")
+            raise InputRefusedError(f"parameter {name}, {unknown_key(name, self)}")
         return ParameterTable(
             [dataclasses.replace(p, **changes) if p.name == name else p for p in self._by_name.values()]
         )
