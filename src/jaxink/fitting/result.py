@@ -11,6 +11,7 @@ import numpy as np
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.fitting.merit import Merit, ScanMerit
+from jaxink.fitting.mistake import Mistake, mistakes_sentence
 from jaxink.fitting.objective import weights_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.verdict import FitVerdict, judge_fit
@@ -168,6 +169,8 @@ class FitResult(SavedInFolder):
         For reproducing it.
     notes
         Remarks for the user.
+    mistakes
+        Mistakes in the input that were considered; see `jaxink.fitting.check_input`.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -193,6 +196,7 @@ class FitResult(SavedInFolder):
     versions: dict[str, str]
     seed: int
     notes: tuple[str, ...]
+    mistakes: tuple[Mistake, ...] = ()
 
     @cached_property
     def result_id(self) -> str:
@@ -213,7 +217,10 @@ class FitResult(SavedInFolder):
         weighted = weights_of(self.data, self.sample) > 0
         bounds = tuple(p.name for p in self.parameters if p.flag in ("at lower bound", "at upper bound"))
         whitened = None if self.whitened is None else self.whitened[weighted]
-        return judge_fit(self.outcome, self.objective, whitened, len(self.sample.parameters.free), bounds)
+        n_free = len(self.sample.parameters.free)
+        verdict = judge_fit(self.outcome, self.objective, whitened, n_free, bounds)
+        mistakes = mistakes_sentence(self.mistakes, verdict.reduced_chi_square)
+        return dataclasses.replace(verdict, sentence=f"{verdict.sentence} {mistakes}".rstrip())
 
     @property
     def values(self) -> dict[str, float]:
