@@ -24,7 +24,7 @@ OWNED = (FIGURE_FOLDER, SIMPLEX)
 
 
 def run_fit(
-    data_file: Path,
+    data_files: Sequence[Path],
     sample_file: Path,
     out: Path,
     options: dict[str, Any],
@@ -38,7 +38,7 @@ def run_fit(
     figures; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, OWNED)
-    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     from jaxink.fitting import check_input
 

@@ -12,7 +12,7 @@ from jaxink.numerics.digits import interval, percent, plain, relative_error, wit
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
-    from jaxink.fitting.result import FittedParameter
+    from jaxink.fitting.fitted_parameters import FittedParameter
 
 # ASCII if the terminal cannot show more.
 DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
@@ -42,7 +42,7 @@ def show_result(
     """Print a fit result, the files that were written, and the command to type next, if any."""
     show_verdict(to, result)
     show_outcome(to, result)
-    to.print(parameter_table(result.parameters, result.verdict.standard_errors_hold))
+    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
     show_lines(to, "", parameter_notes(result))
     if result.derived:
         to.print(derived_table(result))
@@ -117,7 +117,7 @@ def _parameter_row(p: "FittedParameter") -> list[str]:
 def parameter_notes(result: "FitResult") -> list[str]:
     """Sentences below the parameter table."""
     lines = []
-    for p in result.parameters:
+    for p in result.parameters.values():
         if p.interval is not None:
             low, high = p.interval
             open_end = {"open below": " (open below)", "open above": " (open above)"}.get(p.flag, "")
@@ -125,9 +125,9 @@ def parameter_notes(result: "FitResult") -> list[str]:
                 f"{p.name}: {interval(low, high)}{open_end} by profile likelihood "
                 f"({DELTA_CHI_SQUARE} < 1, all other parameters refitted)."
             )
-    if any(p.flag == "not determined" for p in result.parameters):
+    if any(p.flag == "not determined" for p in result.parameters.values()):
         lines.append("not determined: the data do not constrain the parameter within its range.")
-    if any(p.standard_error is not None for p in result.parameters):
+    if any(p.standard_error is not None for p in result.parameters.values()):
         lines.append("s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005.")
         if not result.verdict.standard_errors_hold:
             lines.append(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from jaxink.display.brief import brief_repr
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
 
 
@@ -82,6 +83,8 @@ class SearchPolicy:
         A level is reported as larger if its mean exceeds that of the rest by this factor and by this many
         standard errors.
     """
+
+    __repr__ = brief_repr
 
     noise_p: float = LEAST_PROBABILITY
     sigma_tolerance: float = SIGMA_TOLERANCE

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.ink.hemispherical_totals import critical_angle_deg, diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
@@ -36,6 +37,8 @@ class ExportOptions:
         Axes of Zemax files around the specular or refracted direction, from 0 to 180; None: steps of 0.25
         degrees near that direction and of 2.5 degrees elsewhere, and of 5 degrees in azimuth.
     """
+
+    __repr__ = brief_repr
 
     name: str = "ink"
     drop: tuple[str, ...] = ()

@@ -43,15 +43,13 @@ class ParameterCovariance:
         lost = [p.name for p in silent if p.name not in held]
         if lost:
             return cls.none(f"the fit does not determine {', '.join(lost)}")
-        known = [i for i, p in enumerate(rows) if p.standard_error is not None]
-        if not known:
+        found = result.covariance
+        if not found.names:
             return cls.none("the fit has none")
-        errors = np.array([rows[i].standard_error for i in known])
         sentence = "standard errors from the fit's covariance"
         if held:
             sentence += f"; {', '.join(held)} at its bound is treated as known"
-        covariance = errors[:, None] * result.correlations[np.ix_(known, known)] * errors
-        return cls(tuple(rows[i].name for i in known), covariance, sentence)
+        return cls(found.names, found.matrix, sentence)
 
     def standard_error(self, slopes: Float[np.ndarray, "parameters *shape"]) -> Float[np.ndarray, "*shape"]:
         """Standard error of quantities with these derivatives by the parameters."""

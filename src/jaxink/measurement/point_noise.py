@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.noise import estimate_noise
@@ -51,6 +52,8 @@ class FitNoise:
         False if neither the file nor a declaration nor pairs give the noise: chi-square and standard errors
         are then meaningless and not given.
     """
+
+    __repr__ = brief_repr
 
     sigma_per_sr: Float[np.ndarray, " points"]
     scan_relative: float
