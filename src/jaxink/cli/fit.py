@@ -40,9 +40,11 @@ def run_fit(
     require_folder(out, OWNED)
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
+    from jaxink.fitting import check_input
+
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
-        result = jaxink.fit(data, sample, chosen, follow)
+        result = check_input(jaxink.fit(data, sample, chosen, follow), follow)
     files = write_result(result, out, formats)
     if output == "json":
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))

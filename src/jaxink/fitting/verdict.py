@@ -66,10 +66,12 @@ def exceeds_noise(chi_square: float, degrees_of_freedom: int) -> bool:
     return bool(improbable and chi_square > SIGMA_TOLERANCE**2 * degrees_of_freedom)
 
 
-def falls_short_of_noise(chi_square: float, degrees_of_freedom: int) -> bool:
-    """Whether a chi-square is so small that standard deviations are overstated by `OVERSTATED_FACTOR`."""
+def falls_short_of_noise(
+    chi_square: float, degrees_of_freedom: int, factor: float = OVERSTATED_FACTOR
+) -> bool:
+    """Whether a chi-square is so small that standard deviations are overstated by more than a factor."""
     improbable = chdtr(degrees_of_freedom, chi_square) < LEAST_PROBABILITY
-    return bool(improbable and chi_square * OVERSTATED_FACTOR**2 < degrees_of_freedom)
+    return bool(improbable and chi_square * factor**2 < degrees_of_freedom)
 
 
 def judge_fit(
