@@ -28,11 +28,13 @@ data.to_dataset()
 # %% [markdown]
 # ## Fit
 #
-# Everything that the fit found is in the result: values, standard errors, correlations, the misfit of each
-# scan, and how the fit ended.
+# Everything that the fit found is in the result: whether the model fits within the noise (otherwise standard
+# errors are meaningless), values, standard errors, correlations, the misfit of each scan, and how the fit
+# ended.
 
 # %%
 result = jaxink.fit(data, sample)
+print(result.verdict.sentence)
 print(result.summary())
 
 # %%

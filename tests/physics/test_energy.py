@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ClearLayer
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
+from jaxink.solver.stack import Stack
 from tests.physics.probe import Light, film, ink, matched, printed, two_inks
 
 # The vanishing eigenvalue of a layer without absorption has a rounding, which counts times its thickness.
@@ -63,3 +66,16 @@ def test_absorption_takes_away_and_more_of_it_takes_away_more():
 def test_layer_that_only_absorbs_leaves_the_regular_light():
     light = Light(film(ink(albedo=0.0)))
     np.testing.assert_allclose(light.bsdf, 0.0, atol=1e-11)
+
+
+def test_light_at_the_critical_angle_of_an_air_gap_is_totally_reflected():
+    """Seen from a plate, an ink behind air is invisible from the critical angle on, itself included."""
+    gap = Stack((ClearLayer(1.0, 0.0), ink(1.5, albedo=1.0)), 1.5, 1.0)
+    # The last two are the critical angle, exactly, and just beyond.
+    sines = np.array([0.0, 0.5, 0.6666, 1 / 1.5, 0.6667])
+    reflected, transmitted = hemispherical_power(gap, sines)
+    np.testing.assert_allclose(reflected + transmitted, 1.0, atol=2e-4)
+    np.testing.assert_allclose(regular_power(gap, sines)[0][3:], 1.0)
+    at = Directions.from_degrees(np.full(4, np.rad2deg(np.arcsin(1 / 1.5))), [10, 41, 10, 60],
+                                 np.zeros(4), [False, False, True, True])  # fmt: skip
+    assert np.all(np.asarray(diffuse_bsdf(gap, at)) == 0)

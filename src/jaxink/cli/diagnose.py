@@ -1,5 +1,6 @@
 """``jaxink diagnose``."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from jaxink.plots import FIGURE_FOLDER
 
 
 def run_diagnose(
-    data_file: Path,
+    data_files: Sequence[Path],
     sample_file: Path,
     out: Path,
     choices: dict[str, Any],
@@ -29,7 +30,7 @@ def run_diagnose(
     ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, (FIGURE_FOLDER,))
-    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)

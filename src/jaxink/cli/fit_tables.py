@@ -36,10 +36,13 @@ def console() -> Console:
     return made
 
 
-def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) -> None:
-    """Print a fit result and the files that were written."""
+def show_result(
+    to: Console, result: "FitResult", files: Iterable[Path] = (), next_command: str | None = None
+) -> None:
+    """Print a fit result, the files that were written, and the command to type next, if any."""
+    show_verdict(to, result)
     show_outcome(to, result)
-    to.print(parameter_table(tuple(result.parameters.values())))
+    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
     show_lines(to, "", parameter_notes(result))
     if result.derived:
         to.print(derived_table(result))
@@ -50,6 +53,15 @@ def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) ->
     show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)
     show_files(to, files)
+    if next_command is not None:
+        show_lines(to, "To find what the model lacks", [next_command])
+
+
+def show_verdict(to: Console, result: "FitResult") -> None:
+    """Print the verdict on the fit, as the first line."""
+    verdict = result.verdict
+    good = verdict.code in ("consistent", "not_judged")
+    to.print(verdict.sentence, style="bold" if good else "bold red", soft_wrap=True)
 
 
 def show_outcome(to: Console, result: "FitResult") -> None:
@@ -75,17 +87,23 @@ def show_outcome(to: Console, result: "FitResult") -> None:
         to.print(sentence, soft_wrap=True)
 
 
-def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:
-    """One row for each parameter."""
+def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool = True) -> Table:
+    """One row for each parameter; standard errors that do not hold are marked."""
     rows = [_parameter_row(p) for p in parameters]
-    heads = ["parameter", "value(s.e.)", "rel.", "start", "min", "max", "free", "tie", "flag"]
+    heads = ["parameter", _value_head(errors_hold), "rel.", "start", "min", "max", "free", "tie", "flag"]
     shown = [i for i in range(len(heads)) if i < 7 or any(row[i] for row in rows)]
+    if not errors_hold:
+        shown.remove(heads.index("rel."))
     table = plain_table("")
     for i in shown:
         table.add_column(heads[i], justify="left" if i in (0, 6, 7, 8) else "right", no_wrap=i < 7)
     for parameter, row in zip(parameters, rows, strict=True):
         table.add_row(*(row[i] for i in shown), style="" if parameter.free else "dim")
     return table
+
+
+def _value_head(errors_hold: bool) -> str:
+    return "value(s.e.)" if errors_hold else "value(meaningless s.e.)"
 
 
 def _parameter_row(p: "FittedParameter") -> list[str]:
@@ -110,6 +128,10 @@ def parameter_notes(result: "FitResult") -> list[str]:
         lines.append("not determined: the data do not constrain the parameter within its range.")
     if any(p.standard_error is not None for p in result.parameters.values()):
         lines.append("s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005.")
+        if not result.verdict.standard_errors_hold:
+            lines.append(
+                "These standard errors are meaningless: they assume that the model fits, and it does not."
+            )
     return lines
 
 
@@ -118,7 +140,8 @@ def derived_table(result: "FitResult") -> Table:
     table = plain_table("Derived optical properties")
     for head in ("layer", "nm", "quantity"):
         table.add_column(head, no_wrap=True)
-    table.add_column("value(s.e.)", justify="right", no_wrap=True)
+    head = _value_head(result.verdict.standard_errors_hold)
+    table.add_column(head, justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for d in result.derived:
         text, unit = _QUANTITIES.get(d.quantity, (d.quantity, ""))

@@ -9,11 +9,14 @@ from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.prediction import predict
 from jaxink.fitting.result import FitResult
+from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 
 __all__ = [
     "OBJECTIVES",
     "FitOptions",
     "FitResult",
+    "FitVerdict",
+    "FitVerdictCode",
     "Objective",
     "Outcome",
     "fit",

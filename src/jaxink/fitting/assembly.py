@@ -208,8 +208,19 @@ def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Fou
     # Compared with the sample's start: a search may have continued from the end of another one.
     first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
     if np.allclose(found.best.unit, first):
-        notes.append("No parameter moved from its start value.")
+        notes.append(_unmoved(found))
     return notes
+
+
+def _unmoved(found: Found) -> str:
+    """Why the best values are those of the start: searches from elsewhere may have found nothing better."""
+    others = sum(not np.allclose(search.start, found.best.unit) for search in found.searches)
+    if not others:
+        return "No parameter moved from its start value."
+    return (
+        f"The start values are the best found: {others} search{'es' * (others != 1)} from elsewhere ended "
+        "no lower."
+    )
 
 
 def _rivals(objective: Objective, found: Found) -> list[str]:

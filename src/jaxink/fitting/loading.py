@@ -34,6 +34,13 @@ class _OutcomeEntry(TypedDict):
     sentence: str
 
 
+class _VerdictEntry(TypedDict):
+    code: str
+    sentence: str
+    reduced_chi_square: float | None
+    standard_errors_hold: bool
+
+
 def _entries() -> dict[str, Any]:
     """Type of each entry of ``result.json``; fields of `FitResult` have the type declared there."""
     head = {"schema_version": int, "outcome": _OutcomeEntry, "data_file": str, "source": str}
@@ -47,8 +54,9 @@ def _entries() -> dict[str, Any]:
     declared = get_type_hints(FitResult) | forms
     # A field with a default is a class attribute of the dataclass.
     fields = {n: NotRequired[declared[n]] if hasattr(FitResult, n) else declared[n] for n in json_fields()}
-    # Older results lack the identifier.
-    return head | fields | {"result_id": NotRequired[str | None]}
+    # Older results lack the identifier and the verdict; the latter follows from the residuals.
+    later = {"result_id": NotRequired[str | None], "verdict": NotRequired[_VerdictEntry]}
+    return head | fields | later
 
 
 # Its keys are those of `FitResult`, so that a type checker cannot know them.

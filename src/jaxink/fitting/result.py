@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, cast
 import numpy as np
 
 from jaxink.display.card import Card, Presented
+from jaxink.effects import AugmentedModel, forward_model
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.merit import Merit, ScanMerit
+from jaxink.fitting.objective import weights_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.summary import fit_card
+from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
@@ -174,6 +177,14 @@ class FitResult(SavedInFolder, Presented):
         """Whether the fit ended in a minimum."""
         return self.outcome.converged
 
+    @cached_property
+    def verdict(self) -> FitVerdict:
+        """Whether the residual is what the stated noise would leave; points of weight 0 do not count."""
+        weighted = weights_of(self.data, self.sample) > 0
+        bounds = tuple(p.name for p in self.parameters if p.flag in ("at lower bound", "at upper bound"))
+        whitened = None if self.whitened is None else self.whitened[weighted]
+        return judge_fit(self.outcome, self.objective, whitened, len(self.sample.parameters.free), bounds)
+
     @property
     def values(self) -> dict[str, float]:
         """Value of every parameter by name."""
@@ -206,7 +217,7 @@ class FitResult(SavedInFolder, Presented):
         """Resolution at the end of the fit."""
         return SolverConfig(**cast("dict[str, Any]", self.solver))
 
-    def forward_model(self, data: GonioData | None = None) -> ForwardModel:
+    def forward_model(self, data: GonioData | None = None) -> ForwardModel | AugmentedModel:
         """Forward model with the fitted values, for this or another measurement.
 
         Parameters
@@ -215,7 +226,7 @@ class FitResult(SavedInFolder, Presented):
             Points to predict; None for the fitted measurement, including masked points.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, config=self.config)
+        return forward_model(self.sample, at, self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""
@@ -258,6 +269,7 @@ class FitResult(SavedInFolder, Presented):
                 "converged": self.converged,
                 "sentence": self.outcome.value,
             },
+            "verdict": self.verdict,
             "data_file": DATA_FILE,
             "source": self.data.source,
         }
@@ -265,7 +277,7 @@ class FitResult(SavedInFolder, Presented):
             "sample": sample_to_dict(self.sample),
             "parameters": tuple(self.parameters.values()),
         }
-        return head | plain(fields)
+        return plain(head | fields)
 
     def files_beside(self) -> dict[str, bytes | memoryview]:
         """The measurement with its prediction, as netCDF."""

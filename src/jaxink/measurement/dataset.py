@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     import xarray
 
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+# Of a measurement that was joined from several files: the file of each row.
+FILE_COLUMN = "source_file"
+_JOINT = " + "
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
@@ -57,7 +60,8 @@ class GonioData(Presented):
     mask
         Reasons to exclude a point from fits, as bits of ``masks.MASK_FLAGS``; 0 if it is used.
     source
-        Name of the file.
+        Name of the file; of several that were joined, their names with `` + `` between them, and the extra
+        column ``source_file`` has that of each point.
     notes
         Sentences on everything that was changed while reading.
     attrs
@@ -165,6 +169,30 @@ class GonioData(Presented):
     def used(self) -> Bool[np.ndarray, " points"]:
         """True if no mask excludes the point."""
         return np.equal(self.mask, 0)
+
+    @cached_property
+    def file_index(self) -> Int[np.ndarray, " points"]:
+        """Which of the joined files each point comes from, from 0 in their order; 0 if there is only one."""
+        if not self._files:
+            return np.zeros(len(self), int)
+        return np.array([self._files.index(name) for name in self.extra[FILE_COLUMN].tolist()])
+
+    @cached_property
+    def _files(self) -> tuple[str, ...]:
+        """Names of the joined files; empty if there is only one, even if it has a column of this name."""
+        files, column = tuple(self.source.split(_JOINT)), self.extra.get(FILE_COLUMN)
+        is_joined = len(files) > 1 and column is not None and set(column.tolist()) <= set(files)
+        return files if is_joined else ()
+
+    @cached_property
+    def reading_order(self) -> Int[np.ndarray, " points"]:
+        """Order in which the values were written down: the row, counted on from file to file."""
+        return self.row + self.file_index * (int(self.row.max()) + 1)
+
+    def place(self, point: int) -> str:
+        """Row of a point, and its file if several were joined, for messages."""
+        row = f"row {self.row[point]}"
+        return f"{row} of {self._files[self.file_index[point]]}" if self._files else row
 
     @cached_property
     def scan_index(self) -> Int[np.ndarray, " points"]:

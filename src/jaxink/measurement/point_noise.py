@@ -10,6 +10,11 @@ from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.noise import estimate_noise
 
+# A residual is not consistent with noise if the probability of its chi-square is below this.
+LEAST_PROBABILITY = 1e-3
+# Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
+SIGMA_TOLERANCE = 1.1
+
 
 @dataclasses.dataclass(frozen=True)
 class Noise:

@@ -157,7 +157,7 @@ def _by_misfit(diagnosis: "Diagnosis", name: str) -> list[str]:
 
 
 def _unit(diagnosis: "Diagnosis", name: str) -> str:
-    tables = (diagnosis.refined.parameters, diagnosis.result.sample.parameters)
+    tables = (diagnosis.corrected.sample.parameters, diagnosis.result.sample.parameters)
     return next((t[name].unit for t in tables if name in t), "")
 
 

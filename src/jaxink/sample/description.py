@@ -7,6 +7,7 @@ from typing import Any
 from jaxink.display.brief import brief, brief_repr
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.measurement import Noise
+from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import Population
@@ -94,7 +95,8 @@ class Sample(Presented):
         Cones of the instrument; 0 for an ideal one.
     beam_diameter_mm, detector_diameter_mm
         Diameters of the beam (across it) and of the disc on the sample that the detector sees; None: all
-        light is collected.
+        light is collected. A parameter ``instrument.beam_diameter_mm`` takes precedence, likewise for the
+        other.
     detector_mode
         One of `schema.DETECTOR_MODES`: ``spectrometer`` for white light on the sample and a detector that
         resolves wavelengths, ``broadband`` for light of one wavelength and a detector that sees all; None if
@@ -111,6 +113,8 @@ class Sample(Presented):
         Refractive indices given as functions of the wavelength.
     backing
         Reflector behind the sample, or None.
+    effects
+        Effects that the sample file declares in tables of their own; `jaxink.forward_model` applies them.
     """
 
     layers: tuple[Layer, ...]
@@ -128,6 +132,7 @@ class Sample(Presented):
     detector_diameter_mm: float | None = None
     detector_mode: str | None = None
     illumination: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    effects: tuple[DeclaredEffect, ...] = ()
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
         """Values at one wavelength by plain name ``layer.quantity``, with dispersions evaluated.

@@ -1,11 +1,13 @@
 """Reading and checking sample files; anything unknown is rejected."""
 
 from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
+from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import choice, only, table_of, true_or_false
@@ -23,13 +25,15 @@ from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import check_volume
 
 
-def load_sample(path: str | Path) -> Sample:
+def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
     """Read a sample file.
 
     Parameters
     ----------
     path
         TOML file as described in `docs/sample-file.md`.
+    effects
+        Classes of effects of your own that the file declares.
 
     Raises
     ------
@@ -37,10 +41,15 @@ def load_sample(path: str | Path) -> Sample:
         If the file is invalid; the message names the file and the key.
     """
     path = Path(path)
-    return parse_sample(text_of(path, "sample"), str(path), path.parent)
+    return parse_sample(text_of(path, "sample"), str(path), path.parent, effects)
 
 
-def parse_sample(text: str, source: str = "sample", folder: str | Path | None = None) -> Sample:
+def parse_sample(
+    text: str,
+    source: str = "sample",
+    folder: str | Path | None = None,
+    effects: Collection[Any] = (),
+) -> Sample:
     """Parse the text of a sample file; see `load_sample`.
 
     Parameters
@@ -51,15 +60,17 @@ def parse_sample(text: str, source: str = "sample", folder: str | Path | None = 
         Name for messages.
     folder
         Folder of files that the text names; None: the working folder.
+    effects
+        Classes of effects of your own that the text declares.
     """
     document = document_of(text, source)
     try:
-        return _sample(document, Path(folder or "."))
+        return _sample(document, Path(folder or "."), own_kinds(effects))
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
 
 
-def _sample(document: dict[str, Any], folder: Path) -> Sample:
+def _sample(document: dict[str, Any], folder: Path, own: dict[str, Any]) -> Sample:
     only(document, TOP, "the file")
     version = document.get("schema_version")
     if version is True or version != SCHEMA_VERSION:
@@ -74,7 +85,8 @@ def _sample(document: dict[str, Any], folder: Path) -> Sample:
     layers = tuple(read_layer(i, t, folder, numbers) for i, t in enumerate(layer_tables(document)))
     backing = _backing(document, layers[-1], numbers)
     _check_layers(layers, backing is not None, document.get("lit_side", layers[0].name))
-    instrument = read_instrument(document)
+    instrument = read_instrument(document, numbers)
+    effects = read_effects(document, numbers, [layer.name for layer in layers], own)
     parameters = ParameterTable(numbers.parameters)
     for dispersion in numbers.dispersions:
         dispersion.check(parameters, numbers.wavelengths_nm)
@@ -91,6 +103,7 @@ def _sample(document: dict[str, Any], folder: Path) -> Sample:
         weights=read_weights(document),
         dispersions=tuple(numbers.dispersions),
         backing=backing,
+        effects=effects,
         **instrument,
     )
 

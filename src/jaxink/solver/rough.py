@@ -61,7 +61,8 @@ def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[
     """Share of light that passes between the first scatterer and the front, and the last and the back.
 
     Scattered light leaves in proportion to it. The share is hard to interpolate at rough faces and near
-    grazing, where it has poles due to light that thin layers reflect back and forth many times.
+    grazing, where it has poles due to light that thin layers reflect back and forth many times. It is 0 if the
+    light is evanescent between them, or exactly grazing.
     """
     first, last = stack.scattering[0], stack.scattering[-1]
     front = fields.down_from_front[first] + fields.up_from_front[last]
@@ -72,7 +73,7 @@ def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[
     if stack.rough and stack.rough[-1] > last:
         k = stack.rough[-1]
         back = fields.arriving_from_back[k] * _crossing_share(stack, k, squared_cosine, k + 1, k)
-    return tuple(jnp.where(share > 1e-200, share, 1.0) for share in (front, back))
+    return front, back
 
 
 def _crossing_share(stack: Stack, k: int, squared_cosine, here: int, there: int):

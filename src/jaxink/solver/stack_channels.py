@@ -35,9 +35,9 @@ class StackChannels(eqx.Module):
     rough, lobe_factors
         Rough interfaces by position, and their `RoughInterface.lobe_factors`.
     fields, escape
-        Regular light in the channels, and `escape_shares` to the front and to the back.
+        Regular light in the channels, and `escape_shares` to the front and to the back; 1 instead of 0.
     fields_beyond, escape_beyond
-        The same at the further directions.
+        Regular light at the further directions, and their `escape_shares`.
     """
 
     grid: ChannelGrid
@@ -99,7 +99,12 @@ def put_on_channels(
         rough={k: rough_element(stack, k, grid, scale, found) for k, found in interfaces.items()},
         lobe_factors={k: found.lobe_factors for k, found in interfaces.items()},
         fields=fields,
-        escape=tuple(share[:n_channels] for share in escape),
+        escape=tuple(_divisor(share[:n_channels]) for share in escape),
         fields_beyond=fields_beyond,
         escape_beyond=tuple(share[n_channels:] for share in escape),
     )
+
+
+def _divisor(share: Float[Array, " channels"]) -> Float[Array, " channels"]:
+    """Shares by which the light of a channel is divided; a channel that lets nothing escape carries none."""
+    return jnp.where(share > 1e-200, share, 1.0)

@@ -27,7 +27,6 @@ from jaxink.display.named_rows import NamedRows
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
-from jaxink.sample import Sample
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -38,6 +37,9 @@ class Diagnosis(SavedInFolder, Presented):
     ----------
     result
         Fit of the declared model.
+    corrected
+        Fit of the corrected model: its sample declares the effects found, with their values. It is ``result``
+        if none was found.
     verdict, steps, before, after, candidates
         As in ``report.json``.
     not_testable
@@ -53,8 +55,6 @@ class Diagnosis(SavedInFolder, Presented):
         bound.
     undetermined
         Parameters that the remaining misfit may have moved to a bound of their range.
-    refined
-        The sample including the effects found that are properties of the sample.
     effects
         The effects accepted.
     remaining
@@ -70,6 +70,7 @@ class Diagnosis(SavedInFolder, Presented):
     json_file: ClassVar[str] = REPORT_FILE
 
     result: FitResult
+    corrected: FitResult
     verdict: Verdict
     steps: tuple[Step, ...]
     before: Summary
@@ -83,7 +84,6 @@ class Diagnosis(SavedInFolder, Presented):
     parameters_after: NamedRows[Estimate]
     misfit_errors: dict[str, float | None]
     undetermined: tuple[str, ...]
-    refined: Sample
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]

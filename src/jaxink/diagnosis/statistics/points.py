@@ -54,7 +54,7 @@ class Points:
             data.phi_deg[used],
             data.wavelength_nm[used],
             data.is_transmission[used],
-            data.row[used].astype(float),
+            data.reading_order[used].astype(float),
         )
 
     def __len__(self) -> int:
