@@ -10,7 +10,6 @@ import numpy as np
 
 from jaxink.display.card import CardTable
 from jaxink.display.named_rows import NamedRows
-from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of, unknown_name
 from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.ties import evaluate_tie, names_in

@@ -7,9 +7,12 @@ from typing import Any
 
 from jaxink.diagnosis.findings.report_reading import read_report
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.errors import require_one_of
 from jaxink.files.decoding import Rules, decode
 from jaxink.fitting import FitResult, load_result
 from jaxink.fitting.loading import CORRECTED, DECLARED
+
+_CODES = {code.value: code for code in VerdictCode}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,7 +53,12 @@ def load_diagnosis(folder: str | Path, effects: Collection[Any] = ()) -> SavedDi
     folder = Path(folder)
     folder = folder.parent if folder.is_file() else folder
     report = read_report(folder)
-    rules = Rules(made_of={VerdictCode: (str, VerdictCode)})
+    rules = Rules(made_of={VerdictCode: (str, _code)})
     verdict = decode(Verdict, report["verdict"], "verdict", rules)
     declared, corrected = (load_result(folder / name, effects) for name in (DECLARED, CORRECTED))
     return SavedDiagnosis(declared, corrected, verdict, report)
+
+
+def _code(word: str) -> VerdictCode:
+    require_one_of("code", word, tuple(_CODES))
+    return _CODES[word]
