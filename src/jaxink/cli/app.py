@@ -248,6 +248,7 @@ def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: s
 
 @app.command()
 def export(
+    context: typer.Context,
     source: Annotated[
         Path,
         typer.Argument(
@@ -259,6 +260,22 @@ def export(
     layer: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Layer that is the ink; repeat the option for several layers."),
+    ] = None,
+    seen_from: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="LAYER",
+            help="Layer that the ink is seen from, usually its plate; front or back for the surroundings.",
+        ),
+    ] = None,
+    n_theta: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of polar angles; by default 61 to 181, as the ink needs."),
+    ] = None,
+    n_phi: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of azimuths; by default 37 to 91, as the ink needs."),
     ] = None,
     name: Name = "ink",
     allow_loss: AllowLoss = "",
@@ -272,11 +289,15 @@ def export(
         from jaxink.cli.export import Target, run_export
 
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_export(source, layer or (), Target(format, out, choices, quiet)))
+        sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
+        raise typer.Exit(
+            run_export(source, layer or (), sampling, Target(format, out, choices, quiet, context))
+        )
 
 
 @app.command()
 def boundary(
+    context: typer.Context,
     source: Annotated[
         Path, typer.Argument(metavar="SURFACE.toml", help="Description of the surface and its media.")
     ],
@@ -304,7 +325,7 @@ def boundary(
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_boundary(source, sampling, Target(format, out, choices, quiet)))
+        raise typer.Exit(run_boundary(source, sampling, Target(format, out, choices, quiet, context)))
 
 
 @app.command()

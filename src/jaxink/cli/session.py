@@ -1,13 +1,14 @@
 """Error messages, progress display and compilation cache of the commands."""
 
 import os
+import shlex
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 
@@ -30,9 +31,54 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
+class AdvisedError(InputRefusedError):
+    """Invalid input, with whole commands that would work.
+
+    Parameters
+    ----------
+    sentence
+        What is wrong.
+    commands
+        For each command, what it would do, and the command itself.
+    """
+
+    def __init__(self, sentence: str, commands: Sequence[tuple[str, str]]):
+        super().__init__(sentence)
+        self.commands = tuple(commands)
+
+
+def program() -> str:
+    """The program as it was called: a virtual environment need not be on the path."""
+    return sys.argv[0] if Path(sys.argv[0]).stem == "jaxink" else "jaxink"
+
+
+def command_again(context: typer.Context, **changes: Any) -> str:
+    """The command line that is running, with all options that were given and some that are changed.
+
+    Parameters
+    ----------
+    context
+        Of the command.
+    changes
+        New values of options, by the names of the command's parameters; None leaves an option out.
+    """
+    words = [program(), str(context.info_name)]
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        source = context.get_parameter_source(name)
+        is_given = source is not None and source.name == "COMMANDLINE"
+        value = changes.get(name, context.params.get(name) if is_given else None)
+        if value is None or value is False:
+            continue
+        values = [] if value is True else value if isinstance(value, list | tuple) else [value]
+        option = [] if parameter.param_type_name == "argument" else [max(parameter.opts, key=len)]
+        words += [word for one in values for word in (*option, str(one))] or option
+    return shlex.join(words)
+
+
 @contextmanager
 def one_sentence(debug: bool = False) -> Iterator[None]:
-    """Turn every failure into one sentence on stderr and an exit code.
+    """Turn every failure into one sentence on stderr and an exit code; commands that would work follow it.
 
     ``debug``, or the environment variable ``JAXINK_DEBUG``, shows the traceback of an unexpected error.
     """
@@ -42,6 +88,9 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
             if not debug:
                 warnings.simplefilter("ignore")
             yield
+    except AdvisedError as problem:
+        advice = (f"\n{what}:\n  {command}" for what, command in problem.commands)
+        _fail("".join([str(problem), *advice]), ExitCode.REFUSED)
     except InputRefusedError as problem:
         _fail(str(problem), ExitCode.REFUSED)
     except JaxinkError as problem:

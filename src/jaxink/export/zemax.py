@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.export.guide import in_words
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, comments, row, stem, write_lines
 from jaxink.ink.hemispherical_totals import (
@@ -25,10 +26,10 @@ _TOTAL_TOLERANCE = 0.02
 _GRAZING_DEG = 85.0
 
 
-def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
+def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
     """Write one ``.bsdf`` file per component and wavelength.
 
-    Parameters: see `jaxink.export.formats.Format`.
+    Parameters and return value: see `jaxink.export.formats.Format`.
 
     Raises
     ------
@@ -42,10 +43,13 @@ def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
     """
     radial = np.asarray(_RADIAL_DEG if options.radial_deg is None else options.radial_deg, float)
     azimuth = np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
+    contents = {}
     for w in range(len(table.wavelength_nm)):
         for component in COMPONENTS:
-            path = folder / f"{stem(table, w, options.name)}_{component}.bsdf"
-            write_lines(path, _lines(table, component, w, radial, azimuth))
+            name = f"{stem(table, w, options.name)}_{component}.bsdf"
+            write_lines(folder / name, _lines(table, component, w, radial, azimuth))
+            contents[name] = in_words(component)
+    return contents
 
 
 def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str]:
@@ -54,10 +58,9 @@ def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str
     # The last refracted angle is 90 degrees on every grid.
     incidence = np.append(incidence, critical)
     leaving = exit_angles_deg(table, component, w, incidence)
-    kind = "reflection" if component[0] == "R" else "transmission"
     lines = [
         *comments(table, w),
-        f"# component {component}: {kind} of light from side {component[2]} to side {component[3]}",
+        f"# component {component}: {in_words(component)}",
         "# AngleOfIncidence: angle of the specular or refracted direction, from the normal on the exit side",
         "Source Measured",
         "Symmetry PlaneSymmetrical",
