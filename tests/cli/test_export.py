@@ -1,6 +1,7 @@
 """The command that writes an ink for ray tracers."""
 
 import dataclasses
+import shlex
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def test_each_format_is_written(format, loss, names, file, tmp_path, told):
     out = tmp_path / "out"
     done = run(file, "--format", format, "--out", out, "--allow-loss", loss)
     assert (done.exit_code, done.stderr) == (0, "")
-    assert sorted(path.name for path in out.iterdir()) == names
+    assert sorted(path.name for path in out.iterdir()) == sorted([*names, "ink_README.txt"])
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     assert all(str(out / name) in done.stdout for name in names)
     told(done.stdout, numbers=False)
@@ -58,10 +59,15 @@ def test_netcdf_comes_back_to_the_last_bit(file, tmp_path):
 
 
 def test_a_refusal_is_one_sentence_and_writes_nothing(file, tmp_path, told):
-    done = run(file, "--format", "lighttools", "--out", tmp_path / "out")
+    out = tmp_path / "two words"
+    done = run(file, "--format", "lighttools", "--out", out)
     assert (done.exit_code, done.stdout) == (5, "")
-    told(done.stderr, "jaxink: LightTools .bsdf", "standard_errors")
-    assert done.stderr.count("\n") == 1
+    told(done.stderr, "jaxink: LightTools .bsdf", "standard errors")
+    sentence, what, command = done.stderr.splitlines()
+    assert shlex.split(command) == [
+        "jaxink", "export", str(file), "--format", "lighttools", "--out", str(out), "--allow-loss",
+        "standard_errors",
+    ]  # fmt: skip
     assert list(tmp_path.iterdir()) == []
 
 
@@ -86,7 +92,7 @@ def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, exam
     """The folder of a fit; the computation of the table has tests of its own."""
     asked = []
 
-    def table_of(result, layers):
+    def table_of(result, layers, options):
         asked.append((result.values, layers))
         return smooth_table()
 

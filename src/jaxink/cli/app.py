@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from jaxink.cli.session import installed_version, one_sentence, silence_xla
+from jaxink.cli.session import CommandLine, installed_version, one_sentence, silence_xla
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 app = typer.Typer(
@@ -246,9 +246,20 @@ def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: s
     return {"name": name, "drop": drop, "regular_bin_deg": regular_bin_deg, "basis": basis}
 
 
+def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
+    """Options of `_choices` as they are typed; ``name`` is the default of the name."""
+    return {
+        "--name": choices["name"] if choices["name"] != name else None,
+        "--allow-loss": ",".join(choices["drop"]) or None,
+        "--regular-bin-deg": choices["regular_bin_deg"],
+        "--basis": choices["basis"] if choices["basis"] != "klems" else None,
+        "--quiet": quiet,
+        "--debug": debug,
+    }
+
+
 @app.command()
 def export(
-    context: typer.Context,
     source: Annotated[
         Path,
         typer.Argument(
@@ -290,14 +301,21 @@ def export(
 
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
         sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
-        raise typer.Exit(
-            run_export(source, layer or (), sampling, Target(format, out, choices, quiet, context))
-        )
+        given = {
+            "--format": format,
+            "--out": out,
+            "--layer": layer,
+            "--from": seen_from,
+            "--n-theta": n_theta,
+            "--n-phi": n_phi,
+            **_given(choices, "ink", quiet, debug),
+        }
+        target = Target(format, out, choices, quiet, CommandLine("export", [source], given))
+        raise typer.Exit(run_export(source, layer or (), sampling, target))
 
 
 @app.command()
 def boundary(
-    context: typer.Context,
     source: Annotated[
         Path, typer.Argument(metavar="SURFACE.toml", help="Description of the surface and its media.")
     ],
@@ -325,7 +343,16 @@ def boundary(
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_boundary(source, sampling, Target(format, out, choices, quiet, context)))
+        given = {
+            "--format": format,
+            "--out": out,
+            "--n-theta": n_theta,
+            "--n-phi": n_phi,
+            "--limit-power": limit_power,
+            **_given(choices, "boundary", quiet, debug),
+        }
+        target = Target(format, out, choices, quiet, CommandLine("boundary", [source], given))
+        raise typer.Exit(run_boundary(source, sampling, target))
 
 
 @app.command()

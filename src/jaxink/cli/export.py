@@ -33,19 +33,15 @@ class Target:
         Fields of `ExportOptions`.
     quiet
         Whether to print nothing.
-    context
-        Of the command that is running, to advise others like it.
+    command
+        The command that is running, to advise others like it.
     """
 
     format: str
     folder: Path
     choices: dict[str, Any]
     quiet: bool
-    context: typer.Context
-
-    def command(self, **changes: Any) -> str:
-        """The command that is running, with some options changed."""
-        return session.command_again(self.context, **changes)
+    command: session.CommandLine
 
     def options(self) -> "ExportOptions":
         """The options, validated before anything is computed."""
@@ -118,13 +114,13 @@ def _foresee(
         refuse_expected(table, target.format, options)
 
     def command(choice: InkChoice) -> tuple[str, str]:
-        changes: dict[str, Any] = {"layer": choice.layers, "seen_from": choice.inside}
+        changes: dict[str, Any] = {"--layer": choice.layers, "--from": choice.inside}
         try:
             refuse(choice.layers, choice.inside)
         except LossRefusedError as problem:
-            changes["allow_loss"] = _allowing(options, problem.losses)
+            changes["--allow-loss"] = _allowing(options, problem.losses)
         what = f"The ink {' and '.join(choice.layers)}, seen from {choice.inside}"
-        return what, target.command(**changes)
+        return what, target.command.changed(changes)
 
     try:
         refuse(list(layers) or None, sampling["inside"])
@@ -148,12 +144,14 @@ def _advised(
     try:
         yield
     except LossRefusedError as problem:
-        commands = [("To leave it out", target.command(allow_loss=_allowing(options, problem.losses)))]
+        allowed = {"--allow-loss": _allowing(options, problem.losses)}
+        commands = [("To leave it out", target.command.changed(allowed))]
         width_deg = least_bin_deg(table, sampling.get("n_theta"), sampling.get("n_phi"))
         if "regular" in problem.losses and width_deg is not None:
             others = [loss for loss in problem.losses if loss != "regular"]
-            spread = target.command(allow_loss=_allowing(options, others) or None, regular_bin_deg=width_deg)
-            commands.append((f"To spread regular light over cones of {width_deg} degrees", spread))
+            spread = {"--allow-loss": _allowing(options, others) or None, "--regular-bin-deg": width_deg}
+            what = f"To spread regular light over cones of {width_deg} degrees"
+            commands.append((what, target.command.changed(spread)))
         raise session.AdvisedError(problem.reason, commands) from None
 
 

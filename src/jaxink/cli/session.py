@@ -1,10 +1,11 @@
 """Error messages, progress display and compilation cache of the commands."""
 
+import dataclasses
 import os
 import shlex
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
@@ -52,28 +53,34 @@ def program() -> str:
     return sys.argv[0] if Path(sys.argv[0]).stem == "jaxink" else "jaxink"
 
 
-def command_again(context: typer.Context, **changes: Any) -> str:
-    """The command line that is running, with all options that were given and some that are changed.
+@dataclasses.dataclass(frozen=True)
+class CommandLine:
+    """A command as it was given, to be repeated with other options.
 
     Parameters
     ----------
-    context
-        Of the command.
-    changes
-        New values of options, by the names of the command's parameters; None leaves an option out.
+    name
+        Command after ``jaxink``.
+    arguments
+        Positional arguments.
+    options
+        Value of each option by its name, such as ``--out``; True for one without a value, and None or False
+        for one that was not given.
     """
-    words = [program(), str(context.info_name)]
-    for parameter in context.command.params:
-        name = str(parameter.name)
-        source = context.get_parameter_source(name)
-        is_given = source is not None and source.name == "COMMANDLINE"
-        value = changes.get(name, context.params.get(name) if is_given else None)
-        if value is None or value is False:
-            continue
-        values = [] if value is True else value if isinstance(value, list | tuple) else [value]
-        option = [] if parameter.param_type_name == "argument" else [max(parameter.opts, key=len)]
-        words += [word for one in values for word in (*option, str(one))] or option
-    return shlex.join(words)
+
+    name: str
+    arguments: Sequence[object]
+    options: Mapping[str, Any]
+
+    def changed(self, changes: Mapping[str, Any]) -> str:
+        """The whole command, quoted, with some options changed or added."""
+        words = [program(), self.name, *map(str, self.arguments)]
+        for option, value in {**self.options, **changes}.items():
+            if value is None or value is False:
+                continue
+            values = [""] if value is True else value if isinstance(value, list | tuple) else [value]
+            words += [word for one in values for word in (option, str(one)) if word]
+        return shlex.join(words)
 
 
 @contextmanager

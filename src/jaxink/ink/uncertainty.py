@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -11,24 +11,11 @@ if TYPE_CHECKING:
     from jaxink.fitting import FitResult
 
 
-class FittedRow(Protocol):
-    """What `determined` needs of a fitted parameter."""
+def determined(rows: Sequence[Any]) -> tuple[list[int], list[str], list[str]]:
+    """Positions of the parameters with a standard error, names of those at a bound, and of all others.
 
-    @property
-    def name(self) -> str:
-        """Name."""
-
-    @property
-    def standard_error(self) -> float | None:
-        """Standard error, None if unknown."""
-
-    @property
-    def flag(self) -> str:
-        """Remark on the value, see `jaxink.fitting.result.FittedParameter`."""
-
-
-def determined(rows: Sequence[FittedRow]) -> tuple[list[int], list[str], list[str]]:
-    """Positions of the parameters with a standard error, names of those at a bound, and of all others."""
+    ``rows`` have name, standard error and flag of `jaxink.fitting.result.FittedParameter`.
+    """
     silent = [p for p in rows if p.standard_error is None]
     held = [p.name for p in silent if p.flag in ("at lower bound", "at upper bound")]
     lost = [p.name for p in silent if p.name not in held]
