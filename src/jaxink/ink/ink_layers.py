@@ -164,11 +164,12 @@ def _positions(sample: Sample, layers: Sequence[str] | str | None) -> tuple[int,
     if layers is None:
         wanted = [layer.name for layer in sample.layers if layer.scatters]
         if len(wanted) != 1:
-            at = (known.index(name) for name in wanted)
+            at = [known.index(name) for name in wanted]
+            ends = [*((k, k) for k in at), (min(at), max(at))]
             raise UnclearInkError(
                 f"the sample has {len(wanted)} scattering layers ({', '.join(wanted)}); name those that form "
                 "the ink (layers, --layer).",
-                (choice for position in at for choice in _choices(sample, position, position)),
+                (choice for first, last in ends for choice in _choices(sample, first, last)),
             )
     else:
         wanted = [layers] if isinstance(layers, str) else list(layers) if isinstance(layers, Iterable) else []
@@ -250,11 +251,13 @@ def _beside(sample: Sample, first: int, last: int) -> dict[str, Layer]:
 
 
 def _choices(sample: Sample, first: int, last: int) -> Iterator[InkChoice]:
-    """Every medium from which the ink can be seen; a layer of air is one, or a part of the ink."""
+    """Every clear medium from which the ink can be seen; a layer of air is one, or a part of the ink."""
     beside = _beside(sample, first, last)
     if not beside:
         yield from (InkChoice(_names(sample, first, last), side) for side in ("front", "back"))
     for side, layer in beside.items():
+        if layer.scatters:
+            continue
         yield InkChoice(_names(sample, first, last), layer.name)
         if is_air(sample, layer):
             wider = (first - 1, last) if side == "front" else (first, last + 1)
