@@ -12,6 +12,7 @@ from jaxink.display.card import Card, Presented
 from jaxink.effects import AugmentedModel, forward_model
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.result_folder import RESULT_FILE
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     import pandas
 
 SCHEMA_VERSION = 1
-RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
 # Columns of result.nc with a value for each used point: name there and description, by field.
 COLUMNS = {
