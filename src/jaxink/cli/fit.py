@@ -51,7 +51,7 @@ def run_fit(
     elif output == "tables":
         from jaxink.cli.fit_tables import console, show_result
 
-        show_result(console(), result, files, next_command(result, data_file, sample_file, columns))
+        show_result(console(), result, files, next_command(result, data_files, sample_file, columns))
     return exit_code(result)
 
 
@@ -63,14 +63,17 @@ def exit_code(result: "FitResult") -> ExitCode:
 
 
 def next_command(
-    result: "FitResult", data_file: Path, sample_file: Path, columns: dict[str, Any]
+    result: "FitResult", data_files: Sequence[Path], sample_file: Path, columns: dict[str, Any]
 ) -> str | None:
-    """The command that looks for what a model lacks; None if it fits."""
-    if not result.verdict.is_misfit:
+    """The command that looks for what a model lacks, to be typed as it is; None if the model fits."""
+    # With a mistake in the input there is nothing to look for.
+    if not result.verdict.is_misfit or any(mistake.is_named for mistake in result.mistakes):
         return None
-    options = {"sample": "which", "wavelength_nm": "wavelength-nm", "side": "side"}
-    words = ["jaxink", "diagnose", str(data_file), "--sample", str(sample_file), "--out", "report"]
-    words += [word for key, value in columns.items() for word in (f"--{options[key]}", str(value))]
+    words = ["jaxink", "diagnose", *map(str, data_files), "--sample", str(sample_file), "--out", "report"]
+    for key, value in columns.items():
+        words.append(f"--{'which' if key == 'sample' else key.replace('_', '-')}")
+        if value is not True:
+            words.append(",".join(value) if isinstance(value, list) else str(value))
     return shlex.join(words)
 
 
