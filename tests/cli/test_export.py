@@ -38,7 +38,7 @@ def file(tmp_path_factory):
         ("lighttools", "standard_errors", ["ink_550nm.bsdf"]),
         ("speos", "standard_errors", [f"ink_550nm_{side}.anisotropicbsdf" for side in ("inside", "outside")]),
         ("radiance", "standard_errors, index_step", ["ink_550nm.xml"]),
-        ("mitsuba", "", ["example_scene.py", "ink.nc", "jaxink_table.py"]),
+        ("mitsuba", "standard_errors", ["example_scene.py", "ink.nc", "jaxink_table.py"]),
         ("csv", "", ["ink_bsdf.csv", "ink_totals.csv"]),
         ("netcdf", "", ["ink.nc"]),
     ],
