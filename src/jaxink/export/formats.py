@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
@@ -167,9 +168,18 @@ def write_folder(table: InkTable, format: str, directory: str | Path, options: E
         contents = chosen.write(table, folder, options)
         readme = f"{options.name}_README.txt"
         guide = guide_to(table, {**contents, readme: "this text"}, losses, chosen.use)
-        (folder / readme).write_text("\n".join([*guide.lines(), ""]), encoding="utf-8")
+        lines = [_headline(table, chosen), *guide.lines(), ""]
+        (folder / readme).write_text("\n".join(lines), encoding="utf-8")
         names = sorted(file.name for file in folder.iterdir())
     return Export([Path(directory) / name for name in names], guide)
+
+
+def _headline(table: InkTable, chosen: Format) -> str:
+    """First line of the text beside the files."""
+    wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
+    parts = [table.attrs.get("title"), f"BSDF at {wavelengths} nm, {chosen.title}"]
+    known = [" ".join(str(part).split()) for part in parts if part]
+    return f"{', '.join(known)}, written by jaxink {version('jaxink')}."
 
 
 def _refuse_losses(losses: Sequence[Loss], chosen: Format, options: ExportOptions) -> None:

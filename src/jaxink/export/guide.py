@@ -41,10 +41,12 @@ class Guide(NamedTuple):
 def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss], use: str) -> Guide:
     """Guide to the files of a table."""
     inside, outside = media(table)
+    layers = str(table.attrs.get("layers", "")).replace(" ", ", ")
+    whole = f" It stands for {layers} and their faces: do not model these again." if layers else ""
     surface = [
         f"Side I, from which the ink is seen: {inside}, refractive index {_range(table.index_inside)}.",
         f"Side A, the other side: {outside}, refractive index {_range(table.index_outside)}.",
-        "Assign the files to the face between the two; its normal points from side I to side A.",
+        f"The files describe the face between the two; its normal points from side I to side A.{whole}",
         "R: reflection, T: transmission; then the side that the light comes from, and the side that it "
         "leaves to.",
     ]
