@@ -28,17 +28,14 @@ data.to_dataset()
 # %% [markdown]
 # ## Fit
 #
-# Everything that the fit found is in the result: values, standard errors, correlations, the misfit of each
-# scan, and how the fit ended.
+# Everything that the fit found is in the result: whether the model fits within the noise (otherwise standard
+# errors are meaningless), values, standard errors, correlations, the misfit of each scan, and how the fit
+# ended.
 
 # %%
 result = jaxink.fit(data, sample)
-print(result.outcome.value)
-for parameter in result.parameters:
-    if parameter.free:
-        print(
-            f"{parameter.name:26s} {parameter.value:9.4f} +- {parameter.standard_error:.4f} {parameter.flag}"
-        )
+print(result.verdict.sentence)
+print(result.summary())
 
 # %%
 for quantity in result.derived:
@@ -70,7 +67,7 @@ for name, truth in SIMULATED_TRUTH.items():
 jax.config.update("jax_enable_x64", True)
 here = [np.array([v]) for v in (0.0, 30.0, 180.0, 550.0, False)]
 model = jaxink.ForwardModel(result.sample, *here, jaxink.SolverConfig(**result.solver))
-free = {p.name: p.value for p in result.parameters if p.free}
+free = {p.name: p.value for p in result.parameters.free}
 value, slope = jax.jit(jax.value_and_grad(lambda values: model.bsdf(values)[0]))(free)
 for name in free:
     print(f"{name:26s} {float(slope[name]) * free[name] / float(value):+.3f}")

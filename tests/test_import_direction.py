@@ -13,6 +13,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "jaxink"
 FLOORS = (
     ("errors",),
     ("files", "numerics"),
+    ("display",),
     ("measurement",),
     ("optics",),
     ("particles",),
@@ -21,7 +22,8 @@ FLOORS = (
     ("sample",),
     ("data", "solver"),
     ("model",),
-    ("effects", "fitting"),
+    ("effects",),
+    ("fitting",),
     ("diagnosis", "ink"),
     ("export",),
     ("plots",),
@@ -95,7 +97,7 @@ import jaxink.diagnosis.statistics as room
 for module in pkgutil.iter_modules(room.__path__):
     importlib.import_module(f"jaxink.diagnosis.statistics.{{module.name}}")
 rooms = {{name.split(".")[1] for name in sys.modules if name.startswith("jaxink.")}}
-allowed = {{"diagnosis", "errors", "files", "measurement", "numerics"}}
+allowed = {{"diagnosis", "display", "errors", "files", "measurement", "numerics"}}
 assert not {{"jax", "equinox"}} & set(sys.modules), "it imports JAX"
 assert rooms <= allowed, rooms - allowed
 """

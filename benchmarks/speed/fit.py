@@ -31,7 +31,7 @@ def main() -> None:
                 f"{search.compile_seconds:.1f}",
                 f"{search.loss_start:.4g}",
                 f"{search.loss:.4f}",
-                ", ".join(f"{p.name.split('.')[1]} {p.value:.5g}" for p in first.parameters if p.free),
+                ", ".join(f"{p.name.split('.')[1]} {p.value:.5g}" for p in first.parameters.free),
             ]
         )
     header = [

@@ -58,3 +58,13 @@ def test_going_on_from_what_was_found_is_no_standing_still(inputs, coarse, monke
 def test_what_did_not_move_is_said(inputs, example_result, coarse):
     found = jaxink.fit(inputs[0], example_result.sample, jaxink.FitOptions(config=coarse, profile="none"))
     assert UNMOVED in found.notes
+
+
+def test_a_start_that_no_other_search_betters_is_called_that(inputs, example_result, coarse, told):
+    options = jaxink.FitOptions(config=coarse, profile="none", n_starts=2)
+    found = jaxink.fit(inputs[0], example_result.sample, options)
+    # The second search moved, though it led to nothing better.
+    assert found.searches[1].start != pytest.approx(found.searches[1].values)
+    assert UNMOVED not in found.notes
+    (note,) = (note for note in found.notes if "start" in note)
+    told(note, "1 search ")

@@ -12,6 +12,7 @@ import pytest
 import jaxink
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import read_dataset, write_dataset
+from jaxink.fitting.fitted_parameters import FittedParameters
 
 CHECKSUM_BYTES = len(b"jaxink sha256 ") + 64
 
@@ -59,17 +60,16 @@ def test_a_loaded_result_is_the_one_saved(saved, example_result, tmp_path):
 
 
 def test_numbers_that_are_not_finite_come_back(example_result, tmp_path):
-    first = dataclasses.replace(
-        example_result.parameters[0], value=np.nan, minimum=-np.inf, maximum=np.inf, standard_error=None
-    )
+    first, *others = example_result.parameters.values()
+    first = dataclasses.replace(first, value=np.nan, minimum=-np.inf, maximum=np.inf, standard_error=None)
     search = dataclasses.replace(example_result.searches[0], loss_start=np.inf)
-    result = dataclasses.replace(
-        example_result, parameters=(first, *example_result.parameters[1:]), searches=(search,), whitened=None
-    )
+    parameters = FittedParameters.of((first, *others))
+    result = dataclasses.replace(example_result, parameters=parameters, searches=(search,), whitened=None)
     result.save(tmp_path)
     loaded = jaxink.load_result(tmp_path)
-    assert (loaded.parameters[0].minimum, loaded.parameters[0].maximum) == (-np.inf, np.inf)
-    assert np.isnan(loaded.parameters[0].value)
+    again = loaded[first.name]
+    assert (again.minimum, again.maximum) == (-np.inf, np.inf)
+    assert np.isnan(again.value)
     assert np.isnan(loaded.searches[0].loss_start)
     assert loaded.whitened is None
 

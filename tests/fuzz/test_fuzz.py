@@ -6,6 +6,7 @@ import shutil
 import signal
 import sys
 import warnings
+import zipfile
 from contextlib import contextmanager
 from pathlib import Path
 from random import Random
@@ -146,6 +147,26 @@ def write_csv(path, random):
     path.write_bytes(mutations.csv("\n".join(lines[:: random.choice((1, 10))]), random))
 
 
+def write_workbook(path, random):
+    """Faults of the packed file, or of one of the texts in it."""
+    openpyxl = pytest.importorskip("openpyxl")
+    lines = simulated_example()[0].read_text(encoding="utf-8").split("\n")[:40]
+    book = openpyxl.Workbook()
+    for line in lines:
+        book.active.append([float(c) if c.replace(".", "").isdigit() else c for c in line.split(",")])
+    book.save(path)
+    if random.random() < 0.3:
+        path.write_bytes(mutations.bytes_of(path.read_bytes(), random))
+        return
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    name = random.choice(sorted(members))
+    members[name] = mutations.bytes_of(members[name], random)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+
+
 def write_sample(path, random):
     text = GOOD_SAMPLE + FURTHER if random.random() < 0.7 else GOOD_SAMPLE
     path.write_bytes(mutations.toml(text, random))
@@ -215,12 +236,13 @@ def anything(_):
     ("name", "write", "read", "check"),
     [
         ("data.csv", write_csv, jaxink.read, check_data),
+        ("data.xlsx", write_workbook, jaxink.read, check_data),
         ("sample.toml", write_sample, jaxink.load_sample, check_sample),
         ("surface.toml", write_surface, load_boundary, anything),
         ("heights.npy", write_heights, heights_of, anything),
         ("heights.csv", write_height_text, heights_of, anything),
     ],
-    ids=["measurement", "sample", "surface", "heights", "text of heights"],
+    ids=["measurement", "workbook", "sample", "surface", "heights", "text of heights"],
 )
 def test_inputs(name, write, read, check, seed, folder):
     assert faults(write, read, check, folder / name, seed, 60) == {}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.ink import COMPONENTS, TableOptions
 from jaxink.ink.ink_layers import find_ink
 from jaxink.ink.polar_grid import polar_grid
@@ -152,9 +153,11 @@ def test_a_parameter_on_its_bound_counts_as_known(example_result, told):
         dataclasses.replace(p, standard_error=None, flag="at lower bound")
         if p.name == "ink.absorption_per_mm"
         else p
-        for p in example_result.parameters
+        for p in example_result.parameters.values()
     )
-    covariance = ParameterCovariance.of(dataclasses.replace(example_result, parameters=rows))
+    covariance = ParameterCovariance.of(
+        dataclasses.replace(example_result, parameters=FittedParameters.of(rows))
+    )
     assert covariance.names == ("ink.scattering_per_mm", "ink.asymmetry_parameter")
     told(covariance.sentence, "ink.absorption_per_mm")
     slopes = np.array([[2.0, 0.0], [0.0, 3.0]])
@@ -170,9 +173,9 @@ def test_only_a_fit_has_standard_errors(of_fit, example_result, unmatched_table,
         dataclasses.replace(p, standard_error=None, flag="not determined")
         if p.name.endswith("g_per_mm")
         else p
-        for p in example_result.parameters
+        for p in example_result.parameters.values()
     )
-    unknown = dataclasses.replace(example_result, parameters=rows)
+    unknown = dataclasses.replace(example_result, parameters=FittedParameters.of(rows))
     assert not ParameterCovariance.of(unknown).known
     told(ParameterCovariance.of(unknown).sentence, "ink.scattering_per_mm")
 

@@ -26,7 +26,7 @@ def parameter_table(result: FitResult) -> str:
     """Free parameters of a fit."""
     rows = [
         [p.name, f"{p.value:.6g}", "" if p.standard_error is None else f"{p.standard_error:.2g}", p.flag]
-        for p in result.parameters
+        for p in result.parameters.values()
         if p.free
     ]
     return table(["parameter", "value", "standard error", "flag"], rows)
@@ -122,7 +122,7 @@ def paint_section() -> str:
         rows.append(
             [
                 name,
-                str(sum(p.free for p in result.parameters)),
+                str(sum(p.free for p in result.parameters.values())),
                 str(result.merit.points),
                 f"{100 * result.merit.relative_rms:.1f}",
                 f"{100 * result.merit.rmsd_relative:.1f}",
@@ -147,7 +147,7 @@ def paint_section() -> str:
 
 def validity_sentence(result: FitResult) -> str:
     """What the theory of waves says of its own validity at the solution."""
-    get = {p.name.removeprefix("paint."): p.value for p in result.parameters}
+    get = {p.name.removeprefix("paint."): p.value for p in result.parameters.values()}
     face = {key: get[f"front_roughness.{key}"] for key in ("height_rms_um", "length_b_um", "exponent")}
     spectrum = KCorrelation(face["height_rms_um"] ** 2, face["length_b_um"], face["exponent"])
     with computing():

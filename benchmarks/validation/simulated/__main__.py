@@ -52,9 +52,7 @@ def true_value(key: str, wavelength_nm: float | None, truth: dict) -> float:
 def comparison(result: FitResult, truth: dict) -> list[list[str]]:
     """Rows of fitted against true values, with their distance in standard errors."""
     rows = []
-    fitted = [
-        (p.name.split(".")[-1], p.value, p.standard_error, p.interval) for p in result.parameters if p.free
-    ]
+    fitted = [(p.name.split(".")[-1], p.value, p.standard_error, p.interval) for p in result.parameters.free]
     found = [
         (key.split("@")[0], float(key.split("@")[1]) if "@" in key else None, *rest) for key, *rest in fitted
     ]
@@ -131,7 +129,7 @@ def rivals() -> str:
             here = re.sub(r'density = "\w+"', f'density = "{density}"', text)
         result = fit_text("white_ink_rough", here)
         m = result.merit
-        sigma = next((p for p in result.parameters if p.name.endswith("sigma_deg")), None)
+        sigma = next((p for p in result.parameters.values() if p.name.endswith("sigma_deg")), None)
         reduced = next(d for d in result.derived if d.quantity == "reduced_optical_thickness")
         rows.append(
             [

@@ -45,31 +45,51 @@ def _common(
     pass
 
 
-Data = Annotated[Path, typer.Argument(metavar="DATA", help="Measurement: CSV, or netCDF written by jaxink.")]
+_DATA = "CSV, Excel (.xlsx), or netCDF written by jaxink; several files are joined."
+Data = Annotated[list[Path], typer.Argument(metavar="DATA...", help=f"Measurement: {_DATA}")]
 SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="Description of the sample.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")]
 WavelengthNm = Annotated[
     float | None,
-    typer.Option(metavar="NM", help="Wavelength of every row, if the CSV file has no column for it."),
+    typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
 ]
 Accuracy = Annotated[
     float,
     typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
 ]
 Side = Annotated[
-    str | None, typer.Option(metavar="R|T", help="Side of every row, if the CSV file has no column for it.")
+    str | None,
+    typer.Option(
+        metavar="R|T",
+        help="Side of every row, if the file has no column for it; R,T for two files, one of each side.",
+    ),
+]
+Sheet = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Sheet of an Excel workbook, if several are not empty."),
+]
+SignedAngles = Annotated[
+    bool,
+    typer.Option(
+        "--signed-angles",
+        help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
+    ),
 ]
 Which = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the CSV file has several."),
+    typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
 ]
 
 
-def _columns(wavelength_nm: float | None, side: str | None, which: str | None) -> dict[str, Any]:
-    """Keywords of `jaxink.read` for what the CSV file does not state."""
-    given = {"wavelength_nm": wavelength_nm, "side": side, "sample": which}
+def _columns(
+    wavelength_nm: float | None, side: str | None, which: str | None, sheet: str | None, signed_angles: bool
+) -> dict[str, Any]:
+    """Keywords of `jaxink.read` for what the files do not state."""
+    sides = None if side is None else [each.strip() for each in side.split(",")]
+    given = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
+    given["signed_angles"] = signed_angles or None
     return {name: value for name, value in given.items() if value is not None}
 
 
@@ -115,6 +135,8 @@ def fit(
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
     which: Which = None,
+    sheet: Sheet = None,
+    signed_angles: SignedAngles = False,
     no_figures: NoFigures = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
@@ -134,7 +156,7 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        columns = _columns(wavelength_nm, side, which)
+        columns = _columns(wavelength_nm, side, which, sheet, signed_angles)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
         raise typer.Exit(run_fit(data, sample, out, options, columns, formats, output))
@@ -163,6 +185,8 @@ def diagnose(
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
     which: Which = None,
+    sheet: Sheet = None,
+    signed_angles: SignedAngles = False,
     no_figures: NoFigures = False,
     json: Annotated[bool, typer.Option("--json", help="Print report.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -174,7 +198,7 @@ def diagnose(
 
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
-        columns = _columns(wavelength_nm, side, which)
+        columns = _columns(wavelength_nm, side, which, sheet, signed_angles)
         output = _output(json, quiet)
         raise typer.Exit(run_diagnose(data, sample, out, choices, accuracy, columns, not no_figures, output))
 
@@ -189,10 +213,11 @@ def predict(
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File for the prediction: .csv or .nc.")],
     data: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Argument(
-            metavar="DATA",
-            help="Measurement whose rows are predicted; may be omitted for a result, which has its own.",
+            metavar="DATA...",
+            help=f"Measurement whose rows are predicted: {_DATA} May be omitted for a result, which has its "
+            "own.",
         ),
     ] = None,
     accuracy: Annotated[
@@ -206,6 +231,8 @@ def predict(
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
     which: Which = None,
+    sheet: Sheet = None,
+    signed_angles: SignedAngles = False,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -213,8 +240,8 @@ def predict(
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
-        columns = _columns(wavelength_nm, side, which)
-        raise typer.Exit(run_predict(source, data, out, accuracy, columns, quiet))
+        columns = _columns(wavelength_nm, side, which, sheet, signed_angles)
+        raise typer.Exit(run_predict(source, data or (), out, accuracy, columns, quiet))
 
 
 Format = Annotated[

@@ -1,5 +1,6 @@
 """``jaxink diagnose``."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +10,13 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
+from jaxink.files.result_folder import CORRECTED, DECLARED
 from jaxink.files.writing import require_folder
 from jaxink.plots import FIGURE_FOLDER
 
 
 def run_diagnose(
-    data_file: Path,
+    data_files: Sequence[Path],
     sample_file: Path,
     out: Path,
     choices: dict[str, Any],
@@ -28,8 +30,8 @@ def run_diagnose(
     ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
     ``tables``, ``json`` or ``quiet``.
     """
-    require_folder(out, (FIGURE_FOLDER,))
-    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    require_folder(out, (FIGURE_FOLDER, DECLARED, CORRECTED))
+    data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)
@@ -45,6 +47,6 @@ def run_diagnose(
         from jaxink.cli.fit_tables import console
 
         show_diagnosis(console(), found, written)
-    if not found.result.converged:
+    if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

@@ -1,5 +1,6 @@
 """``jaxink fit``."""
 
+import shlex
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,7 +24,7 @@ OWNED = (FIGURE_FOLDER, SIMPLEX)
 
 
 def run_fit(
-    data_file: Path,
+    data_files: Sequence[Path],
     sample_file: Path,
     out: Path,
     options: dict[str, Any],
@@ -37,19 +38,40 @@ def run_fit(
     figures; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, OWNED)
-    data, sample = jaxink.read(data_file, **columns), jaxink.load_sample(sample_file)
+    data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
+    from jaxink.fitting import check_input
+
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
-        result = jaxink.fit(data, sample, chosen, follow)
+        result = check_input(jaxink.fit(data, sample, chosen, follow), follow)
     files = write_result(result, out, formats)
     if output == "json":
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
     elif output == "tables":
         from jaxink.cli.fit_tables import console, show_result
 
-        show_result(console(), result, files)
-    return ExitCode.FITTED if result.converged else ExitCode.NOT_CONVERGED
+        show_result(console(), result, files, next_command(result, data_files, sample_file, columns))
+    return exit_code(result)
+
+
+def exit_code(result: "FitResult") -> ExitCode:
+    """Exit code of a command that fitted."""
+    if not result.converged:
+        return ExitCode.NOT_CONVERGED
+    return ExitCode.UNEXPLAINED if result.verdict.is_misfit else ExitCode.FITTED
+
+
+def next_command(
+    result: "FitResult", data_files: Sequence[Path], sample_file: Path, columns: dict[str, Any]
+) -> str | None:
+    """The command that looks for what a model lacks; None if it fits."""
+    if not result.verdict.is_misfit:
+        return None
+    options = {"sample": "which", "wavelength_nm": "wavelength-nm", "side": "side"}
+    words = ["jaxink", "diagnose", *map(str, data_files), "--sample", str(sample_file), "--out", "report"]
+    words += [word for key, value in columns.items() for word in (f"--{options[key]}", str(value))]
+    return shlex.join(words)
 
 
 def write_result(

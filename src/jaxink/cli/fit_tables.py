@@ -12,7 +12,7 @@ from jaxink.numerics.digits import interval, percent, plain, relative_error, wit
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
-    from jaxink.fitting.result import FittedParameter
+    from jaxink.fitting.fitted_parameters import FittedParameter
 
 # ASCII if the terminal cannot show more.
 DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
@@ -36,10 +36,13 @@ def console() -> Console:
     return made
 
 
-def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) -> None:
-    """Print a fit result and the files that were written."""
+def show_result(
+    to: Console, result: "FitResult", files: Iterable[Path] = (), next_command: str | None = None
+) -> None:
+    """Print a fit result, the files that were written, and the command to type next, if any."""
+    show_verdict(to, result)
     show_outcome(to, result)
-    to.print(parameter_table(result.parameters))
+    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
     show_lines(to, "", parameter_notes(result))
     if result.derived:
         to.print(derived_table(result))
@@ -49,7 +52,17 @@ def show_result(to: Console, result: "FitResult", files: Iterable[Path] = ()) ->
     show_lines(to, "Noise", [result.noise_sentence])
     show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)
+    show_lines(to, "Mistakes in the input that were considered, each after one refit", mistake_lines(result))
     show_files(to, files)
+    if next_command is not None:
+        show_lines(to, "To find what the model lacks", [next_command])
+
+
+def show_verdict(to: Console, result: "FitResult") -> None:
+    """Print the verdict on the fit, as the first line."""
+    verdict = result.verdict
+    good = verdict.code in ("consistent", "not_judged")
+    to.print(verdict.sentence, style="bold" if good else "bold red", soft_wrap=True)
 
 
 def show_outcome(to: Console, result: "FitResult") -> None:
@@ -75,17 +88,23 @@ def show_outcome(to: Console, result: "FitResult") -> None:
         to.print(sentence, soft_wrap=True)
 
 
-def parameter_table(parameters: Sequence["FittedParameter"]) -> Table:
-    """One row for each parameter."""
+def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool = True) -> Table:
+    """One row for each parameter; standard errors that do not hold are marked."""
     rows = [_parameter_row(p) for p in parameters]
-    heads = ["parameter", "value(s.e.)", "rel.", "start", "min", "max", "free", "tie", "flag"]
+    heads = ["parameter", _value_head(errors_hold), "rel.", "start", "min", "max", "free", "tie", "flag"]
     shown = [i for i in range(len(heads)) if i < 7 or any(row[i] for row in rows)]
+    if not errors_hold:
+        shown.remove(heads.index("rel."))
     table = plain_table("")
     for i in shown:
         table.add_column(heads[i], justify="left" if i in (0, 6, 7, 8) else "right", no_wrap=i < 7)
     for parameter, row in zip(parameters, rows, strict=True):
         table.add_row(*(row[i] for i in shown), style="" if parameter.free else "dim")
     return table
+
+
+def _value_head(errors_hold: bool) -> str:
+    return "value(s.e.)" if errors_hold else "value(meaningless s.e.)"
 
 
 def _parameter_row(p: "FittedParameter") -> list[str]:
@@ -98,7 +117,7 @@ def _parameter_row(p: "FittedParameter") -> list[str]:
 def parameter_notes(result: "FitResult") -> list[str]:
     """Sentences below the parameter table."""
     lines = []
-    for p in result.parameters:
+    for p in result.parameters.values():
         if p.interval is not None:
             low, high = p.interval
             open_end = {"open below": " (open below)", "open above": " (open above)"}.get(p.flag, "")
@@ -106,10 +125,14 @@ def parameter_notes(result: "FitResult") -> list[str]:
                 f"{p.name}: {interval(low, high)}{open_end} by profile likelihood "
                 f"({DELTA_CHI_SQUARE} < 1, all other parameters refitted)."
             )
-    if any(p.flag == "not determined" for p in result.parameters):
+    if any(p.flag == "not determined" for p in result.parameters.values()):
         lines.append("not determined: the data do not constrain the parameter within its range.")
-    if any(p.standard_error is not None for p in result.parameters):
+    if any(p.standard_error is not None for p in result.parameters.values()):
         lines.append("s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005.")
+        if not result.verdict.standard_errors_hold:
+            lines.append(
+                "These standard errors are meaningless: they assume that the model fits, and it does not."
+            )
     return lines
 
 
@@ -118,7 +141,8 @@ def derived_table(result: "FitResult") -> Table:
     table = plain_table("Derived optical properties")
     for head in ("layer", "nm", "quantity"):
         table.add_column(head, no_wrap=True)
-    table.add_column("value(s.e.)", justify="right", no_wrap=True)
+    head = _value_head(result.verdict.standard_errors_hold)
+    table.add_column(head, justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for d in result.derived:
         text, unit = _QUANTITIES.get(d.quantity, (d.quantity, ""))
@@ -183,6 +207,20 @@ def _correlation_lines(result: "FitResult") -> list[str]:
         return [f"No correlation exceeds {NAMED_CORRELATION:g}."]
     listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong]
     return [f"Correlations above {NAMED_CORRELATION:g}:", *listed]
+
+
+def mistake_lines(result: "FitResult") -> list[str]:
+    """Hypotheses about the input, the most telling first."""
+    before = result.verdict.reduced_chi_square
+    return [
+        f"{'NAMED  ' if m.is_named else ''}{m.statement}"
+        + (
+            ""
+            if m.reduced_chi_square is None
+            else f": reduced chi-square {before:.4g} -> {m.reduced_chi_square:.4g}"
+        )
+        for m in result.mistakes
+    ]
 
 
 def search_lines(result: "FitResult") -> list[str]:

@@ -2,6 +2,7 @@
 
 import csv
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 def run_predict(
     source: Path,
-    data_file: Path | None,
+    data_files: Sequence[Path],
     out: Path,
     accuracy: float | None,
     columns: dict[str, Any],
@@ -30,7 +31,7 @@ def run_predict(
 ) -> ExitCode:
     """Predict every row of a measurement and write the prediction, with masked rows marked.
 
-    Without ``data_file`` the measurement of the result is predicted; without ``accuracy`` the resolution is
+    Without ``data_files`` the measurement of the result is predicted; without ``accuracy`` the resolution is
     that of the result. ``columns`` are keywords of `jaxink.read`.
     """
     if out.suffix not in (".csv", ".nc"):
@@ -39,13 +40,13 @@ def run_predict(
         )
     require_file(out)
     is_sample = source.suffix == ".toml" and not os.path.isdir(source)
-    if is_sample and data_file is None:
+    if is_sample and not data_files:
         raise InputRefusedError(
             f"{source}: a sample file has no directions; give a measurement after it, whose rows are then "
             "predicted."
         )
     sample = jaxink.load_sample(source) if is_sample else None
-    given = None if data_file is None else jaxink.read(data_file, **columns)
+    given = jaxink.read(data_files, **columns) if data_files else None
     session.prepare_jax()
     config = None
     if sample is None:

@@ -8,11 +8,13 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
 
+from jaxink.cli.progress_lines import ProgressLines
 from jaxink.errors import InputRefusedError, JaxinkError
 from jaxink.numerics.progress import Progress
 
@@ -126,9 +128,13 @@ def _fail(sentence: str, code: ExitCode) -> NoReturn:
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Progress | None]:
-    """A line on stderr that follows a fit; None if quiet or if stderr is not a terminal."""
-    if quiet or not sys.stderr.isatty():
+    """One line on stderr that follows a fit, or several if it is not a terminal; None if quiet."""
+    if quiet:
         yield None
+        return
+    if not sys.stderr.isatty():
+        with ProgressLines(partial(typer.echo, err=True)) as lines:
+            yield lines
         return
     from rich.console import Console
 

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+from jaxink.display.brief import brief_repr
+from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+
 
 @dataclass(frozen=True)
 class SearchPolicy:
@@ -81,8 +84,10 @@ class SearchPolicy:
         standard errors.
     """
 
-    noise_p: float = 1e-3
-    sigma_tolerance: float = 1.1
+    __repr__ = brief_repr
+
+    noise_p: float = LEAST_PROBABILITY
+    sigma_tolerance: float = SIGMA_TOLERANCE
     fewest_pairs: int = 10
     shortest_scan: int = 8
     ljung_box_lags: int = 10

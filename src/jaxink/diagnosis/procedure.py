@@ -1,5 +1,6 @@
 """The complete diagnosis of a measurement: fit, search, judge."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from jaxink.sample import Sample
 
 
 def diagnose(
-    data: GonioData | str | Path,
+    data: GonioData | str | Path | Sequence[str | Path],
     sample: Sample | str | Path,
     options: DiagnosisOptions | None = None,
     progress: Progress | None = None,
@@ -30,7 +31,7 @@ def diagnose(
     Parameters
     ----------
     data
-        Measurement, or its file.
+        Measurement, its file, or a list of files, whose rows are joined.
     sample
         Sample as declared, or its file.
     options

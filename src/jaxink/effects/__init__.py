@@ -1,8 +1,9 @@
 """Effects that a model may lack, applied from outside: the physical model does not know them."""
 
-from jaxink.effects.augmented import AugmentedModel, extend, undivided
+from jaxink.effects.augmented import AugmentedModel, as_declared, extend, forward_model, model_at, undivided
 from jaxink.effects.case import Case
 from jaxink.effects.catalogue import CATALOGUE, CATALOGUE_VERSION, Listed, effects_for
+from jaxink.effects.declared import declare, declared_effects, settled, with_values
 from jaxink.effects.kinds import (
     AreaWithOtherSample,
     AreaWithOtherValues,
@@ -30,7 +31,14 @@ __all__ = [
     "SampleEffect",
     "Scene",
     "Surroundings",
+    "as_declared",
+    "declare",
+    "declared_effects",
     "effects_for",
     "extend",
+    "forward_model",
+    "model_at",
+    "settled",
     "undivided",
+    "with_values",
 ]

@@ -1,13 +1,17 @@
 """A forward model with effects applied to it."""
 
+import dataclasses
 import functools
 import operator
+from collections.abc import Mapping
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
+from jaxink.display.brief import brief_repr
+from jaxink.effects.declared import declared_effects, in_order
 from jaxink.effects.kinds import (
     AreaWithOtherSample,
     AreaWithOtherValues,
@@ -17,28 +21,34 @@ from jaxink.effects.kinds import (
     ReadingEffect,
     SampleEffect,
 )
-from jaxink.effects.sample_edits import with_constants
+from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
+from jaxink.measurement.dataset import Columns, GonioData
 from jaxink.model.forward import ForwardModel
+from jaxink.model.volume import LayerCoefficients
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
 
 
 class AugmentedModel(eqx.Module):
-    """Predicts the BSDF of a sample with effects.
+    """Predicts the BSDF of a sample with effects: those that it declares, and others.
 
     Parameters
     ----------
     sample
-        The declared sample; effects extend it in their order.
+        The sample; effects extend it.
     effects
-        In the order in which they act.
+        Further effects.
     scene
         Points to predict.
     config
-        Resolution of the solver.
+        Resolution of the solver; None: that of `ForwardModel.sizes` for the accuracy.
+    accuracy, layer_method
+        As of `ForwardModel`.
     """
+
+    __repr__ = brief_repr
 
     main: ForwardModel
     others: tuple[tuple[int, ForwardModel], ...]
@@ -46,7 +56,16 @@ class AugmentedModel(eqx.Module):
     scene: Scene
     surroundings: Surroundings = eqx.field(static=True)
 
-    def __init__(self, sample: Sample, effects: tuple[Effect, ...], scene: Scene, config: SolverConfig):
+    def __init__(
+        self,
+        sample: Sample,
+        effects: tuple[Effect, ...],
+        scene: Scene,
+        config: SolverConfig | None = None,
+        accuracy: float = DEFAULT_ACCURACY,
+        layer_method: str = "fastest",
+    ):
+        effects = in_order((*declared_effects(sample), *effects))
         effects = tuple(dict.fromkeys(effect.carrier for effect in effects))
         self.effects, self.scene = effects, scene
         looked_at = (e.looks_at for e in effects if isinstance(e, ReadingEffect))
@@ -57,14 +76,16 @@ class AugmentedModel(eqx.Module):
         whole = extend(sample, undivided(effects))
 
         def model(sample, config):
-            return ForwardModel(extend(sample, dividing), *directions, config)
+            divided = dataclasses.replace(extend(sample, dividing), effects=())
+            return ForwardModel(divided, *directions, config, accuracy, layer_method)
 
         self.main = model(whole, config)
+        config = self.main.config
         others = []
         for i, effect in enumerate(effects):
             match effect:
                 case AreaWithOtherSample():
-                    others.append((i, model(effect.other(whole), config)))
+                    others.append((i, model(as_declared(sample, effect.other(whole)), config)))
                 case FinerDiscretisation():
                     others.append((i, model(whole, effect.refined(config))))
         self.others = tuple(others)
@@ -75,6 +96,11 @@ class AugmentedModel(eqx.Module):
         return self.main.sample
 
     @property
+    def wavelengths_nm(self) -> tuple[float, ...]:
+        """Wavelengths of the points, ascending."""
+        return self.main.wavelengths_nm
+
+    @property
     def config(self) -> SolverConfig:
         """Resolution of the solver."""
         return self.main.config
@@ -83,8 +109,19 @@ class AugmentedModel(eqx.Module):
         """As of `ForwardModel`."""
         return self.main.sizes(values, accuracy, layer_method)
 
-    def bsdf(self, values) -> Float[Array, " points"]:
-        """Predicted BSDF at the points of the scene, 1/sr."""
+    def coefficients(self, values) -> dict[str, LayerCoefficients]:
+        """As of `ForwardModel`."""
+        return self.main.coefficients(values)
+
+    def bsdf(self, values: Mapping | None = None) -> Float[Array, " points"]:
+        """Predicted BSDF at the points of the scene, 1/sr.
+
+        Parameters
+        ----------
+        values
+            Values by name, in place of those of the sample's table; the BSDF is differentiable in each.
+        """
+        values = self.sample.parameters.values_with(values or {})
         everywhere, regular = self._mixed(values)
         field = self._field(everywhere, regular)
         predicted = field.points
@@ -129,6 +166,46 @@ class AugmentedModel(eqx.Module):
         return Field(self.scene, everywhere[:n], grid, regular, lower, upper)
 
 
+def forward_model(
+    sample: Sample,
+    data: GonioData,
+    config: SolverConfig | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+    layer_method: str = "fastest",
+) -> ForwardModel | AugmentedModel:
+    """Forward model of a sample at every point of a measurement, with the effects that the sample declares.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+    data
+        Its directions, sides, wavelengths and rows are used.
+    config, accuracy, layer_method
+        As of `ForwardModel`.
+
+    Raises
+    ------
+    InputRefusedError
+        The sample cannot be predicted there, or lacks what an effect needs.
+    """
+    return model_at(sample, data.directions, data.reading_order, config, accuracy, layer_method)
+
+
+def model_at(
+    sample: Sample,
+    directions: Columns,
+    row: ArrayLike,
+    config: SolverConfig | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+    layer_method: str = "fastest",
+) -> ForwardModel | AugmentedModel:
+    """As `forward_model`, for columns as of `GonioData.directions` and the row of each point."""
+    if not sample.effects:
+        return ForwardModel(sample, *directions, config, accuracy, layer_method)
+    return AugmentedModel(sample, (), Scene.of(*directions, row=row), config, accuracy, layer_method)
+
+
 def _blend(first, second, share):
     return tuple((1 - share) * a + share * b for a, b in zip(first, second, strict=True))
 
@@ -140,7 +217,16 @@ def undivided(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
 
 def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
     """The sample with the parameters of all effects, at strength zero; dividing effects come last."""
+    declared = sample
     for effect in sorted(effects, key=lambda e: isinstance(e, DividingEffect)):
         is_of_sample = isinstance(effect, SampleEffect)
         sample = effect.extend(sample) if is_of_sample else with_constants(sample, effect.terms)
+        sample = as_declared(declared, sample)
     return sample
+
+
+def as_declared(declared: Sample, extended: Sample) -> Sample:
+    """An extended sample whose declared effects have the values, ranges and ties of their declaration."""
+    names = {effect.name for effect in declared.effects}
+    given = (p for name, p in declared.parameters.items() if name.split(".")[0] in names)
+    return with_parameters(extended, *given) if names else extended

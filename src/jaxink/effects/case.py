@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects.scene import Scene
 from jaxink.sample import Layer, Sample
 
@@ -23,6 +24,8 @@ class Case:
     accuracy
         Largest relative error of the discretisation.
     """
+
+    __repr__ = brief_repr
 
     sample: Sample
     scene: Scene

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects.case import Case
 from jaxink.effects.constants import CONSTANTS
 from jaxink.effects.geometry import GEOMETRY
@@ -28,6 +29,8 @@ CATALOGUE: tuple[type[Effect], ...] = (
 @dataclasses.dataclass(frozen=True)
 class Listed:
     """Forms in which effects may be present in a case, and why the others cannot be tested."""
+
+    __repr__ = brief_repr
 
     forms: tuple[Effect, ...]
     not_testable: dict[str, str]

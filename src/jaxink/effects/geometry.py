@@ -6,8 +6,10 @@ import numpy as np
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import AreaWithOtherValues, ReadingEffect, SampleEffect
-from jaxink.effects.sample_edits import with_parameters
-from jaxink.sample import Backing, Parameter, Sample
+from jaxink.effects.sample_edits import ink_of, with_parameters
+from jaxink.errors import InputRefusedError
+from jaxink.sample import Backing, Layer, Parameter, Sample
+from jaxink.sample.effect_schema import terms_of
 
 # A varying thickness is represented by areas that are thinner and thicker than the mean by this share.
 _THICKNESS_STEP = 0.5
@@ -53,6 +55,14 @@ class LateralLoss(SampleEffect):
         return with_parameters(changed, *self.terms)
 
 
+_NO_OWN_THICKNESS = "the ink is opaque, or its thickness is tied or depends on the wavelength"
+
+
+def _has_own_thickness(sample: Sample, ink: Layer) -> bool:
+    thickness = sample.parameters.get(f"{ink.name}.thickness_um")
+    return thickness is not None and thickness.tie is None
+
+
 @dataclasses.dataclass(frozen=True)
 class _OtherThickness(AreaWithOtherValues):
     """The thickness of the ink is not uniform."""
@@ -62,7 +72,16 @@ class _OtherThickness(AreaWithOtherValues):
     @classmethod
     def forms(cls, case: Case):
         ink = case.inks[0]
-        return "the ink is opaque" if ink.opaque else (cls(ink.name),)
+        return (cls(ink.name),) if _has_own_thickness(case.sample, ink) else _NO_OWN_THICKNESS
+
+    @classmethod
+    def of_sample(cls, sample, layer=None):
+        found = ink_of(sample, cls.name, layer)
+        if not _has_own_thickness(sample, found):
+            raise InputRefusedError(
+                f"[effects.{cls.name}] does not suit '{found.name}': {_NO_OWN_THICKNESS}."
+            )
+        return cls(found.name)
 
     def _times(self, factor, values):
         """The ink with a multiple of its thickness."""
@@ -75,10 +94,7 @@ class ThinPatches(_OtherThickness):
 
     name, usual = "thin_patches", 0.1
     statement = "a share of the area has ink of another thickness"
-    terms = (
-        Parameter("thin_patches.share", 0.0, True, 0.0, 0.6),
-        Parameter("thin_patches.thickness_ratio", 0.4, True, 0.02, 3.0, scale="log"),
-    )
+    terms = terms_of("thin_patches")
     settings = tuple(
         {"thin_patches.thickness_ratio": ratio, "thin_patches.share": 0.2} for ratio in (0.05, 0.2, 0.5, 1.8)
     )
@@ -93,7 +109,7 @@ class ThicknessVariance(_OtherThickness):
 
     name, usual = "thickness_variance", 0.02
     statement = "the thickness of the ink varies"
-    terms = (Parameter("thickness_variance.relative", 0.0, True, 0.0, 0.2),)
+    terms = terms_of("thickness_variance")
     settings = ({"thickness_variance.relative": 0.1},)
 
     def mixture(self, values):
@@ -110,7 +126,7 @@ class Pinholes(ReadingEffect):
 
     name, group, usual = "pinholes", "geometry", 0.01
     statement = "a share of the area has no ink"
-    terms = (Parameter("pinholes.share", 0.0, True, 0.0, 0.6),)
+    terms = terms_of("pinholes")
 
     def change(self, predicted, values, field):
         """Return f (1 - s)."""

@@ -8,7 +8,7 @@ import numpy as np
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import ReadingEffect
 from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG, Surroundings
-from jaxink.sample import Parameter
+from jaxink.sample.effect_schema import terms_of
 
 _MANY_PLANES = "the scans have too many planes of view for integrals along them"
 
@@ -19,7 +19,7 @@ class Gain(ReadingEffect):
 
     name, sign, usual = "gain", 0, 0.05
     statement = "the calibration is wrong by one factor for all scans"
-    terms = (Parameter("gain.relative", 0.0, True, -0.5, 0.5),)
+    terms = terms_of("gain")
 
     def change(self, predicted, values, field):
         """Return y = (1 + s) f."""
@@ -32,7 +32,7 @@ class SideGain(ReadingEffect):
 
     name, sign, usual = "side_gain", 0, 0.03
     statement = "the calibration of reflection is wrong relative to that of transmission"
-    terms = (Parameter("side_gain.relative", 0.0, True, -0.5, 0.5),)
+    terms = terms_of("side_gain")
 
     @classmethod
     def forms(cls, case: Case):
@@ -52,7 +52,7 @@ class AngleOffset(ReadingEffect):
     name, sign, usual = "angle_offset", 0, 0.3
     looks_at = Surroundings.PLANES
     statement = "the detector arm has an angular offset"
-    terms = (Parameter("angle_offset.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
+    terms = terms_of("angle_offset")
 
     @classmethod
     def forms(cls, case: Case):
@@ -73,7 +73,7 @@ class IncidenceAngle(ReadingEffect):
     name, group, sign, usual = "incidence_angle", "constant", 0, 0.3
     looks_at = Surroundings.INCIDENCES
     statement = "the angle of incidence differs from its label"
-    terms = (Parameter("incidence_angle.angle_deg", 0.0, True, -4.0, 4.0, "deg"),)
+    terms = terms_of("incidence_angle")
 
     def change(self, predicted, values, field):
         """True incidence = label + offset; to second order."""
@@ -100,15 +100,20 @@ class Blur(ReadingEffect):
     def forms(cls, case: Case):
         return (cls(False), cls(True)) if case.scene.in_few_planes else _MANY_PLANES
 
+    @classmethod
+    def of_sample(cls, sample):
+        del sample
+        return cls(True)
+
+    @property
+    def form(self):
+        return {}
+
     @property
     def terms(self):
         """Variance of the core; with wings also their share of the power and their half width."""
-        core = Parameter("blur.core_variance_deg2", 0.0, True, 0.0, 9.0, "deg^2")
-        if not self.has_wings:
-            return (core,)
-        share = Parameter("blur.wing_share", 0.0, True, 0.0, 0.5)
-        width = Parameter("blur.wing_half_width_deg", 4.0, True, 1.0, 20.0, "deg")
-        return share, core, width
+        core, share, width = terms_of("blur")
+        return (share, core, width) if self.has_wings else (core,)
 
     @property
     def settings(self):
@@ -152,7 +157,7 @@ class StrayLight(ReadingEffect):
 
     name, usual = "stray_light", 0.002
     statement = "stray light adds a constant to the BSDF"
-    terms = (Parameter("stray_light.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
+    terms = terms_of("stray_light")
 
     def change(self, predicted, values, field):
         """Return y = f + s."""
@@ -165,7 +170,7 @@ class SignalFloor(ReadingEffect):
 
     name, usual = "signal_floor", 0.001
     statement = "the electronics add a constant to the detector's signal"
-    terms = (Parameter("signal_floor.level_per_sr", 0.0, True, 0.0, 1.0, "1/sr"),)
+    terms = terms_of("signal_floor")
 
     def change(self, predicted, values, field):
         """Return y = f + s / cos(theta_o)."""
@@ -174,29 +179,64 @@ class SignalFloor(ReadingEffect):
 
 @dataclasses.dataclass(frozen=True)
 class Nonlinearity(ReadingEffect):
-    """The detector is not linear."""
+    """The detector is not linear.
+
+    Parameters
+    ----------
+    full_scale_per_sr
+        Signal v_max; None: the largest of the points.
+    """
+
+    full_scale_per_sr: float | None = None
 
     name, sign, usual = "nonlinearity", 0, 0.02
     statement = "the detector is not linear"
-    terms = (Parameter("nonlinearity.relative", 0.0, True, -0.5, 0.5),)
+    terms = terms_of("nonlinearity")
+
+    def settled(self, scene, measured):
+        """With the largest measured signal as the full scale."""
+        largest = float(np.max(measured * np.cos(np.deg2rad(scene.theta_o_deg))))
+        return self if self.full_scale_per_sr is not None else Nonlinearity(largest)
 
     def change(self, predicted, values, field):
         """Return y = f (1 + s v / v_max), v the detector's signal f cos(theta_o)."""
         signal = field.points * jnp.cos(jnp.deg2rad(field.scene.theta_o_deg))
-        return predicted * (1 + values["nonlinearity.relative"] * signal / jnp.max(signal))
+        full = jnp.max(signal) if self.full_scale_per_sr is None else self.full_scale_per_sr
+        return predicted * (1 + values["nonlinearity.relative"] * signal / full)
 
 
 @dataclasses.dataclass(frozen=True)
 class Drift(ReadingEffect):
-    """The lamp drifts, in the order of the file's rows."""
+    """The lamp drifts, in the order of the file's rows.
+
+    Parameters
+    ----------
+    first_row, last_row
+        Rows at the times -1/2 and 1/2; None: of the first and the last point.
+    """
+
+    first_row: float | None = None
+    last_row: float | None = None
 
     name, sign, usual = "drift", 0, 0.01
     statement = "the signal drifts from the first to the last row"
-    terms = (Parameter("drift.relative", 0.0, True, -0.5, 0.5),)
+    terms = terms_of("drift")
+
+    def settled(self, scene, measured):
+        """With the first and the last row of these points."""
+        del measured
+        first, last = self._rows(scene)
+        return Drift(float(first), float(last))
 
     def change(self, predicted, values, field):
         """Return y = f (1 + s t), t from -1/2 to 1/2."""
-        return predicted * (1 + values["drift.relative"] * (field.scene.time - 0.5))
+        first, last = self._rows(field.scene)
+        time = (field.scene.row - first) / jnp.maximum(last - first, 1.0)
+        return predicted * (1 + values["drift.relative"] * (time - 0.5))
+
+    def _rows(self, scene):
+        first = jnp.min(scene.row) if self.first_row is None else self.first_row
+        return first, jnp.max(scene.row) if self.last_row is None else self.last_row
 
 
 INSTRUMENT = (AngleOffset, IncidenceAngle, Blur, Gain, SideGain, StrayLight, SignalFloor, Nonlinearity, Drift)

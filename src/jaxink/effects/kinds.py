@@ -1,7 +1,8 @@
 """The kinds of effects: something that a model may lack, with a strength.
 
 A method is implemented once: it is abstract, or it is not overridden. Only the defaults of `forms`,
-`settings`, `carrier` and `is_screened` may be replaced, once. A class with a ``name`` has no subclasses.
+`settings`, `carrier`, `is_screened`, `of_sample`, `form` and `settled` may be replaced, once. A class with a
+``name`` has no subclasses.
 """
 
 import abc
@@ -13,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.effects.case import Case
-from jaxink.effects.scene import Field, Surroundings
+from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.config import SolverConfig
@@ -59,6 +60,38 @@ class Effect(abc.ABC):
                 "kinds in jaxink.effects, such as ReadingEffect, and have the method of its kind."
             )
         return (cls(),)
+
+    @classmethod
+    def of_sample(cls, sample: Sample, **form: Any) -> "Effect":
+        """The effect as a sample file declares it.
+
+        Parameters
+        ----------
+        sample
+            The sample; what the form does not say follows from it.
+        **form
+            Keys of the file that are no parameters.
+        """
+        del sample
+        return cls(**form)
+
+    @property
+    def form(self) -> dict[str, Any]:
+        """What `of_sample` needs to construct this form."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init}
+
+    def settled(self, scene: Scene, measured: Float[np.ndarray, " points"]) -> "Effect":
+        """The effect with what it would otherwise take from the points that are predicted.
+
+        Parameters
+        ----------
+        scene
+            The points of a fit.
+        measured
+            BSDF there, 1/sr.
+        """
+        del scene, measured
+        return self
 
     @property
     @abc.abstractmethod

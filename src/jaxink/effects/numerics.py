@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import FinerDiscretisation
-from jaxink.sample import Parameter
+from jaxink.sample.effect_schema import terms_of
 from jaxink.solver.config import SolverConfig
 
 # Share of the noise of a point below which no realistic number of points reveals an error.
@@ -30,7 +30,7 @@ class _HalfAsManyAgain(FinerDiscretisation):
 
     @property
     def terms(self):
-        return (Parameter(f"{self.name}.share", 0.0, True, -3.0, 3.0),)
+        return terms_of(self.name)
 
     @property
     def settings(self):

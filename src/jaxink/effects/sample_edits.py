@@ -2,6 +2,7 @@
 
 import dataclasses
 
+from jaxink.errors import InputRefusedError
 from jaxink.sample import Layer, Parameter, ParameterTable, Roughness, Sample
 
 
@@ -16,6 +17,18 @@ def with_constants(sample: Sample, terms: tuple[Parameter, ...]) -> Sample:
     missing = (t for t in terms if t.name not in sample.parameters)
     new = [dataclasses.replace(t, free=False, prior=None) for t in missing]
     return with_parameters(sample, *new) if new else sample
+
+
+def ink_of(sample: Sample, effect: str, layer: str | None) -> Layer:
+    """The layer that a declared effect names, or the first scattering one."""
+    inks = {one.name: one for one in sample.layers if one.scatters}
+    if layer is None:
+        return next(iter(inks.values()))
+    if layer not in inks:
+        raise InputRefusedError(
+            f"effects.{effect}.layer is '{layer}'; it must be a scattering layer: {', '.join(inks)}."
+        )
+    return inks[layer]
 
 
 def with_changed_layer(sample: Sample, layer: str, **changes) -> Sample:

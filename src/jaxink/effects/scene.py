@@ -10,6 +10,8 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
+from jaxink.display.brief import brief_repr
+
 # Grid of angles in the plane of a scan, for derivatives and convolutions.
 GRID_DEG = np.arange(-89.0, 89.1, 2.0)
 # Step for derivatives with respect to the incidence.
@@ -36,8 +38,8 @@ class Scene(eqx.Module):
     ----------
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
         As of `GonioData`, used points only.
-    time
-        When each point was measured, scaled to [0, 1].
+    row
+        Row of each point in its file, as the time at which it was measured.
     signed_deg
         Polar angle of view in its plane through the normal, positive on the side of the specular direction.
     plane
@@ -51,12 +53,14 @@ class Scene(eqx.Module):
         at the points, per radian.
     """
 
+    __repr__ = brief_repr
+
     theta_i_deg: Float[np.ndarray, " points"]
     theta_o_deg: Float[np.ndarray, " points"]
     phi_deg: Float[np.ndarray, " points"]
     wavelength_nm: Float[np.ndarray, " points"]
     is_transmission: Bool[np.ndarray, " points"]
-    time: Float[np.ndarray, " points"]
+    row: Float[np.ndarray, " points"]
     signed_deg: Float[np.ndarray, " points"]
     plane: Int[np.ndarray, " points"]
     plane_columns: Float[np.ndarray, "planes 4"]
@@ -66,8 +70,8 @@ class Scene(eqx.Module):
     curvature: Float[np.ndarray, "points grid"]
 
     @classmethod
-    def of(cls, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, time) -> "Scene":
-        """Scene of the points of a measurement; `time` in any unit."""
+    def of(cls, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission, row) -> "Scene":
+        """Scene of the points of a measurement."""
         phi = np.mod(phi_deg, 360.0)
         forward = np.cos(np.deg2rad(phi)) < -1e-9
         # The half plane on the specular side is positive; perpendicular to it, that of 90 degrees.
@@ -78,12 +82,11 @@ class Scene(eqx.Module):
         signed = np.where(forward, 1.0, -1.0) * theta_o_deg
         spline = CubicSpline(np.deg2rad(GRID_DEG), np.eye(GRID_DEG.size))
         at = np.deg2rad(np.clip(signed, GRID_DEG[0], GRID_DEG[-1]))
-        time = np.asarray(time, float)
         waves, wave_of_point = np.unique(np.asarray(wavelength_nm, float), return_inverse=True)
         return cls(
             *(np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, wavelength_nm)),
             np.asarray(is_transmission, bool),
-            (time - time.min()) / max(np.ptp(time), 1.0),
+            np.asarray(row, float),
             signed,
             plane.reshape(-1),
             planes,

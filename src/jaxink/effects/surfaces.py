@@ -7,7 +7,27 @@ import numpy as np
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import AreaWithOtherSample, SampleEffect
 from jaxink.effects.sample_edits import with_face, with_film, with_parameters
+from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Roughness, Sample
+from jaxink.sample.effect_schema import terms_of
+
+
+def _plate_ink_contact(sample: Sample) -> int | None:
+    """Number of layers in front of the first face between a plate and an ink; None if there is none."""
+    scatters = [layer.scatters for layer in sample.layers]
+    contacts = (k + 1 for k in range(len(scatters) - 1) if scatters[k] != scatters[k + 1])
+    return next(contacts, None)
+
+
+def _outer_ink_face(sample: Sample, effect: str) -> int:
+    """Number of layers in front of the outer face of an ink."""
+    layers = sample.layers
+    if layers[0].scatters:
+        return 0
+    if layers[-1].scatters and not layers[-1].opaque:
+        return len(layers)
+    raise InputRefusedError(f"[effects.{effect}] needs an ink with an outer face, and the sample has none.")
+
 
 _NO_OUTER_FACE = "there is no outer face of an ink that is declared smooth"
 
@@ -181,12 +201,9 @@ class TopCoat(AreaWithOtherSample):
 
     name, group, usual = "top_coat", "surface", 1.0
     statement = "a film of another refractive index covers the ink"
-    terms = (
-        Parameter("top_coat.share", 0.0, True, 0.0, 1.0),
-        Parameter("top_coat_film.refractive_index", 1.3, True, 1.05, 2.2),
-    )
+    terms = terms_of("top_coat")
     # All of the area, with a film of low and of high index.
-    settings = tuple({"top_coat.share": 1.0, "top_coat_film.refractive_index": n} for n in (1.3, 1.75))
+    settings = tuple({"top_coat.share": 1.0, "top_coat.refractive_index": n} for n in (1.3, 1.75))
 
     @classmethod
     def forms(cls, case: Case):
@@ -196,9 +213,14 @@ class TopCoat(AreaWithOtherSample):
         position, face = faces["rough_ink"]
         return (cls(position + (face == "back_roughness")),)
 
+    @classmethod
+    def of_sample(cls, sample, position=None):
+        """By default on the outer face of the ink, even if that is rough."""
+        return cls(_outer_ink_face(sample, cls.name) if position is None else position)
+
     def other(self, sample: Sample) -> Sample:
         index = self.terms[1]
-        return with_parameters(with_film(sample, self.position, "top_coat_film", index.value), index)
+        return with_parameters(with_film(sample, self.position, "top_coat", index.value), index)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -209,16 +231,23 @@ class AirGap(AreaWithOtherSample):
 
     name, group, usual = "air_gap", "surface", 0.05
     statement = "there is air between plate and ink"
-    terms = (Parameter("air_gap.share", 0.0, True, 0.0, 1.0),)
+    terms = terms_of("air_gap")
     settings = ({"air_gap.share": 1.0},)
 
     @classmethod
     def forms(cls, case: Case):
-        layers = case.sample.layers
-        for k in range(len(layers) - 1):
-            if layers[k].scatters != layers[k + 1].scatters:
-                return (cls(k + 1),)
-        return "no plate is in contact with the ink"
+        position = _plate_ink_contact(case.sample)
+        return "no plate is in contact with the ink" if position is None else (cls(position),)
+
+    @classmethod
+    def of_sample(cls, sample, position=None):
+        """By default where the first plate and ink meet."""
+        position = _plate_ink_contact(sample) if position is None else position
+        if position is None:
+            raise InputRefusedError(
+                "[effects.air_gap] needs a plate in contact with the ink, and the sample has none."
+            )
+        return cls(position)
 
     def other(self, sample: Sample) -> Sample:
         return with_film(sample, self.position, "air_gap_layer", 1.0)
@@ -234,7 +263,6 @@ class WeakInterface(SampleEffect):
 
     layer: str
     position: int
-    declared: float
     is_single: bool
 
     name, group, usual = "weak_interface", "surface", 0.5
@@ -250,11 +278,26 @@ class WeakInterface(SampleEffect):
         name = f"{layers[position].name}.refractive_index"
         if name not in case.sample.parameters:
             return "the ink's index depends on the wavelength"
-        declared = case.declared(name)
-        if declared <= 1.0 + 1e-9:
+        if case.declared(name) <= 1.0 + 1e-9:
             return "the ink already has the index of air"
         end = position + (face == "back_roughness")
-        return (cls(layers[position].name, end, declared, len(layers) == 1),)
+        return (cls(layers[position].name, end, len(layers) == 1),)
+
+    @classmethod
+    def of_sample(cls, sample):
+        position = _outer_ink_face(sample, cls.name)
+        ink = sample.layers[0 if position == 0 else -1].name
+        index = sample.parameters.get(f"{ink}.refractive_index")
+        if index is None or (len(sample.layers) == 1 and not index.is_fixed):
+            raise InputRefusedError(
+                f"[effects.weak_interface] needs one refractive index of '{ink}' for all wavelengths, fixed "
+                "if the ink is the only layer."
+            )
+        return cls(ink, position, len(sample.layers) == 1)
+
+    @property
+    def form(self):
+        return {}
 
     @property
     def changes_structure(self) -> bool:
@@ -264,7 +307,8 @@ class WeakInterface(SampleEffect):
     @property
     def terms(self):
         """1 - (n_eff - 1) / (n - 1)."""
-        return (Parameter("weak_interface.share", 0.0, True, 0.0, 1.0 if self.is_single else 0.6),)
+        (share,) = terms_of("weak_interface")
+        return (share if self.is_single else dataclasses.replace(share, maximum=0.6),)
 
     @property
     def settings(self):
@@ -273,10 +317,14 @@ class WeakInterface(SampleEffect):
 
     def extend(self, sample: Sample) -> Sample:
         """With an index, or a film, tied to the strength."""
-        tie = f"{self.declared} - weak_interface.share * {self.declared - 1}"
+        name = f"{self.layer}.refractive_index"
+        start = float(sample.parameters.values_with({})[name])
+        # The only layer's own index is tied; it cannot occur in its tie.
+        declared = repr(start) if self.is_single else name
+        tie = f"{declared} - weak_interface.share * ({declared} - 1)"
         target = self.layer if self.is_single else "weak_interface_film"
         if not self.is_single:
-            sample = with_film(sample, self.position, target, self.declared)
+            sample = with_film(sample, self.position, target, start)
         index = Parameter(f"{target}.refractive_index", np.nan, False, 1.0, 4.0, "", tie)
         return with_parameters(sample, self.strength, index)
 

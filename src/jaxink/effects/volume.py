@@ -9,8 +9,10 @@ import numpy as np
 from jaxink.effects.case import Case
 from jaxink.effects.constants import DeclaredConstant
 from jaxink.effects.kinds import DividingEffect, Effect, ReadingEffect, SampleEffect
-from jaxink.effects.sample_edits import freed, with_changed_layer, with_parameters
+from jaxink.effects.sample_edits import freed, ink_of, with_changed_layer, with_parameters
+from jaxink.errors import InputRefusedError
 from jaxink.sample import Layer, Parameter, Population, Sample
+from jaxink.sample.effect_schema import terms_of
 
 _NOT_MIE = "the ink does not consist of Mie particles, so it has no such parameter"
 
@@ -127,22 +129,21 @@ class DepthGradient(DividingEffect):
     name, sign, usual = "depth_gradient", 0, 0.5
     changes_structure, scales = True, True
     statement = "the ink's scattering changes with depth"
-    terms = (Parameter("depth_gradient.slope", 0.0, True, -1.5, 1.5),)
+    terms = terms_of("depth_gradient")
     # Half as much again.
     settings = ({"depth_gradient.slope": 0.5},)
 
     @classmethod
     def forms(cls, case: Case):
         ink = case.inks[0]
-        if ink.opaque or ink.populations:
-            return "the ink is opaque, or has several kinds of particles"
-        if any(n.startswith(f"{ink.name}.") and "@" in n for n in case.sample.parameters):
-            return "the ink has parameters given by wavelength, which its halves cannot share"
-        if f"{ink.name}.{_concentration(ink)}" not in case.sample.parameters:
-            return "the ink has no parameter for its concentration that could vary with depth"
-        if ink.roughness and len(ink.roughness) > 1:
-            return "the ink has two rough faces"
-        return (cls(ink.name),)
+        return _why_undividable(case.sample, ink) or (cls(ink.name),)
+
+    @classmethod
+    def of_sample(cls, sample, layer=None):
+        ink = ink_of(sample, cls.name, layer)
+        if reason := _why_undividable(sample, ink):
+            raise InputRefusedError(f"[effects.depth_gradient] cannot divide '{ink.name}': {reason}.")
+        return cls(ink.name)
 
     def extend(self, sample: Sample) -> Sample:
         """Two halves, whose concentrations depend on the strength; all else is tied to the declared layer."""
@@ -167,6 +168,19 @@ class DepthGradient(DividingEffect):
                 new.append(_tied(sample.parameters[own], f"{name}.{rest}", tie))
         layers = (*sample.layers[:position], *halves, *sample.layers[position + 1 :])
         return with_parameters(dataclasses.replace(sample, layers=layers), *new)
+
+
+def _why_undividable(sample: Sample, ink: Layer) -> str:
+    """Why an ink cannot be divided into halves; empty if it can."""
+    if ink.opaque or ink.populations:
+        return "the ink is opaque, or has several kinds of particles"
+    if any(n.startswith(f"{ink.name}.") and "@" in n for n in sample.parameters):
+        return "the ink has parameters given by wavelength, which its halves cannot share"
+    if f"{ink.name}.{_concentration(ink)}" not in sample.parameters:
+        return "the ink has no parameter for its concentration that could vary with depth"
+    if ink.roughness and len(ink.roughness) > 1:
+        return "the ink has two rough faces"
+    return ""
 
 
 def _concentration(ink: Layer) -> str:
@@ -255,10 +269,7 @@ class ShadowHiding(ReadingEffect):
     name, group, usual = "shadow_hiding", "volume", 0.2
     statement = "reflection is enhanced around the source by shadow hiding"
 
-    terms = (
-        Parameter("shadow_hiding.amplitude", 0.0, True, 0.0, 1.0),
-        Parameter("shadow_hiding.width", 0.05, True, 0.01, 0.4, scale="log"),
-    )
+    terms = terms_of("shadow_hiding")
     settings = tuple({"shadow_hiding.width": width} for width in (0.03, 0.1, 0.3))
 
     @classmethod

@@ -7,8 +7,10 @@ import numpy as np
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import Effect, ReadingEffect, SampleEffect
-from jaxink.effects.sample_edits import with_parameters
+from jaxink.effects.sample_edits import ink_of, with_parameters
+from jaxink.errors import InputRefusedError
 from jaxink.sample import Dispersion, Parameter, Sample
+from jaxink.sample.effect_schema import terms_of
 
 # Excitation and emission of optical brighteners.
 _EXCITED_NM, _EMITTED_NM = (320.0, 420.0), (420.0, 500.0)
@@ -33,20 +35,28 @@ class Fluorescence(ReadingEffect):
 
     name, group, usual = "fluorescence", "wave optics", 0.05
     statement = "the sample fluoresces"
-    terms = (Parameter("fluorescence.share", 0.0, True, 0.0, 1.0),)
+    terms = terms_of("fluorescence")
 
     @classmethod
     def forms(cls, case: Case):
-        sample = case.sample
-        if sample.detector_mode is None:
-            return "the detector is not described: add instrument.detector_mode to the sample file"
-        if sample.detector_mode == "spectrometer" and sample.illumination is None:
-            return "the exciting illumination is unknown: add instrument.illumination to the sample file"
-        form = cls(sample.illumination if sample.detector_mode == "spectrometer" else None)
+        form = _fluorescence(case.sample)
+        if isinstance(form, str):
+            return form
         seen = form.gain(np.asarray(case.scene.wavelength_nm))
         if not np.any(seen > 0):
             return "no measured wavelength is in the range where a brightener would be visible"
         return (form,)
+
+    @classmethod
+    def of_sample(cls, sample):
+        form = _fluorescence(sample)
+        if isinstance(form, str):
+            raise InputRefusedError(f"[effects.fluorescence]: {form}.")
+        return form
+
+    @property
+    def form(self):
+        return {}
 
     def gain(self, wavelength_nm):
         """Emitted light detected at a wavelength, relative to the light incident on the sample there."""
@@ -68,6 +78,15 @@ class Fluorescence(ReadingEffect):
         return predicted + values["fluorescence.share"] / (2 * jnp.pi) * gain[field.scene.wave_of_point]
 
 
+def _fluorescence(sample: Sample) -> Fluorescence | str:
+    """The form for the instrument of a sample, or what is missing."""
+    if sample.detector_mode is None:
+        return "the detector is not described: add instrument.detector_mode to the sample file"
+    if sample.detector_mode == "spectrometer" and sample.illumination is None:
+        return "the exciting illumination is unknown: add instrument.illumination to the sample file"
+    return Fluorescence(sample.illumination if sample.detector_mode == "spectrometer" else None)
+
+
 @dataclasses.dataclass(frozen=True)
 class CoherentBackscatter(ReadingEffect):
     """Waves that travel the same path in opposite directions interfere constructively towards the source.
@@ -77,10 +96,7 @@ class CoherentBackscatter(ReadingEffect):
 
     name, group, usual = "coherent_backscatter", "wave optics", 0.3
     statement = "coherent backscattering enhances reflection in a narrow cone around the source"
-    terms = (
-        Parameter("coherent_backscatter.enhancement", 0.0, True, 0.0, 1.0),
-        Parameter("coherent_backscatter.half_width_deg", 0.5, True, 0.05, 2.5, "deg", scale="log"),
-    )
+    terms = terms_of("coherent_backscatter")
     settings = tuple({"coherent_backscatter.half_width_deg": width} for width in (0.3, 1.0, 2.5))
 
     @classmethod
@@ -113,13 +129,12 @@ class BinderDispersion(SampleEffect):
     """The binder's refractive index depends on the wavelength; the strength is Cauchy's B."""
 
     layer: str
-    declared: float
-    middle_um: float
+    middle_nm: float
 
     name, group, sign, usual = "dispersion", "wave optics", 0, 0.005
     changes_structure, scales = True, True
     statement = "the refractive index of the binder depends on the wavelength"
-    terms = (Parameter("dispersion.b_um2", 0.0, True, -0.02, 0.04, "um^2"),)
+    terms = terms_of("dispersion")
     # Typical of a binder.
     settings = ({"dispersion.b_um2": 0.005},)
 
@@ -131,14 +146,26 @@ class BinderDispersion(SampleEffect):
             return "only one wavelength was measured"
         if name not in case.sample.parameters or not case.sample.parameters[name].is_fixed:
             return "the ink's index is free, or already has a dispersion"
-        return (cls(case.inks[0].name, case.declared(name), float(np.mean(waves)) / 1000),)
+        return (cls(case.inks[0].name, float(np.mean(waves))),)
+
+    @classmethod
+    def of_sample(cls, sample, middle_nm, layer=None):
+        ink = ink_of(sample, cls.name, layer)
+        index = sample.parameters.get(f"{ink.name}.refractive_index")
+        if index is None or not index.is_fixed:
+            raise InputRefusedError(
+                f"[effects.dispersion] needs a fixed refractive index of '{ink.name}', the same for all "
+                "wavelengths."
+            )
+        return cls(ink.name, middle_nm)
 
     def extend(self, sample: Sample) -> Sample:
         """Cauchy's formula with the declared index at the mean wavelength."""
         name = f"{self.layer}.refractive_index"
         formula = Dispersion(name, "cauchy", 1.0, 4.0)
+        declared = sample.parameters[name].value
         ties = {
-            "a": f"{self.declared} - dispersion.b_um2 * {self.middle_um**-2}",
+            "a": f"{declared} - dispersion.b_um2 * {(self.middle_nm / 1000) ** -2}",
             "b_um2": "dispersion.b_um2",
         }
         tied = (Parameter(f"{name}.{k}", np.nan, False, -np.inf, np.inf, "", tie) for k, tie in ties.items())
@@ -151,14 +178,11 @@ class Interference(ReadingEffect):
     """A thin smooth layer causes interference fringes in reflection."""
 
     thickness_um: float
-    index: float
+    refractive_index: float
 
     name, group, usual = "interference", "wave optics", 0.05
     statement = "a thin layer causes interference fringes"
-    terms = (
-        Parameter("interference.amplitude", 0.0, True, 0.0, 0.5),
-        Parameter("interference.phase_rad", 0.0, True, -np.pi, np.pi, "rad"),
-    )
+    terms = terms_of("interference")
     settings = tuple({"interference.phase_rad": phase} for phase in (0.0, 1.57, 3.14, -1.57))
 
     @classmethod
@@ -177,8 +201,8 @@ class Interference(ReadingEffect):
     def change(self, predicted, values, field):
         """Return y = f (1 + s cos(4 pi n d cos(theta) / lambda + phase)) in reflection."""
         scene = field.scene
-        sine = jnp.sin(jnp.deg2rad(scene.theta_o_deg)) / self.index
-        way = 2 * self.index * self.thickness_um * jnp.sqrt(1 - sine**2)
+        sine = jnp.sin(jnp.deg2rad(scene.theta_o_deg)) / self.refractive_index
+        way = 2 * self.refractive_index * self.thickness_um * jnp.sqrt(1 - sine**2)
         fringe = jnp.cos(2 * jnp.pi * way / (scene.wavelength_nm / 1000) + values["interference.phase_rad"])
         return predicted * (1 + values["interference.amplitude"] * fringe * ~scene.is_transmission)
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.losses import LOSSES, Loss
 
@@ -34,6 +35,8 @@ class ExportOptions:
         Largest error that may arise in Mitsuba's files from leaving out angles of the table, see
         `jaxink.export.thinning.thinned`; 0 keeps all angles.
     """
+
+    __repr__ = brief_repr
 
     name: str = "ink"
     drop: tuple[str, ...] = ()

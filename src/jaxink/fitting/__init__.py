@@ -1,21 +1,28 @@
 """Fitting a sample to a measurement, gradient-based or with the Nelder-Mead simplex."""
 
 from jaxink.fitting.exclusion import predict_left_out
+from jaxink.fitting.input_check import check_input
 from jaxink.fitting.inputs import marked, prepare_data
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.minimisation import fit
+from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.prediction import predict
 from jaxink.fitting.result import FitResult
+from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 
 __all__ = [
     "OBJECTIVES",
     "FitOptions",
     "FitResult",
+    "FitVerdict",
+    "FitVerdictCode",
+    "Mistake",
     "Objective",
     "Outcome",
+    "check_input",
     "fit",
     "load_result",
     "make_objective",

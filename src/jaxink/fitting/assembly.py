@@ -8,11 +8,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Search
-from jaxink.fitting.result import DerivedQuantity, FitResult, FittedParameter, ProfileCurve, SearchSummary
+from jaxink.fitting.result import DerivedQuantity, FitResult, ProfileCurve, SearchSummary
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
@@ -69,7 +70,9 @@ def assemble(
         method=options.method,
         objective=options.objective,
         outcome=best.outcome,
-        parameters=tuple(_row(p, sample, objective, found) for p in sample.parameters.values()),
+        parameters=FittedParameters.of(
+            tuple(_row(p, sample, objective, found) for p in sample.parameters.values())
+        ),
         correlation_names=() if errors is None else tuple(p.name for p in free),
         correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
         derived=_derived(objective, best, errors),
@@ -205,8 +208,19 @@ def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Fou
     # Compared with the sample's start: a search may have continued from the end of another one.
     first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
     if np.allclose(found.best.unit, first):
-        notes.append("No parameter moved from its start value.")
+        notes.append(_unmoved(found))
     return notes
+
+
+def _unmoved(found: Found) -> str:
+    """Why the best values are those of the start: searches from elsewhere may have found nothing better."""
+    others = sum(not np.allclose(search.start, found.best.unit) for search in found.searches)
+    if not others:
+        return "No parameter moved from its start value."
+    return (
+        f"The start values are the best found: {others} search{'es' * (others != 1)} from elsewhere ended "
+        "no lower."
+    )
 
 
 def _rivals(objective: Objective, found: Found) -> list[str]:

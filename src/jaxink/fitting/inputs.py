@@ -1,5 +1,6 @@
 """Measurement and sample in the form that a fit or a prediction needs."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ from jaxink.numerics.forking import refuse_in_fork
 from jaxink.sample import Sample, load_sample
 
 
-def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tuple[GonioData, Sample]:
+def read_inputs(
+    data: GonioData | str | Path | Sequence[str | Path], sample: Sample | str | Path
+) -> tuple[GonioData, Sample]:
     """Load a measurement and a sample, unless they are loaded already.
 
     Raises
@@ -21,11 +24,11 @@ def read_inputs(data: GonioData | str | Path, sample: Sample | str | Path) -> tu
         In a process forked from one that has run computations.
     """
     refuse_in_fork()
-    require_kind("data", data, GonioData, str, Path)
+    require_kind("data", data, GonioData, str, Path, list, tuple)
     require_kind("sample", sample, Sample, str, Path)
     sample = sample if isinstance(sample, Sample) else load_sample(sample)
     sample.parameters.require_ranges()
-    return read(data) if isinstance(data, str | Path) else data, sample
+    return data if isinstance(data, GonioData) else read(data), sample
 
 
 def prepare_data(data: GonioData, sample: Sample) -> GonioData:
@@ -45,15 +48,16 @@ def prepare_data(data: GonioData, sample: Sample) -> GonioData:
                     f"{', '.join(f'{w:g}' for w in known)} nm only."
                 )
         data = data.select(wavelength_nm=sample.wavelengths_nm)
-    return data.with_masks(_limits(sample))
+    return data.with_masks(limits_of(sample))
 
 
 def marked(data: GonioData, sample: Sample) -> GonioData:
     """A measurement with the masks that a sample asks for; all rows are kept, even unused ones."""
-    return data.replace(mask=data.mask_bits(_limits(sample)))
+    return data.replace(mask=data.mask_bits(limits_of(sample)))
 
 
-def _limits(sample: Sample) -> MaskLimits:
+def limits_of(sample: Sample) -> MaskLimits:
+    """Limits of the geometric masks that a sample asks for."""
     limits = dict(sample.masks)
     return MaskLimits(
         **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},

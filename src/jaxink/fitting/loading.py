@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict, get_type_hints
 
@@ -13,10 +14,12 @@ from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
+from jaxink.files.result_folder import CORRECTED, REPORT_FILE, result_file
+from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.options import METHODS
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResult, json_fields
+from jaxink.fitting.result import COLUMNS, SCHEMA_VERSION, FitResult, json_fields
 from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
@@ -33,24 +36,45 @@ class _OutcomeEntry(TypedDict):
     sentence: str
 
 
+class _VerdictEntry(TypedDict):
+    code: str
+    sentence: str
+    reduced_chi_square: float | None
+    standard_errors_hold: bool
+
+
 def _entries() -> dict[str, Any]:
     """Type of each entry of ``result.json``; fields of `FitResult` have the type declared there."""
     head = {"schema_version": int, "outcome": _OutcomeEntry, "data_file": str, "source": str}
     # Entries that have another form in the file.
-    forms = {"sample": Any, "solver": SolverConfig, "correlations": tuple[tuple[float, ...], ...]}
+    forms = {
+        "sample": Any,
+        "parameters": tuple[FittedParameter, ...],
+        "solver": SolverConfig,
+        "correlations": tuple[tuple[float, ...], ...],
+    }
     declared = get_type_hints(FitResult) | forms
     # A field with a default is a class attribute of the dataclass.
     fields = {n: NotRequired[declared[n]] if hasattr(FitResult, n) else declared[n] for n in json_fields()}
-    # Older results lack the identifier.
-    return head | fields | {"result_id": NotRequired[str | None]}
+    # Older results lack the identifier and the verdict; the latter follows from the residuals.
+    later = {"result_id": NotRequired[str | None], "verdict": NotRequired[_VerdictEntry]}
+    return head | fields | later
 
 
 # Its keys are those of `FitResult`, so that a type checker cannot know them.
 _Document: Any = TypedDict("_Document", _entries())  # type: ignore[misc]
 
 
-def load_result(path: str | Path) -> FitResult:
-    """Read a result that `FitResult.save` wrote: its folder, or the ``result.json`` in it.
+def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
+    """Read a result that `FitResult.save` wrote.
+
+    Parameters
+    ----------
+    path
+        Its folder, or the ``result.json`` in it. For the folder of a diagnosis, or its ``report.json``, the
+        result is that of the corrected model.
+    effects
+        Classes of effects of your own that the sample declares.
 
     Raises
     ------
@@ -58,16 +82,20 @@ def load_result(path: str | Path) -> FitResult:
         Naming file and key: it is not a result, has another schema version, or its two files do not belong
         together.
     """
-    path = Path(path)
-    path = path / RESULT_FILE if os.path.isdir(path) else path
+    path = result_file(Path(path))
     # First complete a replacement of the files that an interrupted run had started.
     settle(path.parent)
     name = shown_path(path)
     if "\0" not in str(path) and not os.path.lexists(path):
+        if path.parent.name == CORRECTED:
+            raise InputRefusedError(
+                f"{name}: there is no result; {REPORT_FILE} was written by an older jaxink, so run `jaxink "
+                "diagnose` again."
+            )
         raise InputRefusedError(f"{name}: there is no result; `jaxink fit` writes one.")
     plain = read_json(path, _LARGEST_BYTES, "result")
     try:
-        document, sample = _document(plain)
+        document, sample = _document(plain, effects)
     except InputRefusedError as problem:
         raise InputRefusedError(f"{name}: {problem}") from None
     data, columns = _points(path, document)
@@ -76,6 +104,7 @@ def load_result(path: str | Path) -> FitResult:
     size = len(document["correlation_names"])
     fields = {name: document[name] for name in json_fields() if name in document} | {
         "sample": sample,
+        "parameters": FittedParameters.of(document["parameters"]),
         "outcome": Outcome[document["outcome"]["code"].upper()],
         "correlations": np.array(document["correlations"], float).reshape(size, size),
         "solver": dataclasses.asdict(document["solver"]),
@@ -83,7 +112,7 @@ def load_result(path: str | Path) -> FitResult:
     return FitResult(data=data, **columns, **fields)
 
 
-def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
+def _document(plain: Any, effects: Collection[Any]) -> tuple[dict[str, Any], Sample]:
     """Content of ``result.json``, each key checked."""
     version = plain.get("schema_version") if isinstance(plain, dict) else None
     if version != SCHEMA_VERSION or isinstance(version, bool):
@@ -91,7 +120,7 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
             f"schema_version is {described(version)}; this jaxink reads results of version {SCHEMA_VERSION}."
         )
     document = decode(_Document, plain, "", _RULES)
-    sample = sample_from_dict(document["sample"])
+    sample = sample_from_dict(document["sample"], effects=effects)
     codes = [outcome.name.lower() for outcome in Outcome]
     require_one_of("outcome.code", document["outcome"]["code"], codes)
     require_one_of("method", document["method"], METHODS)

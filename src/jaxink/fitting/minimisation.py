@@ -1,12 +1,13 @@
 """Fit a sample to a measurement: several starts, refinement of the resolution, and profiles."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
+from jaxink.effects import AugmentedModel, Scene, settled
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import Found, assemble
 from jaxink.fitting.gradient import GradientSearch, scan, starts, together
@@ -35,7 +36,7 @@ _MOST_REFINEMENTS = 2
 
 
 def fit(
-    data: GonioData | str | Path,
+    data: GonioData | str | Path | Sequence[str | Path],
     sample: Sample | str | Path,
     options: FitOptions | None = None,
     progress: Progress | None = None,
@@ -47,7 +48,7 @@ def fit(
     Parameters
     ----------
     data
-        Measurement, or its file.
+        Measurement, its file, or a list of files, whose rows are joined.
     sample
         Sample, or its file.
     options
@@ -76,6 +77,10 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
             f"{data.source or 'the measurement'}: its noise is {noise.origin} Declare it in [noise] of the "
             "sample file, or choose another objective."
         )
+    used = data.used
+    sample = settled(
+        sample, Scene.of(*data.used_directions, row=data.reading_order[used]), data.bsdf_per_sr[used]
+    )
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )
@@ -99,7 +104,7 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
     """Resolution needed at the solution, if it exceeds that of the fit."""
     if options.config is not None:
         return None
-    model = cast(ForwardModel, objective.model)
+    model = cast(ForwardModel | AugmentedModel, objective.model)
     used, values = model.config, objective.numbers(best.unit)
     asked = used.at_least(model.sizes(values, options.accuracy, options.layer_method))
     return None if asked == used else asked

@@ -9,10 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from jaxink.display.brief import brief_repr
+from jaxink.effects import model_at
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
-from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -72,6 +73,8 @@ class Objective(eqx.Module):
     free
         Names of the free parameters.
     """
+
+    __repr__ = brief_repr
 
     model: eqx.Module
     measured: Float[np.ndarray, " points"]
@@ -186,8 +189,7 @@ def make_objective(
             f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
             "not: mask them, or choose chi_square."
         )
-    columns = data.used_directions
-    model = ForwardModel(sample, *columns, config=config, accuracy=accuracy, layer_method=layer_method)
+    model = model_at(sample, data.used_directions, data.reading_order[used], config, accuracy, layer_method)
     names = tuple(p.name for p in free)
     return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
 

@@ -5,6 +5,8 @@ import enum
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
+
 
 class Outcome(enum.Enum):
     """How a search ended."""
@@ -52,6 +54,8 @@ class Search:
     path
         Loss after each step.
     """
+
+    __repr__ = brief_repr
 
     method: str
     outcome: Outcome

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxink.effects import forward_model
 from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import GonioData
-from jaxink.model.forward import ForwardModel, evaluate
+from jaxink.model.forward import evaluate
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
@@ -46,4 +47,4 @@ def predict(
         Sample or data are invalid.
     """
     data, sample = read_inputs(data, sample)
-    return evaluate(ForwardModel(sample, *data.directions, config=config, accuracy=accuracy))
+    return evaluate(forward_model(sample, data, config, accuracy))

@@ -4,21 +4,31 @@ import dataclasses
 import hashlib
 import json
 from functools import cached_property
-from typing import Any, ClassVar, TypedDict, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, cast
 
 import numpy as np
 
+from jaxink.display.card import Card, Presented
+from jaxink.effects import AugmentedModel, forward_model
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.result_folder import RESULT_FILE
+from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.merit import Merit, ScanMerit
+from jaxink.fitting.mistake import Mistake, mistakes_sentence
+from jaxink.fitting.objective import weights_of
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.summary import fit_card
+from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample, sample_to_dict
 from jaxink.solver.config import SolverConfig
 
+if TYPE_CHECKING:
+    import pandas
+
 SCHEMA_VERSION = 1
-RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
 # Columns of result.nc with a value for each used point: name there and description, by field.
 COLUMNS = {
@@ -28,43 +38,6 @@ COLUMNS = {
 }
 # Fields in result.nc, or at the head of result.json; all others are written and read by their names.
 _ELSEWHERE = ("data", "outcome", *COLUMNS)
-
-
-@dataclasses.dataclass(frozen=True)
-class FittedParameter:
-    """One parameter after the fit.
-
-    Parameters
-    ----------
-    name, unit
-        As in the sample.
-    value
-        Fitted value.
-    standard_error
-        One standard error; None if unknown, see ``flag``.
-    start, minimum, maximum
-        Start value and range.
-    free
-        Whether it was fitted.
-    tie
-        Expression of a tied parameter, or None.
-    flag
-        Empty, or: ``at lower bound``, ``at upper bound``, ``not determined``, ``open below``, ``open above``.
-    interval
-        Where chi-square increases by less than 1 with all others refitted; None if not computed.
-    """
-
-    name: str
-    unit: str
-    value: float
-    standard_error: float | None
-    start: float
-    minimum: float
-    maximum: float
-    free: bool
-    tie: str | None = None
-    flag: str = ""
-    interval: tuple[float, float] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -128,8 +101,8 @@ class NoiseOrigin(TypedDict):
     known: bool
 
 
-@dataclasses.dataclass(frozen=True)
-class FitResult(SavedInFolder):
+@dataclasses.dataclass(frozen=True, repr=False)
+class FitResult(SavedInFolder, Presented):
     """Result of a fit.
 
     A field with a default may be absent from ``result.json`` that an older jaxink wrote.
@@ -149,7 +122,7 @@ class FitResult(SavedInFolder):
     outcome
         How the fit ended.
     parameters
-        All parameters.
+        All parameters, by name.
     correlation_names, correlations
         Free parameters with a standard error, and their correlations.
     derived
@@ -166,6 +139,8 @@ class FitResult(SavedInFolder):
         For reproducing it.
     notes
         Remarks for the user.
+    mistakes
+        Mistakes in the input that were considered; see `jaxink.fitting.check_input`.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -178,7 +153,7 @@ class FitResult(SavedInFolder):
     method: str
     objective: str
     outcome: Outcome
-    parameters: tuple[FittedParameter, ...]
+    parameters: FittedParameters
     correlation_names: tuple[str, ...]
     correlations: np.ndarray
     derived: tuple[DerivedQuantity, ...]
@@ -191,6 +166,7 @@ class FitResult(SavedInFolder):
     versions: dict[str, str]
     seed: int
     notes: tuple[str, ...]
+    mistakes: tuple[Mistake, ...] = ()
 
     @cached_property
     def result_id(self) -> str:
@@ -205,10 +181,22 @@ class FitResult(SavedInFolder):
         """Whether the fit ended in a minimum."""
         return self.outcome.converged
 
+    @cached_property
+    def verdict(self) -> FitVerdict:
+        """Whether the residual is what the stated noise would leave; points of weight 0 do not count."""
+        weighted = weights_of(self.data, self.sample) > 0
+        at_bound = ("at lower bound", "at upper bound")
+        bounds = tuple(name for name, p in self.parameters.items() if p.flag in at_bound)
+        whitened = None if self.whitened is None else self.whitened[weighted]
+        n_free = len(self.sample.parameters.free)
+        verdict = judge_fit(self.outcome, self.objective, whitened, n_free, bounds)
+        mistakes = mistakes_sentence(self.mistakes, verdict.reduced_chi_square)
+        return dataclasses.replace(verdict, sentence=f"{verdict.sentence} {mistakes}".rstrip())
+
     @property
     def values(self) -> dict[str, float]:
         """Value of every parameter by name."""
-        return {p.name: p.value for p in self.parameters}
+        return {name: p.value for name, p in self.parameters.items()}
 
     @property
     def noise_sentence(self) -> str:
@@ -220,17 +208,24 @@ class FitResult(SavedInFolder):
         return sentence + "."
 
     def __getitem__(self, name: str) -> FittedParameter:
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        raise KeyError(name)
+        return self.parameters[name]
+
+    @property
+    def covariance(self) -> FittedCovariance:
+        """Covariance of the fitted parameters in their units; without those that have no standard error."""
+        errors = [self.parameters[name].standard_error for name in self.correlation_names]
+        known = [i for i, error in enumerate(errors) if error is not None]
+        names = tuple(self.correlation_names[i] for i in known)
+        deviation = np.array([errors[i] for i in known], float)
+        matrix = self.correlations[np.ix_(known, known)] * np.outer(deviation, deviation)
+        return FittedCovariance(names, matrix)
 
     @property
     def config(self) -> SolverConfig:
         """Resolution at the end of the fit."""
         return SolverConfig(**cast("dict[str, Any]", self.solver))
 
-    def forward_model(self, data: GonioData | None = None) -> ForwardModel:
+    def forward_model(self, data: GonioData | None = None) -> ForwardModel | AugmentedModel:
         """Forward model with the fitted values, for this or another measurement.
 
         Parameters
@@ -239,7 +234,7 @@ class FitResult(SavedInFolder):
             Points to predict; None for the fitted measurement, including masked points.
         """
         at = self.data if data is None else data
-        return ForwardModel(self.sample, *at.directions, config=self.config)
+        return forward_model(self.sample, at, self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""
@@ -255,6 +250,22 @@ class FitResult(SavedInFolder):
             dataset[name] = ("point", column, {"long_name": what})
         return dataset.assign_attrs(result_id=self.result_id)
 
+    def to_frame(self) -> "pandas.DataFrame":
+        """The measurement as a pandas DataFrame, with prediction, noise and residuals; one row per point."""
+        dataset, frame = self.to_dataset(), self.data.to_frame()
+        return frame.assign(**{name: dataset[name].values for name, _ in COLUMNS.values()})
+
+    def card(self) -> Card:
+        """How the fit ended, its parameters, figures of merit, the noise and remarks."""
+        return fit_card(
+            self.data,
+            self.outcome,
+            f"{self.method} fit of {self.objective}",
+            self.parameters,
+            self.merit,
+            (self.noise_sentence, *self.notes),
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the result, as in ``result.json``; see `docs/result.md`."""
         return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain()}
@@ -266,13 +277,15 @@ class FitResult(SavedInFolder):
                 "converged": self.converged,
                 "sentence": self.outcome.value,
             },
+            "verdict": self.verdict,
             "data_file": DATA_FILE,
             "source": self.data.source,
         }
         fields = {name: getattr(self, name) for name in json_fields()} | {
-            "sample": sample_to_dict(self.sample)
+            "sample": sample_to_dict(self.sample),
+            "parameters": tuple(self.parameters.values()),
         }
-        return head | plain(fields)
+        return plain(head | fields)
 
     def files_beside(self) -> dict[str, bytes | memoryview]:
         """The measurement with its prediction, as netCDF."""

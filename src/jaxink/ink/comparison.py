@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.ink.ink_layers import adjacent_air
 from jaxink.ink.table import InkTable
@@ -48,6 +49,8 @@ class ComponentDifference:
 @dataclasses.dataclass(frozen=True, eq=False)
 class TableComparison:
     """Tables of one ink by two models of its sample, at the same wavelengths."""
+
+    __repr__ = brief_repr
 
     before: InkTable
     after: InkTable

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief
+from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import read_dataset, write_dataset
 from jaxink.ink.lobes import COMPONENTS, FacetLobes
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class InkTable:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class InkTable(Presented):
     """BSDF of an ink alone, with four components; isotropic about the normal.
 
     Parameters
@@ -165,6 +167,22 @@ class InkTable:
             top = np.max(whole[:, looked_at][:, :, looked_at], axis=(2, 3), keepdims=True)
             found[name] = float(np.max(difference / np.where(top > 0, top, np.inf))) / 4
         return found
+
+    def card(self) -> Card:
+        """Size of the table, refractive indices, and the range of each component."""
+        shape = f"{len(self.theta_deg)} polar angles, {len(self.phi_deg)} azimuths"
+        title = f"BSDF of an ink between its plate (I) and the other side (A): {shape}"
+        rows = [
+            [name, f"{w:g}", *(f"{n[i]:.4g}" for n in self.index_of_sides(name))]
+            + [f"{f(self.bsdf_per_sr[c, i]):.4g}" for f in (np.min, np.max)]
+            + [f"{np.max(self.regular[c, i]):.4g}"]
+            for c, name in enumerate(COMPONENTS)
+            for i, w in enumerate(self.wavelength_nm)
+        ]
+        heads = ["component", "nm", "index of incidence", "index of exit", "least BSDF [1/sr]"]
+        heads += ["largest BSDF [1/sr]", "largest regular power"]
+        remarks = [f"{name}: {brief(value)}" for name, value in self.attrs.items()]
+        return Card(title, tables=(CardTable(heads, rows),), remarks=remarks)
 
     def to_dataset(self) -> "xarray.Dataset":
         """The table as an xarray Dataset with dimensions component, wavelength, theta_i, theta_o, phi."""

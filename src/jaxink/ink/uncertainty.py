@@ -52,17 +52,16 @@ class ParameterCovariance:
     def of(cls, result: "FitResult") -> "ParameterCovariance":
         """Covariance of a fit; a parameter at its bound is treated as known."""
         rows = [result[name] for name in result.correlation_names]
-        known, held, lost = determined(rows)
+        _, held, lost = determined(rows)
         if lost:
             return cls.none(f"the fit does not determine {', '.join(lost)}")
-        if not known:
+        found = result.covariance
+        if not found.names:
             return cls.none("the fit has none")
-        errors = np.array([rows[i].standard_error for i in known])
         sentence = "standard errors from the fit's covariance"
         if held:
             sentence += f"; {', '.join(held)} at its bound is treated as known"
-        covariance = errors[:, None] * result.correlations[np.ix_(known, known)] * errors
-        return cls(tuple(rows[i].name for i in known), covariance, sentence)
+        return cls(found.names, found.matrix, sentence)
 
     def standard_error(self, slopes: Float[np.ndarray, "parameters *shape"]) -> Float[np.ndarray, "*shape"]:
         """Standard error of quantities with these derivatives by the parameters."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.fitting import FitResult
 from jaxink.ink.sheet import sheets
 from jaxink.ink.stacks import reversed_sample
@@ -55,6 +56,8 @@ class SheetVerification:
         Relative root mean square differences of the sheet and of the full model from the used points of the
         measurement, by exit side; None without a measurement.
     """
+
+    __repr__ = brief_repr
 
     checks: tuple[SheetCheck, ...]
     sheet_rms: dict[str, float] | None = None

@@ -1,6 +1,7 @@
 """Checks of the units and ranges of the columns; an invalid value is rejected with its row and column."""
 
 import math
+import re
 
 import numpy as np
 
@@ -19,6 +20,7 @@ _SIDES = {
     "transmitted": "T",
     "btdf": "T",
 }
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
 # Far beyond any measurement; squares and quotients of such values do not overflow.
 _MAGNITUDES_PER_SR = (1e-100, 1e12)
@@ -26,18 +28,20 @@ _MAGNITUDES_PER_SR = (1e-100, 1e12)
 
 def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
     """Values of a numeric column, every cell of which must be a finite number."""
-    values = []
-    for line, cell in zip(table.lines, table.column(index), strict=True):
+    values, cells = [], table.column(index)
+    for line, cell in zip(table.lines, cells, strict=True):
         if not cell:
-            raise refusal(table.source, "the cell is empty; it must be a number", line, name)
+            n_empty = cells.count("")
+            more = f" (the first of {n_empty} in this column)" if n_empty > 1 else ""
+            text = f"the cell is empty{more}; it must be a number, so fill it or remove the row"
+            raise refusal(table.source, text, line, name)
         try:
             # float() reads "1_0" as 10, which in a measurement file is a typing error.
             value = float(cell) if "_" not in cell else None
         except ValueError:
             value = None
         if value is None:
-            comma = "," in cell and cell.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit()
-            hint = f"; write {cell.replace(',', '.')} with a decimal point" if comma else ""
+            hint = "; write it without separators of thousands" if _THOUSANDS.fullmatch(cell) else ""
             raise refusal(table.source, f"'{cell}' is not a number{hint}", line, name)
         if not math.isfinite(value):
             raise refusal(table.source, f"'{cell}' is not finite; remove the row", line, name)
@@ -50,7 +54,8 @@ def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:
     cells = table.column(index)
     for line, cell in zip(table.lines, cells, strict=True):
         if cell.lower() not in _SIDES:
-            text = f"'{cell}' is not a side; write R for reflection or T for transmission"
+            what = f"'{cell}' is not a side" if cell else "the cell is empty"
+            text = f"{what}; write R for reflection or T for transmission"
             raise refusal(table.source, text, line, "side")
     other = sorted(set(cells) - {"R", "T"})
     if other:
@@ -93,6 +98,8 @@ def polar_angles(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
         value = values[bad[0]]
         if value < 0:
             remedy = f"write {-value:g} and add 180 to phi_deg"
+            if name == "theta_o_deg":
+                remedy += ", in all such rows with --signed-angles (in Python: signed_angles=True)"
         elif value <= 180:
             remedy = f"measured from the normal of the side on which the light leaves, it is {180 - value:g}"
         else:

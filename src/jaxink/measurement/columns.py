@@ -8,6 +8,12 @@ from jaxink.measurement.table import TextTable, refusal
 ANGLES = ("theta_i_deg", "theta_o_deg", "phi_deg")
 REQUIRED = (*ANGLES, "wavelength_nm", "side", "bsdf_per_sr")
 KNOWN = (*REQUIRED, "sigma_per_sr")
+# How to state one value for all rows, on the command line and in Python.
+OPTIONS = {
+    "wavelength_nm": "--wavelength-nm NM (in Python: wavelength_nm=NM)",
+    "side": "--side R or --side T (in Python: side='R' or side='T'; with several files, --side R,T: one for "
+    "each)",
+}
 
 _RADIANS = "holds radians; multiply by 180/pi and name the column {}_deg"
 _OTHER_UNITS = {
@@ -22,6 +28,11 @@ _OTHER_UNITS = {
 }
 # Uncertainties without a unit: keeping them as an unused extra column would ignore the user's weights.
 _VAGUE_SIGMA = ("sigma", "std", "stdev", "stderr", "error", "uncertainty")
+
+
+def plain_name(name: str) -> str:
+    """A column name in small letters, digits and underscores: ``phi [deg]`` is ``phi_deg``."""
+    return re.sub(r"[^0-9a-z]+", "_", name.lower()).strip("_")
 
 
 def match_columns(
@@ -55,8 +66,7 @@ def match_columns(
         if not name:
             _drop_blank_column(table, index, notes)
             continue
-        plain = re.sub(r"[^0-9a-z]+", "_", name.lower()).strip("_")
-        target = plain if plain in KNOWN else name
+        target = plain if (plain := plain_name(name)) in KNOWN else name
         if target in known or target in extra:
             raise refusal(table.source, "the column occurs twice in the header", column=target)
         if target in KNOWN:
@@ -95,7 +105,7 @@ def _drop_blank_column(table, index, notes):
 
 def _refuse_other_units(table, known, extra):
     for name in extra:
-        plain = re.sub(r"[^0-9a-z]+", "_", name.lower()).strip("_")
+        plain = plain_name(name)
         stem, _, unit = plain.rpartition("_")
         about_bsdf = "bsdf_per_sr" not in known or stem.startswith(("bsdf", "sigma"))
         if unit in ("percent", "pct") and about_bsdf:
@@ -137,6 +147,11 @@ def _refuse_missing(table, known, supplied):
         raise refusal(table.source, text)
     plural, verb = ("columns", "are") if len(missing) > 1 else ("column", "is")
     text = f"{plural} {', '.join(missing)} {verb} missing; the header has {header}"
-    if set(missing) <= {"wavelength_nm", "side"}:
-        text += f"; if the value is the same in all rows, pass {' and '.join(missing)} to read_csv"
+    if set(missing) <= OPTIONS.keys():
+        text += f"; if the value is the same in all rows, state it: {' and '.join(map(OPTIONS.get, missing))}"
+    elif missing == ["phi_deg"]:
+        text += (
+            "; if theta_o_deg is negative on the side of the source, state it: --signed-angles (in Python: "
+            "signed_angles=True)"
+        )
     raise refusal(table.source, text)

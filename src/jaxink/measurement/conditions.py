@@ -25,10 +25,10 @@ _RECORDS = """
 """
 
 
-def refuse_several_conditions(path, data: GonioData) -> None:
+def refuse_several_conditions(data: GonioData, source: str = "") -> None:
     """Reject a file in which rows with equal directions were measured under different conditions.
 
-    The message names the file, the column, two such rows and their values.
+    The message names the file (``source``, or as in the data), the column, two such rows and their values.
     """
     group = stated_groups(data)
     if np.unique(group).size == group.size:
@@ -39,12 +39,11 @@ def refuse_several_conditions(path, data: GonioData) -> None:
             continue
         first, second = (_shown(value) for value in values[list(pair)].tolist())
         raise refusal(
-            path,
-            f"the cell is {second}, but {first} in row {data.row[pair[0]]}, at equal angles, wavelength and "
+            f"{source or data.source}, {data.place(pair[1])}",
+            f"the cell is {second}, but {first} in {data.place(pair[0])}, at equal angles, wavelength and "
             "side; different conditions cannot be fitted together, so keep the rows of one of them, or name "
             "the column 'repeat' if these are repeats of one measurement",
-            data.row[pair[1]],
-            name,
+            column=name,
         )
 
 

@@ -11,21 +11,27 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt32
 
+from jaxink.display.card import Card, Presented
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import write_dataset
 from jaxink.measurement import netcdf
-from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts
+from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts, mask_names
 from jaxink.measurement.scans import SAME, Scan, scan_numbers
+from jaxink.measurement.summary import data_card
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+# Of a measurement that was joined from several files: the file of each row.
+FILE_COLUMN = "source_file"
+_JOINT = " + "
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
-@dataclass(frozen=True, eq=False)
-class GonioData:
+@dataclass(frozen=True, eq=False, repr=False)
+class GonioData(Presented):
     """BSDF of one sample at many pairs of directions.
 
     The arrays are copied and made read-only. phi is 180 in the half-plane of the specular direction
@@ -54,7 +60,8 @@ class GonioData:
     mask
         Reasons to exclude a point from fits, as bits of ``masks.MASK_FLAGS``; 0 if it is used.
     source
-        Name of the file.
+        Name of the file; of several that were joined, their names with `` + `` between them, and the extra
+        column ``source_file`` has that of each point.
     notes
         Sentences on everything that was changed while reading.
     attrs
@@ -164,6 +171,30 @@ class GonioData:
         return np.equal(self.mask, 0)
 
     @cached_property
+    def file_index(self) -> Int[np.ndarray, " points"]:
+        """Which of the joined files each point comes from, from 0 in their order; 0 if there is only one."""
+        if not self._files:
+            return np.zeros(len(self), int)
+        return np.array([self._files.index(name) for name in self.extra[FILE_COLUMN].tolist()])
+
+    @cached_property
+    def _files(self) -> tuple[str, ...]:
+        """Names of the joined files; empty if there is only one, even if it has a column of this name."""
+        files, column = tuple(self.source.split(_JOINT)), self.extra.get(FILE_COLUMN)
+        is_joined = len(files) > 1 and column is not None and set(column.tolist()) <= set(files)
+        return files if is_joined else ()
+
+    @cached_property
+    def reading_order(self) -> Int[np.ndarray, " points"]:
+        """Order in which the values were written down: the row, counted on from file to file."""
+        return self.row + self.file_index * (int(self.row.max()) + 1)
+
+    def place(self, point: int) -> str:
+        """Row of a point, and its file if several were joined, for messages."""
+        row = f"row {self.row[point]}"
+        return f"{row} of {self._files[self.file_index[point]]}" if self._files else row
+
+    @cached_property
     def scan_index(self) -> Int[np.ndarray, " points"]:
         """Number of the scan of each point, ordered as `scans`, whatever the order of the rows."""
         return scan_numbers(self.is_transmission, self.wavelength_nm, self.theta_i_deg)
@@ -271,6 +302,22 @@ class GonioData:
         return all(
             _same(getattr(self, entry.name), getattr(other, entry.name)) for entry in dataclasses.fields(self)
         )
+
+    def card(self) -> Card:
+        """Source, scans, points used and notes."""
+        return data_card(self.source, self.scans, self.mask, self.sigma_per_sr is not None, self.notes)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The data as a pandas DataFrame, one line for each point, with the line of the file as index.
+
+        The column ``masked`` names the reasons for which a fit leaves a point out.
+        """
+        import pandas
+
+        names = (*_FLOATS[:4], "side", "bsdf_per_sr", "sigma_per_sr")
+        columns = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        columns |= {**self.extra, "masked": np.array(mask_names(self.mask))}
+        return pandas.DataFrame(columns, index=pandas.Index(self.row, name="row"))
 
     def to_dataset(self) -> "xarray.Dataset":
         """The data as an xarray Dataset along dimension ``point``.

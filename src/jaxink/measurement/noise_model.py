@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.scans import Scan
@@ -65,6 +66,8 @@ class ScanScatter:
         It is included in ``relative``.
     """
 
+    __repr__ = brief_repr
+
     scan: Scan
     pairs: int
     relative: float
@@ -89,6 +92,8 @@ class NoiseSource:
         Estimates by scan; a reciprocal pair counts in both of its scans.
     """
 
+    __repr__ = brief_repr
+
     name: str
     pairs: int
     relative: float
@@ -111,6 +116,8 @@ class NoiseEstimate:
     sentence
         What was used, and why.
     """
+
+    __repr__ = brief_repr
 
     sources: tuple[NoiseSource, ...]
     adopted: str | None

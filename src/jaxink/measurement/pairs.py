@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int
 
-from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.dataset import FILE_COLUMN, GonioData
 
 # Rounding of printed angles; goniometer grids are at least ten times coarser.
 ANGLE_TOLERANCE_DEG = 0.05
@@ -84,7 +84,9 @@ def without_copies(data: GonioData) -> GonioData:
     keep = data.used & (data.bsdf_per_sr > 0)
     rows = [data.theta_i_deg, data.theta_o_deg, data.phi_deg, data.wavelength_nm, data.bsdf_per_sr]
     numeric = np.column_stack([*rows, data.is_transmission])
-    text = np.array(["\x1f".join(str(v[i]) for v in data.extra.values()) for i in range(len(data))])
+    # A row that stands in two files is a copy, too.
+    others = [values for name, values in data.extra.items() if name != FILE_COLUMN]
+    text = np.array(["\x1f".join(str(values[i]) for values in others) for i in range(len(data))])
     _, text_label = np.unique(text, return_inverse=True)
     cells = np.column_stack([numeric, text_label.reshape(-1)])
     _, first = np.unique(cells, axis=0, return_index=True)

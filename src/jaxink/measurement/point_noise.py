@@ -5,9 +5,15 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.noise import estimate_noise
+
+# A residual is not consistent with noise if the probability of its chi-square is below this.
+LEAST_PROBABILITY = 1e-3
+# Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
+SIGMA_TOLERANCE = 1.1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,6 +52,8 @@ class FitNoise:
         False if neither the file nor a declaration nor pairs give the noise: chi-square and standard errors
         are then meaningless and not given.
     """
+
+    __repr__ = brief_repr
 
     sigma_per_sr: Float[np.ndarray, " points"]
     scan_relative: float

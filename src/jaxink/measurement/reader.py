@@ -1,51 +1,93 @@
-"""Reading a measurement file: defects are corrected and reported, or rejected with row and column."""
+"""Reading a measurement from one file or several."""
 
-import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import read_dataset
 from jaxink.files.reading import require_readable
-from jaxink.measurement import checks
-from jaxink.measurement.columns import ANGLES, match_columns
-from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.masks import NEGATIVE
+from jaxink.measurement.joining import join
 from jaxink.measurement.netcdf import MOST_BYTES
-from jaxink.measurement.pairs import direction_groups
-from jaxink.measurement.table import TextTable, read_table, refusal
+from jaxink.measurement.table import AS_CSV, refusal
+from jaxink.measurement.text_file import read_table
+from jaxink.measurement.tidy import Stated, measurement_of
+from jaxink.measurement.workbook import read_sheet
 
-_CSV_SUFFIXES = (".csv", ".txt", ".tsv")
+_CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc")
+_EXCEL_SUFFIXES = (".xlsx", ".xlsm")
+# What these files are.
+_FOREIGN = {
+    ".xls": "is a workbook of Excel 2003 or older",
+    ".xlsb": "is a binary workbook of Excel",
+    ".ods": "is a workbook of LibreOffice",
+    ".numbers": "is a workbook of Numbers",
+    ".pdf": "is a document",
+    ".mat": "is a file of Matlab",
+    ".json": "is a JSON file",
+    ".toml": "is a sample file, not a measurement",
+}
+Paths = str | Path | Sequence[str | Path]
 
 
-def read(path, **overrides) -> GonioData:
+def read(path: Paths, **overrides: Any) -> GonioData:
     """Read a measurement; the suffix of the file determines the format.
 
     Parameters
     ----------
     path
-        A ``.csv``, ``.txt`` or ``.tsv`` table, or a ``.nc`` file of ``GonioData.to_netcdf``.
+        A text table (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``), an Excel workbook (``.xlsx``,
+        ``.xlsm``), or a ``.nc`` file of ``GonioData.to_netcdf``. The rows of several files, given as a list,
+        are joined; each keeps its file (extra column ``source_file``) and its row there.
     **overrides
-        Keyword arguments of ``read_csv``; none for a netCDF file.
+        Keyword arguments of ``read_csv`` or ``read_excel``; none for a netCDF file. With several files,
+        ``side`` may be a list with one side for each.
 
     Raises
     ------
     InputRefusedError
-        If the file cannot be read as a BSDF measurement.
+        If a file cannot be read as a BSDF measurement.
     """
-    path = Path(path)
+    if isinstance(path, str | Path):
+        return _read_one(Path(path), **overrides)
+    paths = [Path(each) for each in path]
+    if not paths:
+        raise InputRefusedError("there is no measurement file; give at least one.")
+    sides = overrides.pop("side", None)
+    each = _side_of_each(sides, len(paths))
+    parts = [
+        _read_one(file, **overrides, **({} if side is None else {"side": side}))
+        for file, side in zip(paths, each, strict=True)
+    ]
+    return parts[0] if len(parts) == 1 else join(parts)
+
+
+def _side_of_each(sides: str | Sequence[str] | None, n_files: int) -> Sequence[str | None]:
+    if sides is None or isinstance(sides, str):
+        return [sides] * n_files
+    if len(sides) not in (1, n_files):
+        raise InputRefusedError(f"side has {len(sides)} entries for {n_files} files; give one for each file.")
+    return [*sides] * (n_files if len(sides) == 1 else 1)
+
+
+def _read_one(path: Path, **overrides: Any) -> GonioData:
     require_readable(path, MOST_BYTES, "measurement file")
     suffix = path.suffix.lower()
     if suffix in _CSV_SUFFIXES:
+        if "sheet" in overrides:
+            raise refusal(path, "a text file has no sheets; leave out the sheet")
         return read_csv(path, **overrides)
+    if suffix in _EXCEL_SUFFIXES:
+        return read_excel(path, **overrides)
     if suffix == ".nc":
         if overrides:
             raise refusal(path, f"a netCDF file is complete; do not give {', '.join(overrides)}")
         return read_netcdf(path)
-    raise refusal(path, f"the suffix is '{suffix}'; it must be one of {', '.join(_CSV_SUFFIXES)}, .nc")
+    if suffix in _FOREIGN:
+        raise refusal(path, f"{_FOREIGN[suffix]}, which jaxink does not read; {AS_CSV}")
+    known = ", ".join((*_CSV_SUFFIXES, *_EXCEL_SUFFIXES))
+    raise refusal(path, f"the suffix is '{suffix}'; it must be one of {known}, .nc; {AS_CSV}")
 
 
 def read_netcdf(path: str | Path) -> GonioData:
@@ -61,14 +103,18 @@ def read_netcdf(path: str | Path) -> GonioData:
 
 
 def read_csv(
-    path,
+    path: str | Path,
     *,
     wavelength_nm: float | None = None,
     side: str | None = None,
     sample: str | None = None,
     columns: Mapping[str, str] | None = None,
+    signed_angles: bool = False,
 ) -> GonioData:
-    """Read a tidy CSV table: each row is the BSDF value of one pair of directions.
+    """Read a tidy text table: each row is the BSDF value of one pair of directions.
+
+    The columns are separated by commas, semicolons or tabs. Decimal commas, lines of a title above the
+    header, a row of units below it, and text in UTF-16 or Latin-1 are understood and noted.
 
     Columns theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side (R or T) and bsdf_per_sr are required,
     sigma_per_sr is optional, others are kept. Rows keep their order. Rows with equal directions are repeats;
@@ -86,6 +132,10 @@ def read_csv(
         The sample to read, if column ``sample`` contains several.
     columns
         Names of known columns in the file, for instance ``{"theta_o_deg": "detector angle"}``.
+    signed_angles
+        Whether a negative ``theta_o_deg`` means the other half-plane: phi is turned by 180 degrees. Without a
+        column ``phi_deg``, phi is 180 (towards the peak) at positive and 0 (towards the source) at negative
+        angles.
 
     Returns
     -------
@@ -97,160 +147,26 @@ def read_csv(
     InputRefusedError
         If the file is invalid; the message names file, row and column.
     """
-    table = read_table(path)
-    supplied = tuple(n for n, v in (("wavelength_nm", wavelength_nm), ("side", side)) if v is not None)
-    known, extra, column_notes = match_columns(table, dict(columns or {}), supplied)
-    notes = [*table.notes, *column_notes]
-    table, attrs = _one_sample(table, extra, sample)
-    angles = _angles(table, known, notes)
-    bsdf = _per_sr(table, known, "bsdf_per_sr")
-    data = GonioData(
-        **angles,
-        wavelength_nm=_wavelength(table, known, wavelength_nm, notes),
-        is_transmission=_side(table, known, side, notes),
-        bsdf_per_sr=bsdf,
-        sigma_per_sr=_sigma(table, known, notes),
-        extra={name: _extra(table.column(index)) for name, index in extra.items()},
-        row=table.lines,
-        mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
-        source=Path(path).name,
-        attrs=attrs,
-    )
-    checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
-    refuse_several_conditions(table.source, data)
-    notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
-    return data.replace(notes=notes)
+    stated = Stated(wavelength_nm, side, sample, columns or {}, signed_angles)
+    return measurement_of(read_table(Path(path), stated.columns.values()), stated)
 
 
-def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:
-    if "sample" not in extra:
-        if sample is not None:
-            raise refusal(table.source, f"has no column sample from which to select '{sample}'")
-        return table, {}
-    cells = table.column(extra["sample"])
-    held = list(dict.fromkeys(cells))
-    if sample is None and len(held) > 1:
-        text = f"contains {len(held)} samples; select one with sample=..., of {', '.join(held)}"
-        raise refusal(table.source, text, column="sample")
-    if sample is not None and sample not in held:
-        text = f"does not contain sample '{sample}'; it must be one of {', '.join(held)}"
-        raise refusal(table.source, text, column="sample")
-    chosen = held[0] if sample is None else sample
-    keep = np.array([cell == chosen for cell in cells])
-    rows = tuple(row for row, kept in zip(table.rows, keep, strict=True) if kept)
-    kept = TextTable(table.source, table.names, rows, table.lines[keep], table.header_line, table.notes)
-    return kept, {"sample": chosen}
+def read_excel(path: str | Path, *, sheet: str | None = None, **overrides: Any) -> GonioData:
+    """Read a table as of `read_csv` from a sheet of an Excel workbook, by the package openpyxl.
 
+    Parameters
+    ----------
+    path
+        The workbook.
+    sheet
+        Name of the sheet; None: the only one that is not empty.
+    **overrides
+        Keyword arguments of `read_csv`.
 
-def _angles(table: TextTable, known, notes) -> dict[str, Any]:
-    angles = {name: checks.numbers(table, known[name], name) for name in ANGLES}
-    checks.refuse_radians(table, angles)
-    for name in ("theta_i_deg", "theta_o_deg"):
-        angles[name] = checks.polar_angles(table, angles[name], name)
-    angles["phi_deg"] = checks.azimuths(table, angles["phi_deg"], notes)
-    return angles
-
-
-def _wavelength(table: TextTable, known, given, notes) -> np.ndarray:
-    name = "wavelength_nm"
-    if given is not None:
-        given = float(given)
-        checks.wavelengths("read_csv", np.array([given]), [None])
-    stated = name in known and any(table.column(known[name]))
-    if not stated:
-        if given is None:
-            text = "the column is empty; give wavelength_nm=... for all rows"
-            raise refusal(table.source, text, column=name)
-        notes.append(f"The file states no wavelength; the caller gave {given:g} nm.")
-        return np.full(len(table.rows), given)
-    values = checks.numbers(table, known[name], name)
-    values = checks.wavelengths(table.source, values, table.lines)
-    if given is not None and (values != given).any():
-        line = table.lines[np.argmax(values != given)]
-        text = f"the file states {values[values != given][0]:g}, but the caller gives {given:g}; remove one"
-        raise refusal(table.source, text, line, name)
-    return values
-
-
-def _side(table: TextTable, known, given, notes) -> np.ndarray:
-    if given not in (None, "R", "T"):
-        raise refusal("read_csv", f"side is {given!r}; it must be 'R' or 'T'")
-    stated = "side" in known and any(table.column(known["side"]))
-    if not stated:
-        if given is None:
-            text = "the column is empty; give side='R' or side='T' for all rows"
-            raise refusal(table.source, text, column="side")
-        notes.append(f"The file states no side; the caller gave '{given}'.")
-        return np.full(len(table.rows), given == "T")
-    values = checks.sides(table, known["side"], notes)
-    other = values != (given == "T")
-    if given is not None and other.any():
-        text = f"the file states {'RT'[int(values[other][0])]}, but the caller gives {given}; remove one"
-        raise refusal(table.source, text, table.lines[np.argmax(other)], "side")
-    return values
-
-
-def _sigma(table: TextTable, known, notes) -> np.ndarray | None:
-    name = "sigma_per_sr"
-    if name not in known:
-        return None
-    if not any(table.column(known[name])):
-        notes.append("Column sigma_per_sr is empty and was ignored.")
-        return None
-    return checks.sigmas(table, _per_sr(table, known, name))
-
-
-def _per_sr(table: TextTable, known, name: str) -> np.ndarray:
-    return checks.magnitudes(table, checks.numbers(table, known[name], name), name)
-
-
-def _extra(cells: list[str]) -> np.ndarray:
-    """Numbers if all non-empty cells are; labels such as 007 and numbers beyond the float range stay text."""
-    filled = [cell for cell in cells if cell]
-    number = re.compile(r"[+-]?(0|[1-9]\d*|(0|[1-9]\d*)?\.\d+|(0|[1-9]\d*)\.)([eE][+-]?\d+)?")
-    if not filled or not all(number.fullmatch(cell) for cell in filled):
-        return np.array(cells)
-    values = np.array([float(cell) if cell else np.nan for cell in cells])
-    return np.array(cells) if np.isinf(values).any() else values
-
-
-def _negative_notes(data: GonioData) -> list[str]:
-    negative = data.bsdf_per_sr < 0
-    if not negative.any():
-        return []
-    count, first = int(negative.sum()), data.row[np.argmax(negative)]
-    verb = "is" if count == 1 else "are"
-    return [f"{count} of {len(data)} values {verb} negative (first in row {first}) and masked."]
-
-
-def _order_notes(data: GonioData) -> list[str]:
-    changes = int((np.diff(data.scan_index) != 0).sum())
-    if changes + 1 == len(data.scans):
-        return []
-    return ["The rows of a scan are not consecutive; the order of the file was kept."]
-
-
-def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
-    notes = []
-    group = direction_groups(data)
-    _, counts = np.unique(group, return_counts=True)
-    if (counts > 1).any():
-        several = int((counts > 1).sum())
-        which = "1 direction was" if several == 1 else f"{several} directions were"
-        rows = data.row[group == np.unique(group)[np.argmax(counts > 1)]]
-        notes.append(
-            f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all rows were kept as repeats."
-        )
-    seen, copies = dict[tuple[str, ...], int](), []
-    for line, row in zip(table.lines, table.rows, strict=True):
-        first = seen.setdefault(row, line)
-        if first != line:
-            copies.append((first, line))
-    if copies:
-        first, line = copies[0]
-        which = "1 row is a copy" if len(copies) == 1 else f"{len(copies)} rows are copies"
-        notes.append(
-            f"{which} of another in every cell (rows {first} and {line}); all were kept, but copies are not "
-            "used to estimate the noise."
-        )
-    return notes
+    Raises
+    ------
+    InputRefusedError
+        As for `read_csv`, or if openpyxl is absent or several sheets are not empty.
+    """
+    stated = Stated(**{name: value for name, value in overrides.items() if value is not None})
+    return measurement_of(read_sheet(Path(path), sheet, stated.columns.values()), stated)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.model.media import Media, index_behind
 from jaxink.model.mie_sizes import MieSizes, mie_sizes
@@ -36,6 +37,8 @@ class StackBuilder(eqx.Module):
     mie_sizes
         Sizes of the Mie series.
     """
+
+    __repr__ = brief_repr
 
     sample: Sample = eqx.field(static=True)
     wavelengths_nm: tuple[float, ...] = eqx.field(static=True)

@@ -14,6 +14,12 @@ def require_predictable(sample: Sample, points: Points) -> None:
     InputRefusedError
         With what is wrong and what would be right.
     """
+    if sample.effects:
+        names = ", ".join(effect.name for effect in sample.effects)
+        raise InputRefusedError(
+            f"the sample declares effects ({names}), which a ForwardModel does not know; use "
+            "jaxink.forward_model(sample, data) instead."
+        )
     _check_wavelengths(sample, points.wavelengths_nm)
     backing = sample.backing
     if backing is not None and backing.side == "both" and points.rays.directions.is_transmission.any():

@@ -2,12 +2,14 @@
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.model.build import StackBuilder, stack_builder
 from jaxink.model.checks import require_predictable
 from jaxink.model.instrument import Cones
@@ -46,9 +48,13 @@ class ForwardModel(eqx.Module):
     Raises
     ------
     InputRefusedError
-        If the columns differ in length, a polar angle is not between 0 and 90 degrees, or the sample cannot
-        be predicted.
+        If the columns differ in length, a polar angle is not between 0 and 90 degrees, the sample cannot be
+        predicted, or it declares effects, which `jaxink.forward_model` applies.
     """
+
+    __repr__ = brief_repr
+    # By identity: arrays have no hash, and `jax.jit(model.bsdf)` needs that of the method's model.
+    __hash__ = object.__hash__
 
     points: Points
     builder: StackBuilder
@@ -191,12 +197,20 @@ class ForwardModel(eqx.Module):
         return self.builder.coefficients(self.builder.values(free_values or {}))
 
 
+@runtime_checkable
+class PredictsBsdf(Protocol):
+    """A forward model, possibly with effects."""
+
+    def bsdf(self) -> Float[Array, " points"]:
+        """BSDF at its points at the values of its sample's table."""
+
+
 @eqx.filter_jit
-def _compiled_bsdf(model: ForwardModel):
+def _compiled_bsdf(model: PredictsBsdf):
     return model.bsdf()
 
 
-def evaluate(model: ForwardModel) -> np.ndarray:
+def evaluate(model: PredictsBsdf) -> np.ndarray:
     """BSDF of a model at the values of its sample's table, in 64 bits whatever JAX's setting.
 
     Returns

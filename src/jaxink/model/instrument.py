@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.optics.directions import Directions
 
 
@@ -65,6 +66,8 @@ class ConeRays(eqx.Module):
     regular_share
         Contribution of a regular beam of unit power to each point, in 1/sr.
     """
+
+    __repr__ = brief_repr
 
     directions: Directions
     weights: Float[np.ndarray, "points rays"]

@@ -4,6 +4,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Int
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.model.instrument import ConeRays, Cones, cone_rays
 
@@ -22,6 +23,8 @@ class Points(eqx.Module):
     wavelength_of_point, pair_of_point
         Position of each point's wavelength and pair of directions.
     """
+
+    __repr__ = brief_repr
 
     cones: Cones = eqx.field(static=True)
     wavelengths_nm: tuple[float, ...] = eqx.field(static=True)

@@ -5,6 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
+from jaxink.display.brief import brief_repr
+
 
 class Directions(eqx.Module):
     """Pairs of incident and outgoing directions, with each polar angle stored once.
@@ -22,6 +24,8 @@ class Directions(eqx.Module):
     is_transmission
         Whether the light leaves on the far side.
     """
+
+    __repr__ = brief_repr
 
     sin_incidence: Float[np.ndarray, " incidences"]
     sin_outgoing: Float[np.ndarray, " outgoing"]

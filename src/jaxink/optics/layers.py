@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.numerics.validity import known_array
 from jaxink.optics.phase_function import PhaseFunction
 
@@ -18,6 +19,8 @@ class ClearLayer(eqx.Module):
     optical_thickness
         Absorption coefficient times thickness, 0 or more.
     """
+
+    __repr__ = brief_repr
 
     refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
@@ -37,6 +40,8 @@ class ScatteringLayer(eqx.Module):
     phase_function
         Phase function, with mean 1 over the sphere.
     """
+
+    __repr__ = brief_repr
 
     refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)

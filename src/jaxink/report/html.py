@@ -1,10 +1,11 @@
-"""Elements of a self-contained HTML page; all text is escaped here."""
+"""A self-contained HTML page and its elements, besides those of `jaxink.display.html`."""
 
 import base64
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from html import escape
 
+from jaxink.display.html import class_attribute
 from jaxink.numerics.digits import percent, rounded
 
 _STYLE = """
@@ -51,32 +52,15 @@ def chance(p_value: float | None) -> str:
     return "below 1e-300" if p_value == 0 else number(p_value, 2)
 
 
-def paragraph(text: str, kind: str = "") -> str:
-    """A paragraph of plain text."""
-    return f"<p{_class(kind)}>{escape(text)}</p>\n"
-
-
 def verdict(sentence: str, code: str, is_good: bool) -> str:
     """The verdict with its code."""
     kind = "verdict good" if is_good else "verdict"
-    return f"<p{_class(kind)}>{escape(sentence)}<br><code>{escape(code)}</code></p>\n"
+    return f"<p{class_attribute(kind)}>{escape(sentence)}<br><code>{escape(code)}</code></p>\n"
 
 
 def bullets(lines: Iterable[str]) -> str:
     """A list of sentences."""
     return "<ul>\n" + "".join(f"<li>{escape(line)}</li>\n" for line in lines) + "</ul>\n"
-
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Iterable[int] = (0,)) -> str:
-    """A table of plain text; ``text_columns`` are the positions of columns without numbers."""
-    kinds = dict.fromkeys(text_columns, "text")
-
-    def cells(row, tag):
-        shown = (f"<{tag}{_class(kinds.get(i, ''))}>{escape(c)}</{tag}>" for i, c in enumerate(row))
-        return f"<tr>{''.join(shown)}</tr>\n"
-
-    body = "".join(cells(row, "td") for row in rows)
-    return f"<table>\n<thead>{cells(heads, 'th')}</thead>\n<tbody>\n{body}</tbody>\n</table>\n"
 
 
 def figure(png: bytes, caption: str) -> str:
@@ -99,7 +83,3 @@ def document(title: str, *parts: str) -> str:
     head = f'<meta charset="utf-8">\n<title>{escape(title)}</title>\n<style>{_STYLE}</style>'
     body = f"<h1>{escape(title)}</h1>\n{''.join(parts)}"
     return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}</body>\n</html>\n'
-
-
-def _class(name: str) -> str:
-    return f' class="{name}"' if name else ""

@@ -4,7 +4,10 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from jaxink.display.brief import brief, brief_repr
+from jaxink.display.card import Card, CardTable, Presented
 from jaxink.measurement import Noise
+from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import Population
@@ -34,6 +37,8 @@ class Layer:
     populations
         For ``mie``: further kinds of particles.
     """
+
+    __repr__ = brief_repr
 
     name: str
     kind: str
@@ -72,8 +77,8 @@ class Backing:
     contact: bool
 
 
-@dataclasses.dataclass(frozen=True)
-class Sample:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Sample(Presented):
     """Everything that is known about a sample and its measurement.
 
     Parameters
@@ -90,7 +95,8 @@ class Sample:
         Cones of the instrument; 0 for an ideal one.
     beam_diameter_mm, detector_diameter_mm
         Diameters of the beam (across it) and of the disc on the sample that the detector sees; None: all
-        light is collected.
+        light is collected. A parameter ``instrument.beam_diameter_mm`` takes precedence, likewise for the
+        other.
     detector_mode
         One of `schema.DETECTOR_MODES`: ``spectrometer`` for white light on the sample and a detector that
         resolves wavelengths, ``broadband`` for light of one wavelength and a detector that sees all; None if
@@ -107,6 +113,8 @@ class Sample:
         Refractive indices given as functions of the wavelength.
     backing
         Reflector behind the sample, or None.
+    effects
+        Effects that the sample file declares in tables of their own; `jaxink.forward_model` applies them.
     """
 
     layers: tuple[Layer, ...]
@@ -124,6 +132,7 @@ class Sample:
     detector_diameter_mm: float | None = None
     detector_mode: str | None = None
     illumination: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    effects: tuple[DeclaredEffect, ...] = ()
 
     def at_wavelength(self, values: Mapping[str, Any], wavelength_nm: float) -> dict[str, Any]:
         """Values at one wavelength by plain name ``layer.quantity``, with dispersions evaluated.
@@ -138,6 +147,17 @@ class Sample:
         at = f"@{wavelength_nm:g}"
         plain = {n.removesuffix(at): v for n, v in values.items() if "@" not in n or n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
+
+    def card(self) -> Card:
+        """Layers and parameters."""
+        rows = [
+            [layer.name, layer.kind, layer.phase_function or "", "rough" if layer.roughness else ""]
+            for layer in self.layers
+        ]
+        layers = CardTable(["layer", "kind", "phase function", "faces"], rows, (0, 1, 2, 3))
+        title = f"Sample{f' {self.title!r}' if self.title else ''} with {len(self.layers)} layers"
+        backing = [] if self.backing is None else [f"Behind it: {brief(self.backing)}."]
+        return Card(title, backing, (layers, self.parameters.table()))
 
     def varies(self, name: str) -> bool:
         """Whether a quantity, given by its plain name, is free, tied or dependent on the wavelength."""

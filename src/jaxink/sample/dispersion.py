@@ -5,6 +5,7 @@ import itertools
 from collections.abc import Mapping
 from typing import Any
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.optics.refractive_index import cauchy_index, sellmeier_index, tabulated_index
 from jaxink.sample import schema
@@ -36,6 +37,8 @@ class Dispersion:
     wavelength_nm, value
         The table, by ascending wavelength, if there is one.
     """
+
+    __repr__ = brief_repr
 
     name: str
     formula: str

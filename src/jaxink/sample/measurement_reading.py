@@ -15,6 +15,7 @@ from jaxink.sample.entries import (
     table_of,
     true_or_false,
 )
+from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.quantity import Quantity
 
 Illumination = tuple[tuple[float, ...], tuple[float, ...]]
@@ -36,11 +37,17 @@ def read_wavelengths(document: dict[str, Any]) -> tuple[float, ...]:
     return tuple(sorted(float(w) for w in given))
 
 
-def read_instrument(document: dict[str, Any]) -> dict[str, Any]:
-    """Fields of `Sample` that describe the instrument and its light."""
+def read_instrument(document: dict[str, Any], numbers: ParameterReader) -> dict[str, Any]:
+    """Fields of `Sample` that describe the instrument and its light.
+
+    Diameters that are given as tables, to be free or tied, become parameters.
+    """
     table = table_of(document, "instrument")
     only(table, schema.INSTRUMENT | schema.LIGHT_ENTRIES, "[instrument]")
-    settings = _numbers(table, schema.INSTRUMENT, "instrument")
+    diameters = {key: schema.INSTRUMENT[key] for key in schema.DIAMETERS if isinstance(table.get(key), dict)}
+    numbers.read("instrument", diameters, table)
+    # Models take the parameters; the field only says that there is a diameter.
+    settings = _numbers(table | dict.fromkeys(diameters, 1.0), schema.INSTRUMENT, "instrument")
     mode = table.get("detector_mode")
     if mode is not None:
         choice(table, "detector_mode", schema.DETECTOR_MODES, "[instrument]")

@@ -25,6 +25,7 @@ TOP = {
     "noise": Entry("table", "from the measurement", "see below"),
     "masks": Entry("table", "see below", "points that are excluded from the fit"),
     "weights": Entry("tables", "none", "weights of residuals"),
+    "effects": Entry("tables", "none", 'effects beyond layers and instrument, see "Effects"'),
 }
 # Independent knowledge of a free parameter.
 PRIOR = {
@@ -71,6 +72,8 @@ INSTRUMENT = {
         "mm", 1e-3, 1e4, otherwise="none", meaning="diameter of the disc on the sample that the detector sees"
     ),
 }
+# These may be tables, as other parameters.
+DIAMETERS = ("beam_diameter_mm", "detector_diameter_mm")
 # How the detector responds to fluorescence.
 DETECTOR_MODES = ("spectrometer", "broadband")
 ILLUMINATION = ("wavelength_nm", "power")

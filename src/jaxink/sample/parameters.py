@@ -3,12 +3,15 @@
 import dataclasses
 import graphlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of, unknown_name
+from jaxink.display.card import CardTable
+from jaxink.display.named_rows import NamedRows
+from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of
+from jaxink.sample.hints import unknown_key
 from jaxink.sample.ties import evaluate_tie, names_in
 
 SCALES = ("linear", "log", "one_minus")
@@ -92,7 +95,7 @@ class Parameter:
         return not self.free and self.tie is None
 
 
-class ParameterTable(Mapping[str, Parameter]):
+class ParameterTable(NamedRows[Parameter]):
     """Ordered, immutable table of parameters by name.
 
     Parameters
@@ -107,7 +110,7 @@ class ParameterTable(Mapping[str, Parameter]):
     """
 
     def __init__(self, parameters: list[Parameter] | tuple[Parameter, ...]):
-        self._by_name = {parameter.name: parameter for parameter in parameters}
+        super().__init__({parameter.name: parameter for parameter in parameters})
         self._order_of_ties = _order_of_ties({p.name: p.tie for p in parameters if p.tie is not None})
         values = self.values_with({})
         for name, parameter in self._by_name.items():
@@ -117,15 +120,6 @@ class ParameterTable(Mapping[str, Parameter]):
                     f"the tie of {name}, '{parameter.tie}', gives {values[name]:g}; it must be between "
                     f"{parameter.minimum:g} and {parameter.maximum:g}."
                 )
-
-    def __getitem__(self, name: str) -> Parameter:
-        return self._by_name[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._by_name)
-
-    def __len__(self) -> int:
-        return len(self._by_name)
 
     def __eq__(self, other) -> bool:
         return isinstance(other, ParameterTable) and tuple(self.values()) == tuple(other.values())
@@ -137,6 +131,19 @@ class ParameterTable(Mapping[str, Parameter]):
     def free(self) -> tuple[Parameter, ...]:
         """The free parameters, in order."""
         return tuple(p for p in self._by_name.values() if p.free)
+
+    def table(self) -> CardTable:
+        """Value, unit, range if free, and tie or prior."""
+        rows = []
+        for p in self.values():
+            ends = (f"{p.minimum:g}", f"{p.maximum:g}") if p.free else ("", "")
+            remark = "" if p.free else "fixed" if p.tie is None else f"tied: {p.tie}"
+            if p.prior is not None:
+                remark = f"prior {p.prior.mean:g} +- {p.prior.standard_deviation:g}"
+            value = p.value if p.tie is None else self.values_with({})[p.name]
+            rows.append([p.name, f"{value:.6g}", p.unit, "free" if p.free else "", *ends, remark])
+        heads = ["parameter", "value", "unit", "free", "minimum", "maximum", "remark"]
+        return CardTable(heads, rows, (0, 2, 3, 6))
 
     def require_ranges(self) -> None:
         """Reject a table with a value outside its range by more than rounding."""
@@ -162,7 +169,7 @@ class ParameterTable(Mapping[str, Parameter]):
         """
         for name in free_values:
             if name not in self._by_name:
-                raise InputRefusedError(f"a value is given for {name}, {unknown_name(name, self)}")
+                raise InputRefusedError(f"a value is given for {name}, {unknown_key(name, self)}")
         values = {
             name: free_values.get(name, parameter.value)
             for name, parameter in self._by_name.items()
@@ -175,7 +182,7 @@ class ParameterTable(Mapping[str, Parameter]):
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
         """Table with some fields of one `Parameter` replaced."""
         if name not in self._by_name:
-            raise InputRefusedError(f"parameter {name}, {unknown_name(name, self)}")
+            raise InputRefusedError(f"parameter {name}, {unknown_key(name, self)}")
         return ParameterTable(
             [dataclasses.replace(p, **changes) if p.name == name else p for p in self._by_name.values()]
         )

@@ -4,6 +4,7 @@ import dataclasses
 from collections import Counter
 from typing import Any
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
 from jaxink.sample.entries import is_number, require_equally_many
@@ -23,6 +24,8 @@ class Population:
     radius_table
         Tabulated radii in nm and their relative numbers, or None.
     """
+
+    __repr__ = brief_repr
 
     name: str
     radius_table: RadiusTable | None = None

@@ -1,11 +1,16 @@
 """Reading and checking sample files; anything unknown is rejected."""
 
 from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import read_json
+from jaxink.files.result_folder import RESULT_FILE, SAMPLE_FILE
 from jaxink.sample import schema
+from jaxink.sample.archive import sample_from_dict
+from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import choice, only, table_of, true_or_false
@@ -22,14 +27,19 @@ from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import check_volume
 
+_LARGEST_RESULT_BYTES = 256_000_000
 
-def load_sample(path: str | Path) -> Sample:
+
+def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
     """Read a sample file.
 
     Parameters
     ----------
     path
-        TOML file as described in `docs/sample-file.md`.
+        TOML file as described in `docs/sample-file.md`; or the folder of a fit or of a diagnosis, for the
+        fitted or the corrected sample.
+    effects
+        Classes of effects of your own that the file declares.
 
     Raises
     ------
@@ -37,10 +47,34 @@ def load_sample(path: str | Path) -> Sample:
         If the file is invalid; the message names the file and the key.
     """
     path = Path(path)
-    return parse_sample(text_of(path, "sample"), str(path), path.parent)
+    if path.is_dir():
+        return _sample_of_folder(path, effects)
+    return parse_sample(text_of(path, "sample"), str(path), path.parent, effects)
 
 
-def parse_sample(text: str, source: str = "sample", folder: str | Path | None = None) -> Sample:
+def _sample_of_folder(folder: Path, effects: Collection[Any]) -> Sample:
+    """The sample file of a diagnosis, or the sample of a fit."""
+    file, result = folder / SAMPLE_FILE, folder / RESULT_FILE
+    if file.exists():
+        return load_sample(file, effects)
+    if not result.exists():
+        raise InputRefusedError(
+            f"{folder}: is a folder without {SAMPLE_FILE} and {RESULT_FILE}; give a sample file, or the "
+            "folder of a fit or of a diagnosis."
+        )
+    plain = read_json(result, _LARGEST_RESULT_BYTES, "result")
+    try:
+        return sample_from_dict(plain.get("sample") if isinstance(plain, dict) else None, effects=effects)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{result}: {problem}") from None
+
+
+def parse_sample(
+    text: str,
+    source: str = "sample",
+    folder: str | Path | None = None,
+    effects: Collection[Any] = (),
+) -> Sample:
     """Parse the text of a sample file; see `load_sample`.
 
     Parameters
@@ -51,15 +85,17 @@ def parse_sample(text: str, source: str = "sample", folder: str | Path | None = 
         Name for messages.
     folder
         Folder of files that the text names; None: the working folder.
+    effects
+        Classes of effects of your own that the text declares.
     """
     document = document_of(text, source)
     try:
-        return _sample(document, Path(folder or "."))
+        return _sample(document, Path(folder or "."), own_kinds(effects))
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
 
 
-def _sample(document: dict[str, Any], folder: Path) -> Sample:
+def _sample(document: dict[str, Any], folder: Path, own: dict[str, Any]) -> Sample:
     only(document, TOP, "the file")
     version = document.get("schema_version")
     if version is True or version != SCHEMA_VERSION:
@@ -74,7 +110,8 @@ def _sample(document: dict[str, Any], folder: Path) -> Sample:
     layers = tuple(read_layer(i, t, folder, numbers) for i, t in enumerate(layer_tables(document)))
     backing = _backing(document, layers[-1], numbers)
     _check_layers(layers, backing is not None, document.get("lit_side", layers[0].name))
-    instrument = read_instrument(document)
+    instrument = read_instrument(document, numbers)
+    effects = read_effects(document, numbers, [layer.name for layer in layers], own)
     parameters = ParameterTable(numbers.parameters)
     for dispersion in numbers.dispersions:
         dispersion.check(parameters, numbers.wavelengths_nm)
@@ -91,6 +128,7 @@ def _sample(document: dict[str, Any], folder: Path) -> Sample:
         weights=read_weights(document),
         dispersions=tuple(numbers.dispersions),
         backing=backing,
+        effects=effects,
         **instrument,
     )
 

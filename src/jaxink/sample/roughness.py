@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample.entries import choice, only
 from jaxink.sample.heights import read_heights, read_pitch
@@ -41,7 +42,11 @@ class Roughness:
     nodes
         For a map: slopes and logarithms of their density, or logarithms of frequencies (1/um) and of the
         power spectrum; and the height variance (um^2).
+    heights_um, pitch_um
+        For a map: its file, and the distances between neighbouring heights.
     """
+
+    __repr__ = brief_repr
 
     face: str
     density: str | None
@@ -50,6 +55,8 @@ class Roughness:
     spectrum: str | None = None
     amplitude: str | None = None
     nodes: tuple[tuple[float, ...], tuple[float, ...], float] | None = None
+    heights_um: str | None = None
+    pitch_um: tuple[float, ...] = ()
 
     @property
     def strength(self) -> str:
@@ -86,6 +93,10 @@ def read_roughness(layer: str, face: str, given: Any, folder: Path, numbers: Par
     only(given, keys | (HEIGHT_MAP_ENTRIES if is_map else {}) | quantities, where)
     nodes = _nodes(given, where, folder, by_waves) if is_map else None
     numbers.read(where, quantities, given)
+    if is_map:
+        pitch = given["pitch_um"]
+        fields["heights_um"] = str((folder / given["heights_um"]).resolve())
+        fields["pitch_um"] = tuple(map(float, pitch if isinstance(pitch, list) else [pitch]))
     return Roughness(face, name=where, nodes=nodes, **fields)
 
 

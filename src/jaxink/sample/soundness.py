@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.sample import schema
 from jaxink.sample.description import Layer, Sample
+from jaxink.sample.effect_schema import EFFECTS
 from jaxink.sample.measurement_schema import DETECTOR_MODES, MASKS, SIDES
 from jaxink.sample.quantity import Quantity
 from jaxink.sample.roughness import Roughness
@@ -116,6 +117,7 @@ def _asked(sample: Sample) -> Iterator[str]:
         tables += [(layer.name, table) for table in _tables_of(layer)]
         tables += [(f"{layer.name}.{p.name}", _particles(p.radius_table)) for p in layer.populations]
         tables += [(face.name, table) for face in layer.roughness for table in _tables_of_face(face)]
+    tables += [(e.name, EFFECTS[e.name].numbers) for e in sample.effects if e.name in EFFECTS]
     yield from (f"{where}.{key}" for where, table in tables for key in table)
 
 

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.numerics.validity import known_array
 from jaxink.optics.fresnel import propagating_cosine
 from jaxink.optics.layers import ClearLayer, ScatteringLayer
@@ -30,6 +31,8 @@ class Stack(eqx.Module):
     lateral
         Beam and field of view of the detector; None if light is seen wherever it leaves the sample.
     """
+
+    __repr__ = brief_repr
 
     layers: tuple[ClearLayer | ScatteringLayer, ...]
     index_front: Float[Array, ""] = eqx.field(converter=known_array)

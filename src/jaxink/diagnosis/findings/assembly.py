@@ -2,6 +2,7 @@
 
 from jaxink.diagnosis.findings.candidates import candidate_rows
 from jaxink.diagnosis.findings.consistency import consistency_of
+from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
 from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
@@ -9,7 +10,6 @@ from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.parameters import (
     estimates_of,
     misfit_errors,
-    refined_sample,
     undetermined_parameters,
 )
 from jaxink.diagnosis.findings.summary import summary_of
@@ -47,7 +47,8 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         undetermined=undetermined_parameters(last, shifts) if remains else (),
     )
     return Diagnosis(
-        result=found.fit,
+        declared=found.fit,
+        corrected=corrected_fit(found, follow),
         verdict=judge(evidence, policy),
         steps=steps,
         before=before,
@@ -61,7 +62,6 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         parameters_after=estimates_of(last),
         misfit_errors=shifts,
         undetermined=evidence.undetermined,
-        refined=refined_sample(last),
         effects=last.accepted,
         settings={key: getattr(found.options, key) for key in _SETTINGS},
         further=further,

@@ -9,11 +9,14 @@ from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
+from jaxink.display.brief import brief_repr
 
 
 @dataclasses.dataclass(frozen=True)
 class CandidateRow:
     """A candidate effect in the first or last screen; fields as in ``report.json``."""
+
+    __repr__ = brief_repr
 
     effect: str
     z: float

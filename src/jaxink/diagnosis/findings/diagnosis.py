@@ -4,10 +4,12 @@ import dataclasses
 from typing import Any, ClassVar
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
+from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
+from jaxink.diagnosis.findings.corrected_file import corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
-from jaxink.diagnosis.findings.report_reading import REPORT_FILE, REPORT_VERSION
+from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
     candidate_row,
     figures_row,
@@ -21,20 +23,25 @@ from jaxink.diagnosis.findings.verdict import Verdict
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
+from jaxink.display.card import Card, Presented
+from jaxink.display.named_rows import NamedRows
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
+from jaxink.files.result_folder import CORRECTED, DECLARED, REPORT_FILE, SAMPLE_FILE
 from jaxink.fitting import FitResult
-from jaxink.sample import Sample
 
 
-@dataclasses.dataclass(frozen=True)
-class Diagnosis(SavedInFolder):
+@dataclasses.dataclass(frozen=True, repr=False)
+class Diagnosis(SavedInFolder, Presented):
     """The outcome of a diagnosis.
 
     Parameters
     ----------
-    result
+    declared
         Fit of the declared model.
+    corrected
+        Fit of the corrected model: its sample declares the effects found, with their values. It is
+        ``declared`` if none was found.
     verdict, steps, before, after, candidates
         As in ``report.json``.
     not_testable
@@ -50,8 +57,6 @@ class Diagnosis(SavedInFolder):
         bound.
     undetermined
         Parameters that the remaining misfit may have moved to a bound of their range.
-    refined
-        The sample including the effects found that are properties of the sample.
     effects
         The effects accepted.
     remaining
@@ -65,8 +70,10 @@ class Diagnosis(SavedInFolder):
     """
 
     json_file: ClassVar[str] = REPORT_FILE
+    owned: ClassVar[tuple[str, ...]] = (DECLARED, CORRECTED)
 
-    result: FitResult
+    declared: FitResult
+    corrected: FitResult
     verdict: Verdict
     steps: tuple[Step, ...]
     before: Summary
@@ -76,11 +83,10 @@ class Diagnosis(SavedInFolder):
     structure_before: StructureResult
     structure_after: StructureResult
     location: Location
-    parameters_before: dict[str, Estimate]
-    parameters_after: dict[str, Estimate]
+    parameters_before: NamedRows[Estimate]
+    parameters_after: NamedRows[Estimate]
     misfit_errors: dict[str, float | None]
     undetermined: tuple[str, ...]
-    refined: Sample
     effects: tuple[Effect, ...]
     remaining: tuple[CandidateRow, ...]
     settings: dict[str, float | int]
@@ -92,14 +98,40 @@ class Diagnosis(SavedInFolder):
         """Whether the final model does not fit the data."""
         return self.verdict.code.structure_remains
 
+    @property
+    def parameters(self) -> NamedRows[Estimate]:
+        """Free parameters of the final model; `parameters_after` by another name."""
+        return self.parameters_after
+
+    def card(self) -> Card:
+        """Verdict, errors and parameters before and after, and effects added."""
+        return diagnosis_card(
+            self.declared.data.source,
+            self.verdict,
+            self.steps,
+            (self.before, self.after),
+            (self.parameters_before, self.parameters_after),
+        )
+
+    def files_beside(self) -> dict[str, bytes | memoryview]:
+        """Both fits, and the sample file of the corrected model."""
+        text = corrected_text(self.corrected, self.verdict, self.steps)
+        fits = {DECLARED: self.declared, CORRECTED: self.corrected}
+        inside = {
+            f"{folder}/{name}": content
+            for folder, fit in fits.items()
+            for name, content in fit.files().items()
+        }
+        return {SAMPLE_FILE: text.encode(), **inside}
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""
         return plain(
             {
                 "schema_version": REPORT_VERSION,
                 "catalogue_version": CATALOGUE_VERSION,
-                "source": self.result.data.source,
-                "noise": self.result.noise,
+                "source": self.declared.data.source,
+                "noise": self.declared.noise,
                 "settings": self.settings,
                 "verdict": self.verdict,
                 "steps": [step_row(step) for step in self.steps],
@@ -116,7 +148,7 @@ class Diagnosis(SavedInFolder):
                     for name, estimate in self.parameters_after.items()
                     if name in self.parameters_before
                 ],
-                "scans": scan_rows(self.result.data, self.before, self.after),
+                "scans": scan_rows(self.declared.data, self.before, self.after),
                 "candidates": [candidate_row(row) for row in self.candidates],
                 "remaining_candidates": [candidate_row(row) for row in self.remaining],
                 "not_testable": self.not_testable,
@@ -127,6 +159,6 @@ class Diagnosis(SavedInFolder):
                     "after": structure_row(self.structure_after),
                 },
                 "residual": self.location.to_dict(),
-                "versions": self.result.versions,
+                "versions": self.declared.versions,
             }
         )

@@ -62,7 +62,8 @@ def further_measurements(
     parts = [old, *menu.values()]
     item = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     columns = np.concatenate(parts).T
-    scene = Scene.of(*columns, np.append(data.row[used], data.row.max() + 1 + np.arange(sum(item > 0))))
+    time = data.reading_order
+    scene = Scene.of(*columns, np.append(time[used], time.max() + 1 + np.arange(sum(item > 0))))
 
     def bench(refit, bsdf, sigma):
         values = (*columns[:4], columns[4] > 0.5, bsdf)

@@ -19,6 +19,7 @@ from jaxink.diagnosis.statistics.variance_analysis import (
     factors_of,
     level_means,
 )
+from jaxink.display.brief import brief_repr
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class Location:
     smooth
         The smooth part that they refer to.
     """
+
+    __repr__ = brief_repr
 
     sentence: str
     factors: tuple[Factor, ...]

@@ -1,20 +1,17 @@
 """Parameter estimates of a model, and which of them its misfit leaves undetermined."""
 
-import dataclasses
-
 import numpy as np
 
 from jaxink.diagnosis.search.refit import Estimate, estimates, finite
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
 from jaxink.diagnosis.statistics.points import Points
-from jaxink.effects import extend
-from jaxink.sample import ParameterTable, Sample
+from jaxink.display.named_rows import NamedRows
 
 
-def estimates_of(stage: Stage) -> dict[str, Estimate]:
+def estimates_of(stage: Stage) -> NamedRows[Estimate]:
     """Free parameters of a stage with their standard errors from noise."""
-    return estimates(stage.bench, stage.solution)
+    return NamedRows(estimates(stage.bench, stage.solution))
 
 
 def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
@@ -34,13 +31,3 @@ def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tu
         if misfit is None or error is None or coverage * np.hypot(misfit, error) >= room:
             names.append(name)
     return tuple(names)
-
-
-def refined_sample(stage: Stage) -> Sample:
-    """The declared sample with the effects found, except those of the instrument."""
-    sample = extend(stage.setup.sample, stage.accepted)
-    table = [
-        dataclasses.replace(p, value=stage.solution.values.get(p.name, p.value)) if p.tie is None else p
-        for p in sample.parameters.values()
-    ]
-    return dataclasses.replace(sample, parameters=ParameterTable(table))

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.stage import Stage
+from jaxink.display.brief import brief_repr
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
 
@@ -50,6 +51,8 @@ class Summary:
     held_out_per_sr
         Prediction of each point by the fit that left it out.
     """
+
+    __repr__ = brief_repr
 
     fitted: Figures
     held_out: Figures

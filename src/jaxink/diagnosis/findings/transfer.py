@@ -1,4 +1,4 @@
-"""The final model of a diagnosis applied to another measurement, refitted or unchanged."""
+"""The corrected model of a diagnosis applied to another measurement, refitted or unchanged."""
 
 import dataclasses
 
@@ -6,10 +6,13 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
-from jaxink.diagnosis.search.refit import estimates
+from jaxink.diagnosis.findings.saved import SavedDiagnosis
+from jaxink.diagnosis.search.refit import Estimate, estimates
 from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.display.brief import brief_repr
+from jaxink.display.named_rows import NamedRows
 from jaxink.effects import Scene
-from jaxink.fitting import prepare_data
+from jaxink.fitting import FitResult, prepare_data
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing
 
@@ -36,14 +39,21 @@ class Transfer:
     predicted_per_sr: Float[np.ndarray, " points"]
     whitened: Float[np.ndarray, " points"]
 
+    __repr__ = brief_repr
 
-def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transfer:
-    """Predict a measurement with the final model of a diagnosis.
+    @property
+    def parameters(self) -> NamedRows[Estimate]:
+        """All parameters with the standard errors of those refitted."""
+        return NamedRows({n: Estimate(v, self.standard_errors.get(n)) for n, v in self.values.items()})
+
+
+def transfer(found: Diagnosis | SavedDiagnosis | FitResult, data: GonioData, is_refitted: bool) -> Transfer:
+    """Predict a measurement with the corrected model of a diagnosis, or with a fitted one.
 
     Parameters
     ----------
-    diagnosis
-        Of another measurement of the same kind of sample.
+    found
+        From another measurement of the same kind of sample.
     data
         May have other wavelengths, unless the sample has parameters given by wavelength.
     is_refitted
@@ -54,25 +64,20 @@ def transfer(diagnosis: Diagnosis, data: GonioData, is_refitted: bool) -> Transf
     InputRefusedError
         The sample is not defined at the wavelengths of the data, or the noise is unknown.
     """
+    result = found if isinstance(found, FitResult) else found.corrected
     wavelengths = tuple(np.unique(data.wavelength_nm).tolist())
-    sample = dataclasses.replace(diagnosis.result.sample, wavelengths_nm=wavelengths)
+    sample = dataclasses.replace(result.sample, wavelengths_nm=wavelengths)
     data = prepare_data(data, sample)
-    used = data.used
-    terms = tuple(t.name for e in diagnosis.effects for t in e.terms)
-    found = diagnosis.parameters_after
+    used, free = data.used, sample.parameters.free
     with computing():
-        scene = Scene.of(*data.used_directions, time=data.row[used])
-        config = diagnosis.result.config
-        n_slots = max(len(found), 1)
-        bench = Workbench(
-            sample, diagnosis.effects, data, noise_of(data, sample.noise), config, scene, n_slots
-        )
-        values = bench.start | {name: value for name, (value, _) in found.items()}
-        errors: dict[str, float | None] = {}
+        scene = Scene.of(*data.used_directions, row=data.reading_order[used])
+        noise = noise_of(data, sample.noise)
+        bench = Workbench(sample, (), data, noise, result.config, scene, max(len(free), 1))
+        values, errors = bench.start, dict[str, float | None]()
         if is_refitted:
-            solution = bench.fit(values, (*bench.base_free, *terms))
+            solution = bench.fit(values, bench.base_free)
             values, predicted = solution.values, solution.predicted_per_sr
-            errors = {name: found.standard_error for name, found in estimates(bench, solution).items()}
+            errors = {name: e.standard_error for name, e in estimates(bench, solution).items()}
         else:
             predicted = bench.predict(values)
         left = bench.in_noise(predicted, bench.measured - predicted)

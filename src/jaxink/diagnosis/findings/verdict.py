@@ -3,6 +3,8 @@
 import dataclasses
 import enum
 
+from jaxink.display.brief import brief_repr
+
 
 class VerdictCode(enum.StrEnum):
     """Possible results of a diagnosis; the value appears in ``report.json``."""
@@ -41,6 +43,8 @@ class VerdictCode(enum.StrEnum):
 @dataclasses.dataclass(frozen=True)
 class Verdict:
     """The result of a diagnosis: its code, the names of effects (best first), and a sentence."""
+
+    __repr__ = brief_repr
 
     code: VerdictCode
     effects: tuple[str, ...]

@@ -15,10 +15,9 @@ from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
-from jaxink.effects import Effect, Scene
+from jaxink.effects import Effect, Scene, model_at
 from jaxink.fitting import FitResult
 from jaxink.measurement import noise_of
-from jaxink.model.forward import ForwardModel
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
 from jaxink.solver.config import SolverConfig
@@ -119,7 +118,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         data,
         noise_of(data, sample.noise),
         _sizes(fit, sample, options),
-        Scene.of(*data.used_directions, time=data.row[used]),
+        Scene.of(*data.used_directions, row=data.reading_order[used]),
         options.catalogue,
         options.screen,
         options.fit.accuracy,
@@ -132,12 +131,10 @@ def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverC
     reduced, far = fit.merit.reduced_chi_square, options.policy.far_reduced_chi_square
     if options.fit.config is not None or reduced is None or reduced < far:
         return fit.config
-    return ForwardModel(
-        sample,
-        *fit.data.used_directions,
-        accuracy=options.fit.accuracy,
-        layer_method=options.fit.layer_method,
-    ).config
+    data = fit.data
+    at = data.used_directions, data.reading_order[data.used]
+    method = options.fit.layer_method
+    return model_at(sample, *at, accuracy=options.fit.accuracy, layer_method=method).config
 
 
 def _structure(stage: Stage, points: Points) -> StructureResult:

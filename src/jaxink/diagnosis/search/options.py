@@ -4,6 +4,7 @@ import dataclasses
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.display.brief import brief_repr
 from jaxink.effects import CATALOGUE, Effect
 from jaxink.errors import InputRefusedError, require_integer, require_kind
 from jaxink.fitting import FitOptions
@@ -36,6 +37,8 @@ class DiagnosisOptions:
         A number is out of range, an entry of the catalogue is not a class of effects, or two have the same
         name.
     """
+
+    __repr__ = brief_repr
 
     max_effects: int = 3
     max_parameters: int | None = None

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.display.brief import brief_repr
 from jaxink.effects import Effect
 from jaxink.fitting.uncertainty import covariance
 
@@ -32,6 +33,8 @@ class Refit:
     delta_chi_square
         Decrease in chi-square.
     """
+
+    __repr__ = brief_repr
 
     effect: Effect
     solution: Solution

@@ -7,7 +7,7 @@ import numpy as np
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
-from jaxink.effects import Case, Effect, Listed, Scene, effects_for, extend, undivided
+from jaxink.effects import Case, Effect, Listed, Scene, declared_effects, effects_for, extend, undivided
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -35,18 +35,17 @@ class Setup:
     policy: SearchPolicy = DEFAULT_POLICY
 
     def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
-        """A workbench of the sample with some effects, which act in the order of the catalogue."""
-        names = [effect.name for effect in self.catalogue]
-        effects = tuple(sorted(effects, key=lambda e: (names.index(e.name), str(e))))
+        """A workbench of the sample with some effects."""
         return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
 
     def listed(self, accepted: tuple[Effect, ...]) -> Listed:
         """Effects that the sample may lack in addition to those accepted."""
-        names = {effect.name for effect in accepted}
+        declared = declared_effects(self.sample)
+        names = {effect.name for effect in (*declared, *accepted)}
         rest = tuple(c for c in self.catalogue if c.name not in names)
         relative = float(np.min(self.noise.sigma_per_sr / np.abs(self.data.bsdf_per_sr[self.data.used])))
         # Effects that divide a layer act last: all others see it undivided.
-        whole = extend(self.sample, undivided(accepted))
+        whole = extend(self.sample, undivided((*declared, *accepted)))
         return effects_for(Case(whole, self.scene, relative, self.accuracy), rest)
 
     def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:

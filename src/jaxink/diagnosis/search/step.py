@@ -7,6 +7,7 @@ from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.candidate import ScreenResult
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
+from jaxink.display.brief import brief_repr
 from jaxink.effects import Effect
 
 
@@ -47,6 +48,8 @@ class Step:
     refit
         The refit.
     """
+
+    __repr__ = brief_repr
 
     effect: str
     form: Effect

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
@@ -60,6 +61,8 @@ class Solution:
     search
         The search itself.
     """
+
+    __repr__ = brief_repr
 
     values: dict[str, float]
     free: tuple[str, ...]
@@ -114,7 +117,8 @@ class Workbench:
         table = model.sample.parameters
         terms = {term.name: term for effect in model.effects for term in effect.terms}
         base_free = {p.name: p for p in sample.parameters.free}
-        self.terms: dict[str, Parameter] = base_free | terms
+        # A declared effect keeps its own range.
+        self.terms: dict[str, Parameter] = terms | base_free
         names = tuple(n for n, p in table.items() if p.tie is None)
         self._index = {name: i for i, name in enumerate(names)}
         start = table.values_with({})

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 
 
@@ -35,6 +36,8 @@ class Candidate:
     sign
         +1 if the strength cannot be negative, -1 if it cannot be positive, 0 if it can be either.
     """
+
+    __repr__ = brief_repr
 
     name: str
     directions: Float[np.ndarray, "rows *inner"]
@@ -87,6 +90,8 @@ class ScreenedCandidate:
         |z| at which the candidate is detected, adjusted for the number of candidates.
     """
 
+    __repr__ = brief_repr
+
     name: str
     status: Testability
     degenerate_fraction: float
@@ -119,6 +124,8 @@ class ScreenedCandidate:
 @dataclass(frozen=True)
 class ScreenResult:
     """All candidates of a screen, in the order given."""
+
+    __repr__ = brief_repr
 
     candidates: tuple[ScreenedCandidate, ...]
     options: ScreenOptions

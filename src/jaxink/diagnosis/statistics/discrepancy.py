@@ -9,6 +9,7 @@ from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.projection import Projection
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+from jaxink.display.brief import brief_repr
 
 # Correlation lengths tried in the direction of view; those in the other variables are fixed.
 _LENGTHS_DEG = (5.0, 12.0, 30.0)
@@ -42,6 +43,8 @@ class SmoothPart:
     p_value
         Probability of at least this likelihood for pure noise, by simulation.
     """
+
+    __repr__ = brief_repr
 
     values: Float[np.ndarray, " points"]
     noise_power: Float[np.ndarray, " points"]

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from jaxink.display.brief import brief_repr
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import angular_distance_deg
 
@@ -31,6 +32,8 @@ class Points:
         When each point was measured, in any unit.
     """
 
+    __repr__ = brief_repr
+
     scan: Int[np.ndarray, " points"]
     theta_i_deg: Float[np.ndarray, " points"]
     theta_o_deg: Float[np.ndarray, " points"]
@@ -51,7 +54,7 @@ class Points:
             data.phi_deg[used],
             data.wavelength_nm[used],
             data.is_transmission[used],
-            data.row[used].astype(float),
+            data.reading_order[used].astype(float),
         )
 
     def __len__(self) -> int:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from jaxink.diagnosis.statistics.points import Points
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 
 
@@ -24,6 +25,8 @@ class Observations:
     weight
         Weight of each scan; None for 1.
     """
+
+    __repr__ = brief_repr
 
     measured_per_sr: Float[np.ndarray, " points"]
     sigma_per_sr: Float[np.ndarray, " points"]
@@ -110,6 +113,8 @@ def block_folds(points: Points, n_blocks: int) -> Bool[np.ndarray, "folds points
 @dataclass(frozen=True)
 class HeldOutGain:
     """Gain in log predictive density from an addition to a model, for each fold."""
+
+    __repr__ = brief_repr
 
     gains: Float[np.ndarray, " folds"]
 

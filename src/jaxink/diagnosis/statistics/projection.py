@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
+
 # Singular values of the scaled Jacobian below this share of the largest are rounding.
 _RANK = 1e-9
 # A direction of which less than this remains after the projection is degenerate to rounding.
@@ -39,6 +41,8 @@ class UnitColumns:
 @dataclass(frozen=True)
 class Projection:
     """Orthogonal projection P = 1 - Q Q^T off the space of an orthonormal basis Q."""
+
+    __repr__ = brief_repr
 
     basis: Float[np.ndarray, "rows rank"]
 

@@ -18,6 +18,7 @@ from jaxink.diagnosis.statistics.projection import UnitColumns
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.significance import Significance, best_admissible
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 
 _KEPT_VIEWS = 4
@@ -74,6 +75,8 @@ class PreparedScreen:
 
     Made by `prepare_screen`; many residuals of one design can then be screened with a few products each.
     """
+
+    __repr__ = brief_repr
 
     candidates: tuple[Candidate, ...]
     options: ScreenOptions

@@ -16,6 +16,7 @@ from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.structure_statistics import NullStatistic, scan_statistics, share_as_large
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
+from jaxink.display.brief import brief_repr
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ class StructureResult:
         Of the residual after projection off the parameters, including rows of priors.
     """
 
+    __repr__ = brief_repr
+
     statistics: tuple[StructureStatistic, ...]
     p_value: float
     leading: str
@@ -78,6 +81,8 @@ class StructureResult:
 @dataclass(frozen=True)
 class PreparedStructure:
     """Tests for structure with null laws, for any residual of one design; made by `prepare_structure`."""
+
+    __repr__ = brief_repr
 
     cone: TangentCone
     points: Points

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 
 # All subsets of the parameters at a bound are tried: 4096 of 12.
@@ -89,6 +90,8 @@ class TangentCone:
     ----------
     Chernoff 1954 Ann. Math. Stat. 25, 573; Self, Liang 1987 JASA 82, 605.
     """
+
+    __repr__ = brief_repr
 
     basis: Float[np.ndarray, "rows rank"]
     edges: Float[np.ndarray, "rows edges"]

@@ -11,6 +11,7 @@ from scipy.special import chdtrc
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
+from jaxink.display.brief import brief_repr
 
 DISTANCE_EDGES = {
     "forward": (0.0, 5.0, 15.0, 30.0, 60.0, 180.0),
@@ -39,6 +40,8 @@ class Factor:
     p_value
         Probability of means this large for pure noise; exact, with the fit taken into account.
     """
+
+    __repr__ = brief_repr
 
     name: str
     levels: tuple[str, ...]

@@ -1,0 +1,56 @@
+"""What a diagnosis says of itself in a notebook."""
+
+from jaxink.diagnosis.findings.summary import Figures, Summary
+from jaxink.diagnosis.findings.verdict import Verdict
+from jaxink.diagnosis.search.refit import Estimate
+from jaxink.diagnosis.search.step import Step
+from jaxink.display.card import Card, CardTable
+from jaxink.display.named_rows import NamedRows
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
+
+
+def diagnosis_card(
+    source: str,
+    verdict: Verdict,
+    steps: tuple[Step, ...],
+    figures: tuple[Summary, Summary],
+    parameters: tuple[NamedRows[Estimate], NamedRows[Estimate]],
+) -> Card:
+    """Card of a diagnosis; ``figures`` and ``parameters`` are those before and after, the rest its fields."""
+    title = f"Diagnosis of {source or 'a measurement'}: {verdict.code.value}"
+    tables = (_figures_table(figures, bool(steps)), _step_table(steps), _parameter_table(*parameters))
+    return Card(title, (verdict.sentence,), tables)
+
+
+def _figures_table(figures: tuple[Summary, Summary], has_steps: bool) -> CardTable:
+    states = dict(zip(("declared", "extended"), figures[: 1 + has_steps], strict=False))
+    rows = [
+        [name, points, *_cells(getattr(summary, field))]
+        for name, summary in states.items()
+        for points, field in (("fitted", "fitted"), ("held out", "held_out"))
+    ]
+    heads = ["model", "points", "chi-square", "reduced chi-square", "relative RMSD", "rms of model / m - 1"]
+    return CardTable(heads, rows, (0, 1))
+
+
+def _cells(figures: Figures) -> list[str]:
+    shares = (percent(share) for share in (figures.rmsd_relative, figures.relative_rms))
+    return [rounded(figures.chi_square, 5), rounded(figures.reduced_chi_square, 4), *shares]
+
+
+def _step_table(steps: tuple[Step, ...]) -> CardTable:
+    rows = [
+        [step.effect, with_uncertainty(step.strength, step.standard_error), step.unit]
+        + [f"{step.actual_delta_chi_square:.4g}", ", ".join(step.members[1:])]
+        for step in steps
+    ]
+    heads = ["effect added", "strength(s.e.)", "unit", "decrease in chi-square", "indistinguishable from"]
+    return CardTable(heads, rows, (0, 2, 4))
+
+
+def _parameter_table(before: NamedRows[Estimate], after: NamedRows[Estimate]) -> CardTable:
+    rows = [
+        [name, with_uncertainty(*before[name]) if name in before else "", with_uncertainty(*estimate)]
+        for name, estimate in after.items()
+    ]
+    return CardTable(["parameter", "before(s.e.)", "after(s.e.)"], rows)

@@ -1,0 +1,1 @@
+"""How objects present themselves in an interactive session: short text, tables, HTML."""

@@ -1,0 +1,56 @@
+"""What a fit result says of itself in a notebook."""
+
+from collections.abc import Sequence
+
+from jaxink.display.card import Card, CardTable
+from jaxink.fitting.fitted_parameters import FittedParameters
+from jaxink.fitting.merit import Merit
+from jaxink.fitting.outcome import Outcome
+from jaxink.measurement import GonioData
+from jaxink.numerics.digits import percent, rounded
+
+
+def fit_card(
+    data: GonioData,
+    outcome: Outcome,
+    what: str,
+    parameters: FittedParameters,
+    merit: Merit,
+    remarks: Sequence[str],
+) -> Card:
+    """Card of a fit.
+
+    Parameters
+    ----------
+    data, outcome, parameters, merit
+        As in the result.
+    what
+        Method and objective.
+    remarks
+        Sentences at the end.
+    """
+    title = f"Fit of {data.source or 'a measurement'}: {misfit_words(merit)}"
+    used = f"{merit.points} of {len(data)} points used, {sum(scan.used > 0 for scan in data.scans)} scans"
+    sentences = (f"{what[0].upper()}{what[1:].replace('_', '-')} {outcome.value}.", f"{used}.")
+    return Card(title, sentences, (parameters.table(), merit_table(merit)), tuple(remarks))
+
+
+def misfit_words(merit: Merit) -> str:
+    """The figure of merit by which a fit is judged."""
+    if merit.reduced_chi_square is None:
+        return f"rms of model / measured - 1 {percent(merit.relative_rms, missing='undefined')}"
+    return f"reduced chi-square {merit.reduced_chi_square:.4g}"
+
+
+def merit_table(merit: Merit) -> CardTable:
+    """Figures of merit."""
+    rows = [
+        ["chi-square", rounded(merit.chi_square, 5)],
+        ["degrees of freedom", "" if merit.degrees_of_freedom is None else str(merit.degrees_of_freedom)],
+        ["reduced chi-square", rounded(merit.reduced_chi_square, 4)],
+        ["p", rounded(merit.probability)],
+        ["absolute RMSD of pi f", rounded(merit.rmsd_absolute_pi, 4)],
+        ["relative RMSD", percent(merit.rmsd_relative)],
+        ["rms of model / measured - 1", percent(merit.relative_rms)],
+    ]
+    return CardTable(["figure of merit", "value"], [row for row in rows if row[1]])

@@ -1,0 +1,146 @@
+"""The verdict on a fit: whether its residual is what the stated noise would leave."""
+
+import dataclasses
+import enum
+
+import numpy as np
+from scipy.special import chdtr, chdtrc
+
+from jaxink.fitting.outcome import Outcome
+from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+
+# Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.
+OVERSTATED_FACTOR = 2.0
+
+
+class FitVerdictCode(enum.StrEnum):
+    """Possible verdicts on a fit; the value appears in ``result.json``."""
+
+    meaning: str
+
+    CONSISTENT = "consistent", "the residual is consistent with the stated noise"
+    MISFIT = "misfit", "the residual exceeds the stated noise, and standard errors are meaningless"
+    OVERSTATED_NOISE = "overstated_noise", "the residual is far smaller than the stated noise"
+    NOT_CONVERGED = "not_converged", "the search did not end in a minimum"
+    NOT_JUDGED = (
+        "not_judged",
+        "the noise is unknown, the objective is not chi-square, or there are not more points than parameters",
+    )
+
+    def __new__(cls, code: str, meaning: str):
+        """A code with its meaning."""
+        member = str.__new__(cls, code)
+        member._value_ = code
+        member.meaning = meaning
+        return member
+
+
+@dataclasses.dataclass(frozen=True)
+class FitVerdict:
+    """The verdict on a fit.
+
+    Parameters
+    ----------
+    code, sentence
+        The verdict and its description.
+    reduced_chi_square
+        The number that it is based on, of the points of non-zero weight; None if there is none.
+    standard_errors_hold
+        Whether standard errors mean what they say; they do not if the model does not fit.
+    """
+
+    code: FitVerdictCode
+    sentence: str
+    reduced_chi_square: float | None
+    standard_errors_hold: bool
+
+    @property
+    def is_misfit(self) -> bool:
+        """Whether the model does not fit the data."""
+        return self.code is FitVerdictCode.MISFIT
+
+
+def exceeds_noise(chi_square: float, degrees_of_freedom: int) -> bool:
+    """Whether a chi-square is too large for noise whose standard deviation is known to `SIGMA_TOLERANCE`."""
+    improbable = chdtrc(degrees_of_freedom, chi_square) < LEAST_PROBABILITY
+    return bool(improbable and chi_square > SIGMA_TOLERANCE**2 * degrees_of_freedom)
+
+
+def falls_short_of_noise(
+    chi_square: float, degrees_of_freedom: int, factor: float = OVERSTATED_FACTOR
+) -> bool:
+    """Whether a chi-square is so small that standard deviations are overstated by more than a factor."""
+    improbable = chdtr(degrees_of_freedom, chi_square) < LEAST_PROBABILITY
+    return bool(improbable and chi_square * factor**2 < degrees_of_freedom)
+
+
+def judge_fit(
+    outcome: Outcome,
+    objective: str,
+    whitened: np.ndarray | None,
+    n_parameters: int,
+    at_bound: tuple[str, ...] = (),
+) -> FitVerdict:
+    """Verdict on a fit.
+
+    Parameters
+    ----------
+    outcome, objective
+        How the search ended, and what it minimised.
+    whitened
+        Residuals, whitened by the noise, of the points that have a weight; None if the noise is unknown.
+    n_parameters
+        Number of fitted parameters.
+    at_bound
+        Parameters that ended at a bound of their range.
+    """
+    reduced, code = None, FitVerdictCode.NOT_JUDGED
+    if whitened is not None and whitened.size > n_parameters:
+        chi_square, freedom = float(np.sum(whitened**2)), whitened.size - n_parameters
+        reduced = chi_square / freedom
+        if objective == "chi_square":
+            code = _judged(chi_square, freedom)
+    if not outcome.converged:
+        code = FitVerdictCode.NOT_CONVERGED
+    holds = code not in (FitVerdictCode.MISFIT, FitVerdictCode.NOT_CONVERGED)
+    if code is FitVerdictCode.NOT_JUDGED:
+        sentence = _why_not_judged(objective, whitened, reduced)
+    else:
+        sentence = _sentence(code, outcome, reduced, at_bound)
+    return FitVerdict(code, sentence, reduced, holds)
+
+
+def _judged(chi_square: float, freedom: int) -> FitVerdictCode:
+    if not np.isfinite(chi_square) or exceeds_noise(chi_square, freedom):
+        return FitVerdictCode.MISFIT
+    if falls_short_of_noise(chi_square, freedom):
+        return FitVerdictCode.OVERSTATED_NOISE
+    return FitVerdictCode.CONSISTENT
+
+
+def _sentence(code: FitVerdictCode, outcome: Outcome, reduced: float | None, at_bound) -> str:
+    if code is FitVerdictCode.NOT_CONVERGED:
+        return f"The fit {outcome.value}. Its values and standard errors are not a result."
+    if code is FitVerdictCode.MISFIT:
+        where = f" {' and '.join(at_bound)} ended at a bound." if at_bound else ""
+        return (
+            f"The model does not fit: reduced chi-square {reduced:.4g}, where the stated noise gives about 1."
+            f"{where} Standard errors are meaningless, and the fitted values may be far off."
+        )
+    if code is FitVerdictCode.OVERSTATED_NOISE:
+        factor = np.inf if not reduced else reduced**-0.5
+        return (
+            f"The stated noise is too large, about {factor:.2g} times: reduced chi-square {reduced:.2g} "
+            "instead of about 1. Standard errors are too large by as much, and a misfit could not be seen; "
+            "check the unit of sigma (sigma_per_sr is absolute, in 1/sr)."
+        )
+    return f"The model fits within the stated noise: reduced chi-square {reduced:.4g}."
+
+
+def _why_not_judged(objective: str, whitened: np.ndarray | None, reduced: float | None) -> str:
+    if objective != "chi_square":
+        known = "" if reduced is None else f" (reduced chi-square of this solution: {reduced:.4g})"
+        return f"The misfit is not judged: the objective '{objective}' is not chi-square{known}."
+    if whitened is None:
+        return "The misfit is not judged: the noise is unknown."
+    return "The misfit is not judged: there are not more points than free parameters."

@@ -1,0 +1,159 @@
+"""The cells of a delimited text file."""
+
+import codecs
+import csv
+import io
+from collections.abc import Collection
+from pathlib import Path
+
+import numpy as np
+
+from jaxink.files.reading import read_bounded
+from jaxink.measurement.header import MOST_TITLE_LINES, header_position, require_names, title_note
+from jaxink.measurement.table import AS_CSV, TextTable, refusal
+
+# A few million rows.
+_MOST_BYTES = 300_000_000
+_SIGNATURES = {
+    b"PK": f"is a workbook or zip archive; give an Excel workbook the suffix .xlsx, or {AS_CSV}",
+    b"\xd0\xcf\x11\xe0": f"is a workbook of Excel 2003 or older; {AS_CSV}",
+    b"%PDF": f"is a PDF document; {AS_CSV}",
+    b"\x89HDF": "is a netCDF or HDF5 file; give it the suffix .nc",
+    b"CDF": "is a classic netCDF file; convert it to netCDF 4 and give it the suffix .nc",
+}
+_DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_table(path: Path, renamed: Collection[str] = ()) -> TextTable:
+    """Read a delimited text file without interpreting its cells.
+
+    The file has a header row and cells separated by commas, semicolons or tabs. Text in UTF-16 is recognised
+    by its byte-order mark; bytes that are not UTF-8 are read as Windows-1252, which contains Latin-1. The
+    file is rejected if it is missing, empty, not text, or if its rows differ in length.
+
+    Parameters
+    ----------
+    path
+        The file.
+    renamed
+        Names in the file that the caller assigns to known columns.
+    """
+    notes: list[str] = []
+    lines, comments = _without_comments(_decoded_lines(path, notes), notes)
+    filled = [number for number, line in enumerate(lines) if line.strip()]
+    if not filled:
+        kind = "contains only comments" if comments else "is empty"
+        raise refusal(path, f"{kind}; it must have a header row and data rows")
+    filled = filled[_header(path, lines, filled, renamed) :]
+    titles = [number + 1 for number, line in enumerate(lines[: filled[0]]) if line.strip()]
+    notes += title_note(titles, filled[0] + 1)
+    # Emptied rather than removed, to keep the line numbers of the file.
+    lines[: filled[0]] = [""] * filled[0]
+    if any(not lines[number].strip() for number in range(filled[0], filled[-1])):
+        notes.append("Blank or comment lines between the rows were skipped; row numbers count them.")
+    delimiter = _delimiter(path, lines[filled[0]], filled[0] + 1, notes)
+    numbers, rows = _parsed(path, lines, delimiter)
+    if not rows:
+        raise refusal(path, "contains only separators; it must have a header row and data rows")
+    header, *rows = rows
+    names = tuple(name.strip() for name in header)
+    require_names(str(path), names, numbers[0], comments)
+    _check_lengths(path, header, rows, numbers[1:], delimiter)
+    if not rows:
+        raise refusal(path, "has a header but no data rows")
+    cells = tuple(tuple(row) for row in rows)
+    return TextTable(str(path), names, cells, np.array(numbers[1:]), numbers[0], tuple(notes))
+
+
+def _header(path: Path, lines: list[str], filled: list[int], renamed: Collection[str]) -> int:
+    first = filled[:MOST_TITLE_LINES]
+    cells = [lines[number].replace('"', "").split(_most_frequent(lines[number])) for number in first]
+    return header_position(str(path), cells, [number + 1 for number in first], renamed)
+
+
+def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
+    content = read_bounded(path, _MOST_BYTES, "measurement file")
+    for signature, sentence in _SIGNATURES.items():
+        if content.startswith(signature):
+            raise refusal(path, sentence)
+    text = _decoded(path, content, notes)
+    if "\0" in text:
+        row = text[: text.index("\0")].count("\n") + 1
+        raise refusal(path, f"contains a zero byte; it is a binary file, not CSV text; {AS_CSV}", row)
+    return io.StringIO(text, newline=None).read().split("\n")
+
+
+def _decoded(path: Path, content: bytes, notes: list[str]) -> str:
+    """Text of a file, with a note on any encoding but plain UTF-8."""
+    if content.startswith(_UTF16):
+        notes.append("The file is UTF-16 text.")
+        try:
+            return content.decode("utf-16")
+        except UnicodeDecodeError:
+            raise refusal(path, f"begins like UTF-16 text, but is not; {AS_CSV}") from None
+    if content.startswith(codecs.BOM_UTF8):
+        notes.append("The byte-order mark at the start of the file was ignored.")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        row = content[: problem.start].count(b"\n") + 1
+    try:
+        text = content.removeprefix(codecs.BOM_UTF8).decode("cp1252")
+    except UnicodeDecodeError as problem:
+        row, byte = content[: problem.start].count(b"\n") + 1, content[problem.start]
+        sentence = f"byte 0x{byte:02x} is neither UTF-8 nor Latin-1 text; {AS_CSV}"
+        raise refusal(path, sentence, row) from None
+    notes.append(f"The file is not UTF-8 (first in row {row}) and was read as Latin-1 (Windows-1252).")
+    return text
+
+
+def _without_comments(lines, notes):
+    """Comment lines are emptied rather than removed, to keep the line numbers of the file."""
+    comments = [line for line in lines if line.lstrip().startswith("#")]
+    if comments:
+        plural, verb = ("lines", "were") if len(comments) > 1 else ("line", "was")
+        notes.append(f"{len(comments)} comment {plural} starting with '#' {verb} skipped.")
+    return ["" if line.lstrip().startswith("#") else line for line in lines], comments
+
+
+def _most_frequent(line: str) -> str:
+    return max(_DELIMITERS, key=line.count)
+
+
+def _delimiter(path, header: str, row: int, notes: list[str]) -> str:
+    delimiter = _most_frequent(header)
+    if delimiter not in header:
+        text = "the header contains no comma, semicolon or tab; separate the columns by commas"
+        raise refusal(path, text, row)
+    if delimiter != ",":
+        notes.append(f"The columns are separated by {_DELIMITERS[delimiter]} instead of commas.")
+    return delimiter
+
+
+def _parsed(path, lines, delimiter) -> tuple[list[int], list[list[str]]]:
+    numbers, rows = [], []
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                numbers.append(reader.line_num)
+                rows.append(row)
+    except csv.Error as error:
+        raise refusal(path, f"is not CSV text ({error})", reader.line_num) from error
+    return numbers, rows
+
+
+def _check_lengths(path, header, rows, numbers, delimiter):
+    for number, row in zip(numbers, rows, strict=True):
+        if len(row) == len(header):
+            continue
+        hint = ""
+        if delimiter == "," and len(row) > len(header):
+            hint = (
+                "; if it has decimal commas, separate the columns by semicolons, or write 0.5 instead of 0,5"
+            )
+        elif len(row) < len(header):
+            hint = "; a cell that is empty still needs its separator"
+        text = f"has {len(row)} cells, but the header has {len(header)}{hint}"
+        raise refusal(path, text, number)

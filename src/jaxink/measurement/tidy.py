@@ -1,0 +1,217 @@
+"""From the cells of a table to a measurement: defects are corrected and noted, or rejected."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxink.measurement import checks
+from jaxink.measurement.cells import with_decimal_points, without_units
+from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns
+from jaxink.measurement.conditions import refuse_several_conditions
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.masks import NEGATIVE
+from jaxink.measurement.pairs import direction_groups
+from jaxink.measurement.signed_angles import unsigned_directions
+from jaxink.measurement.table import TextTable, refusal
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the caller states about all rows of a table.
+
+    Parameters
+    ----------
+    wavelength_nm, side
+        Value of all rows, if the table has no such column.
+    sample
+        The sample to read, if column ``sample`` contains several.
+    columns
+        Names of known columns in the table.
+    signed_angles
+        Whether a negative ``theta_o_deg`` means the other half-plane.
+    """
+
+    wavelength_nm: float | None = None
+    side: str | None = None
+    sample: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    signed_angles: bool = False
+
+    @property
+    def supplied(self) -> tuple[str, ...]:
+        """Known columns that the table may lack."""
+        given = {"wavelength_nm": self.wavelength_nm is not None, "side": self.side is not None}
+        return tuple(name for name, here in (given | {"phi_deg": self.signed_angles}).items() if here)
+
+
+def measurement_of(table: TextTable, stated: Stated) -> GonioData:
+    """The measurement that a table contains; parameters and errors as for `jaxink.measurement.read_csv`."""
+    known, extra, column_notes = match_columns(table, dict(stated.columns), stated.supplied)
+    notes = [*table.notes, *column_notes]
+    table = without_units(table, known, notes)
+    table = with_decimal_points(table, known, extra, notes)
+    table, attrs = _one_sample(table, extra, stated.sample)
+    angles = _angles(table, known, stated.signed_angles, notes)
+    bsdf = _per_sr(table, known, "bsdf_per_sr")
+    data = GonioData(
+        **angles,
+        wavelength_nm=_wavelength(table, known, stated.wavelength_nm, notes),
+        is_transmission=_side(table, known, stated.side, notes),
+        bsdf_per_sr=bsdf,
+        sigma_per_sr=_sigma(table, known, notes),
+        extra={name: _extra(table.column(index)) for name, index in extra.items()},
+        row=table.lines,
+        mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
+        source=Path(table.source).name,
+        attrs=attrs,
+    )
+    checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
+    refuse_several_conditions(data, table.source)
+    notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
+    return data.replace(notes=notes)
+
+
+def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:
+    if "sample" not in extra:
+        if sample is not None:
+            raise refusal(table.source, f"has no column sample from which to select '{sample}'")
+        return table, {}
+    cells = table.column(extra["sample"])
+    held = list(dict.fromkeys(cells))
+    if sample is None and len(held) > 1:
+        text = (
+            f"contains {len(held)} samples, {', '.join(held)}; select one with --which NAME (in Python: "
+            "sample='NAME')"
+        )
+        raise refusal(table.source, text, column="sample")
+    if sample is not None and sample not in held:
+        text = f"does not contain sample '{sample}'; it must be one of {', '.join(held)}"
+        raise refusal(table.source, text, column="sample")
+    chosen = held[0] if sample is None else sample
+    keep = np.array([cell == chosen for cell in cells])
+    rows = tuple(row for row, kept in zip(table.rows, keep, strict=True) if kept)
+    return table.with_rows(rows, table.lines[keep]), {"sample": chosen}
+
+
+def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
+    angles = {name: checks.numbers(table, known[name], name) for name in ANGLES if name in known}
+    derived = "phi_deg" not in angles
+    if derived:
+        # In the plane of incidence, towards the peak.
+        angles["phi_deg"] = np.zeros(len(table.rows))
+    checks.refuse_radians(table, angles)
+    angles["theta_i_deg"] = checks.polar_angles(table, angles["theta_i_deg"], "theta_i_deg")
+    angles["phi_deg"] = checks.azimuths(table, angles["phi_deg"] + 180.0 * derived, notes)
+    if signed:
+        angles |= unsigned_directions(table, angles, derived, notes)
+    angles["theta_o_deg"] = checks.polar_angles(table, angles["theta_o_deg"], "theta_o_deg")
+    return angles
+
+
+def _wavelength(table: TextTable, known, given, notes) -> np.ndarray:
+    name = "wavelength_nm"
+    if given is not None:
+        given = float(given)
+        checks.wavelengths("read_csv", np.array([given]), [None])
+    stated = name in known and any(table.column(known[name]))
+    if not stated:
+        if given is None:
+            text = "the column is empty; state one for all rows with " + OPTIONS[name]
+            raise refusal(table.source, text, column=name)
+        notes.append(f"The file states no wavelength; the caller gave {given:g} nm.")
+        return np.full(len(table.rows), given)
+    values = checks.numbers(table, known[name], name)
+    values = checks.wavelengths(table.source, values, table.lines)
+    if given is not None and (values != given).any():
+        line = table.lines[np.argmax(values != given)]
+        text = f"the file states {values[values != given][0]:g}, but the caller gives {given:g}; remove one"
+        raise refusal(table.source, text, line, name)
+    return values
+
+
+def _side(table: TextTable, known, given, notes) -> np.ndarray:
+    if given not in (None, "R", "T"):
+        raise refusal("read_csv", f"side is {given!r}; it must be 'R' or 'T'")
+    stated = "side" in known and any(table.column(known["side"]))
+    if not stated:
+        if given is None:
+            text = "the column is empty; state one for all rows with " + OPTIONS["side"]
+            raise refusal(table.source, text, column="side")
+        notes.append(f"The file states no side; the caller gave '{given}'.")
+        return np.full(len(table.rows), given == "T")
+    values = checks.sides(table, known["side"], notes)
+    other = values != (given == "T")
+    if given is not None and other.any():
+        text = f"the file states {'RT'[int(values[other][0])]}, but the caller gives {given}; remove one"
+        raise refusal(table.source, text, table.lines[np.argmax(other)], "side")
+    return values
+
+
+def _sigma(table: TextTable, known, notes) -> np.ndarray | None:
+    name = "sigma_per_sr"
+    if name not in known:
+        return None
+    if not any(table.column(known[name])):
+        notes.append("Column sigma_per_sr is empty and was ignored.")
+        return None
+    return checks.sigmas(table, _per_sr(table, known, name))
+
+
+def _per_sr(table: TextTable, known, name: str) -> np.ndarray:
+    return checks.magnitudes(table, checks.numbers(table, known[name], name), name)
+
+
+def _extra(cells: list[str]) -> np.ndarray:
+    """Numbers if all non-empty cells are; labels such as 007 and numbers beyond the float range stay text."""
+    filled = [cell for cell in cells if cell]
+    number = re.compile(r"[+-]?(0|[1-9]\d*|(0|[1-9]\d*)?\.\d+|(0|[1-9]\d*)\.)([eE][+-]?\d+)?")
+    if not filled or not all(number.fullmatch(cell) for cell in filled):
+        return np.array(cells)
+    values = np.array([float(cell) if cell else np.nan for cell in cells])
+    return np.array(cells) if np.isinf(values).any() else values
+
+
+def _negative_notes(data: GonioData) -> list[str]:
+    negative = data.bsdf_per_sr < 0
+    if not negative.any():
+        return []
+    count, first = int(negative.sum()), data.row[np.argmax(negative)]
+    verb = "is" if count == 1 else "are"
+    return [f"{count} of {len(data)} values {verb} negative (first in row {first}) and masked."]
+
+
+def _order_notes(data: GonioData) -> list[str]:
+    changes = int((np.diff(data.scan_index) != 0).sum())
+    if changes + 1 == len(data.scans):
+        return []
+    return ["The rows of a scan are not consecutive; the order of the file was kept."]
+
+
+def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
+    notes = []
+    group = direction_groups(data)
+    _, counts = np.unique(group, return_counts=True)
+    if (counts > 1).any():
+        several = int((counts > 1).sum())
+        which = "1 direction was" if several == 1 else f"{several} directions were"
+        rows = data.row[group == np.unique(group)[np.argmax(counts > 1)]]
+        notes.append(
+            f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all rows were kept as repeats."
+        )
+    seen, copies = dict[tuple[str, ...], int](), []
+    for line, row in zip(table.lines, table.rows, strict=True):
+        first = seen.setdefault(row, line)
+        if first != line:
+            copies.append((first, line))
+    if copies:
+        first, line = copies[0]
+        which = "1 row is a copy" if len(copies) == 1 else f"{len(copies)} rows are copies"
+        notes.append(
+            f"{which} of another in every cell (rows {first} and {line}); all were kept, but copies are not "
+            "used to estimate the noise."
+        )
+    return notes
