@@ -8,6 +8,7 @@ import jaxink
 from jaxink.export.formats import FORMATS, refuse_expected
 from jaxink.export.limitations import ExportOptions, LossRefusedError
 from jaxink.export.losses import LOSSES, expected_losses, losses_of
+from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.ink.foresight import expected_table
 from jaxink.ink.ink_layers import InkChoice, UnclearInkError, adjacent_air, find_ink
 from jaxink.ink.saved_fit import read_saved_fit
@@ -178,8 +179,8 @@ def test_a_saved_fit_is_read_without_its_measurement(example_result, tmp_path):
         assert saved.sample == example_result.sample
         assert saved.wavelengths_nm == (550.0,)
         assert saved.has_standard_errors
-    rows = tuple(dataclasses.replace(p, standard_error=None) for p in example_result.parameters)
-    dataclasses.replace(example_result, parameters=rows).save(tmp_path)
+    rows = tuple(dataclasses.replace(p, standard_error=None) for p in example_result.parameters.values())
+    dataclasses.replace(example_result, parameters=FittedParameters.of(rows)).save(tmp_path)
     assert not read_saved_fit(tmp_path).has_standard_errors
 
 
