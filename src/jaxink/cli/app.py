@@ -267,10 +267,28 @@ RegularBinDeg = Annotated[
 Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Angular basis of Radiance files.")]
 
 
-def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: str) -> dict[str, Any]:
+InterpolationError = Annotated[
+    float,
+    typer.Option(
+        metavar="X",
+        help="Largest error of linear interpolation, over the largest BSDF of an incidence, that leaving out "
+        "angles may cause in Mitsuba's files.",
+    ),
+]
+
+
+def _choices(
+    name: str, allow_loss: str, regular_bin_deg: float | None, basis: str, interpolation_error: float
+) -> dict[str, Any]:
     """Fields of `ExportOptions`."""
     drop = tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip())
-    return {"name": name, "drop": drop, "regular_bin_deg": regular_bin_deg, "basis": basis}
+    return {
+        "name": name,
+        "drop": drop,
+        "regular_bin_deg": regular_bin_deg,
+        "basis": basis,
+        "interpolation_error": interpolation_error,
+    }
 
 
 def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
@@ -280,6 +298,7 @@ def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict
         "--allow-loss": ",".join(choices["drop"]) or None,
         "--regular-bin-deg": choices["regular_bin_deg"],
         "--basis": choices["basis"] if choices["basis"] != "klems" else None,
+        "--interpolation-error": error if (error := choices["interpolation_error"]) != 0.005 else None,
         "--quiet": quiet,
         "--debug": debug,
     }
@@ -319,6 +338,7 @@ def export(
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
     basis: Basis = "klems",
+    interpolation_error: InterpolationError = 0.005,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -326,7 +346,7 @@ def export(
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_export
 
-        choices = _choices(name, allow_loss, regular_bin_deg, basis)
+        choices = _choices(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
         given = {
             "--format": format,
@@ -361,6 +381,7 @@ def boundary(
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
     basis: Basis = "klems",
+    interpolation_error: InterpolationError = 0.005,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -369,7 +390,7 @@ def boundary(
         from jaxink.cli.export import Target, run_boundary
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
-        choices = _choices(name, allow_loss, regular_bin_deg, basis)
+        choices = _choices(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         given = {
             "--format": format,
             "--out": out,

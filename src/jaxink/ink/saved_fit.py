@@ -56,8 +56,11 @@ def read_saved_fit(path: str | Path) -> SavedFit | None:
         scans = decode(tuple[Any, ...], plain["scans"])
         wavelengths = sorted({decode(float, scan["wavelength_nm"]) for scan in scans})
         known, _, lost = determined([rows[name] for name in plain["correlation_names"]])
-        return SavedFit(sample_from_dict(plain["sample"]), tuple(wavelengths), bool(known) and not lost)
-    except (InputRefusedError, LookupError, TypeError):
+        # Older results have no verdict.
+        holds = plain.get("verdict", {}).get("standard_errors_hold", True)
+        has_errors = bool(known) and not lost and holds
+        return SavedFit(sample_from_dict(plain["sample"]), tuple(wavelengths), has_errors)
+    except (InputRefusedError, LookupError, TypeError, AttributeError):
         return None
 
 

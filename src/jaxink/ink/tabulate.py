@@ -128,7 +128,11 @@ def ink_table(
         table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
-    return tabulate(ink, wavelengths, _covariance(source, values), options)
+    made = tabulate(ink, wavelengths, _covariance(source, values), options)
+    if isinstance(source, FitResult) and not values:
+        verdict = source.verdict
+        made.attrs.update({"fit": verdict.sentence, "fit_verdict": str(verdict.code.value)})
+    return made
 
 
 def _covariance(source, values) -> ParameterCovariance:
