@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-DATA_HELP = "CSV, Excel (.xlsx), or netCDF written by jaxink; several files are joined."
+DATA_HELP = "CSV, workbook (.xlsx, .ods), or netCDF written by jaxink; several files are joined."
 Data = Annotated[list[Path], typer.Argument(metavar="DATA...", help=f"Measurement: {DATA_HELP}")]
 WavelengthNm = Annotated[
     float | None,
@@ -20,7 +20,7 @@ Side = Annotated[
 ]
 Sheet = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Sheet of an Excel workbook, if several are not empty."),
+    typer.Option(metavar="NAME", help="Sheet of a workbook, if several are not empty."),
 ]
 SignedAngles = Annotated[
     bool,
