@@ -40,7 +40,7 @@ def read_sheet(path: Path, sheet: str | None = None, renamed: Collection[str] = 
     with open_bounded(path, _MOST_BYTES, "measurement file") as file:
         _require_small(path, file)
         try:
-            sheets = _filled(path, file)
+            sheets = _filled(path, file, sheet)
         except (InputRefusedError, MemoryError):
             raise
         except ImportError:
@@ -71,15 +71,15 @@ def _require_small(path: Path, file: BinaryIO) -> None:
 Rows = tuple[list[int], list[list[str]]]
 
 
-def _filled(path: Path, file: BinaryIO) -> dict[str, Rows]:
-    """Line numbers and cells of the rows that are not empty, by sheet."""
+def _filled(path: Path, file: BinaryIO, wanted: str | None) -> dict[str, Rows]:
+    """Line numbers and cells of the rows that are not empty, by sheet; only those of the wanted one, if any."""
     rows_of = excel.rows_of if path.suffix.lower() in EXCEL_SUFFIXES else opendocument.rows_of
     sheets: dict[str, Rows] = {}
     line, current, n_cells = 0, None, 0
     for name, repetitions, row in rows_of(file):
         line, current = (line, current) if name == current else (0, name)
         lines, rows = sheets.setdefault(name, ([], []))
-        cells = _expanded(path, name, line + 1, row)
+        cells = _expanded(path, name, line + 1, row) if wanted in (None, name) else []
         # What is empty at the end of a sheet may be repeated often.
         n_rows = repetitions if cells else 0
         n_cells += len(row) + n_rows * len(cells)
