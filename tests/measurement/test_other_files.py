@@ -199,7 +199,8 @@ OPENDOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
  xmlns:text="urn:oasis:names:tc:opendocument:xmlns:text:1.0"><office:body><office:spreadsheet>
 <table:table table:name="Data">{}</table:table><table:table table:name="Sheet2">
 <table:table-row table:number-rows-repeated="1048576">
-<table:table-cell table:number-columns-repeated="16384"/></table:table-row></table:table></office:spreadsheet></office:body>
+<table:table-cell table:number-columns-repeated="16384"/></table:table-row></table:table>
+</office:spreadsheet></office:body>
 </office:document-content>"""
 TEXT = "<table:table-cell><text:p>{}</text:p></table:table-cell>"
 VALUE = '<table:table-cell office:value-type="float" office:value="{}"><text:p>~</text:p></table:table-cell>'

@@ -72,7 +72,7 @@ Rows = tuple[list[int], list[list[str]]]
 
 
 def _filled(path: Path, file: BinaryIO, wanted: str | None) -> dict[str, Rows]:
-    """Line numbers and cells of the rows that are not empty, by sheet; only those of the wanted one, if any."""
+    """Line numbers and cells of the rows that are not empty, by sheet; of the wanted one only."""
     rows_of = excel.rows_of if path.suffix.lower() in EXCEL_SUFFIXES else opendocument.rows_of
     sheets: dict[str, Rows] = {}
     line, current, n_cells = 0, None, 0
