@@ -10,11 +10,13 @@ import numpy as np
 
 from jaxink.display.card import Card, Presented
 from jaxink.effects import AugmentedModel, forward_model
+from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
+from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
-from jaxink.fitting.objective import weights_of
+from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
@@ -181,7 +183,8 @@ class FitResult(SavedInFolder, Presented):
     def verdict(self) -> FitVerdict:
         """Whether the residual is what the stated noise would leave; points of weight 0 do not count."""
         weighted = weights_of(self.data, self.sample) > 0
-        bounds = tuple(p.name for p in self.parameters if p.flag in ("at lower bound", "at upper bound"))
+        at_bound = ("at lower bound", "at upper bound")
+        bounds = tuple(name for name, p in self.parameters.items() if p.flag in at_bound)
         whitened = None if self.whitened is None else self.whitened[weighted]
         return judge_fit(self.outcome, self.objective, whitened, len(self.sample.parameters.free), bounds)
 
@@ -216,6 +219,23 @@ class FitResult(SavedInFolder, Presented):
     def config(self) -> SolverConfig:
         """Resolution at the end of the fit."""
         return SolverConfig(**cast("dict[str, Any]", self.solver))
+
+    @cached_property
+    def log_density(self) -> LogDensity:
+        """Logarithm of the posterior density, a differentiable function of the free parameters' values.
+
+        Raises
+        ------
+        InputRefusedError
+            If the noise is unknown, or no parameter is free.
+        """
+        if not self.noise["known"]:
+            raise InputRefusedError(
+                f"{self.data.source or 'the measurement'}: its noise is unknown, so there is no density; "
+                "declare it in [noise] of the sample file and fit again."
+            )
+        objective = make_objective(self.data, self.sample, config=self.config)
+        return LogDensity.of(objective, self.values, self.covariance)
 
     def forward_model(self, data: GonioData | None = None) -> ForwardModel | AugmentedModel:
         """Forward model with the fitted values, for this or another measurement.
@@ -255,6 +275,7 @@ class FitResult(SavedInFolder, Presented):
             f"{self.method} fit of {self.objective}",
             self.parameters,
             self.merit,
+            self.verdict,
             (self.noise_sentence, *self.notes),
         )
 
