@@ -9,6 +9,7 @@ from pathlib import Path
 
 from jaxink.effects import CATALOGUE, Effect
 from jaxink.sample import measurement_schema, schema
+from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE, EffectKeys
 from jaxink.sample.quantity import Entry, Quantity
 
 HERE = Path(__file__).parent
@@ -44,6 +45,22 @@ def effects(catalogue: Iterable[type[Effect]]) -> str:
     return _markdown(["effect", "group", "strength", "usual strength", "meaning"], rows)
 
 
+def effect_keys(table: Mapping[str, EffectKeys]) -> str:
+    """Keys of the effects that have tables of their own, the parameters of each first."""
+    rows = []
+    for name, keys in table.items():
+        rows += [[f"`{name}`", *_number(key, q), q.scale, q.meaning] for key, q in keys.numbers.items()]
+        for key, q in keys.form.items():
+            entry = [f"`{key}`", "", q.values, q.default] if isinstance(q, Entry) else _number(key, q)
+            rows.append([f"`{name}`", *entry, "-", q.meaning])
+    return _markdown(["effect", "key", "unit", "range", "default", "scale", "meaning"], rows)
+
+
+def elsewhere(table: Mapping[str, str]) -> str:
+    """Effects that other keys of the file declare."""
+    return _markdown(["effect", "declared by"], ([f"`{name}`", place] for name, place in table.items()))
+
+
 def _number(key: str, q: Quantity) -> list[str]:
     default = q.otherwise if q.default is None else f"{q.default:g}"
     return [f"`{key}`", q.unit, f"{q.lowest:g} ... {q.highest:g}", default]
@@ -77,6 +94,8 @@ PAGES = {
         "INSTRUMENT": settings(measurement_schema.INSTRUMENT, measurement_schema.LIGHT_ENTRIES),
         "NOISE": settings(measurement_schema.NOISE, measurement_schema.NOISE_ENTRIES),
         "MASKS": settings(measurement_schema.MASKS, {}),
+        "EFFECTS": effect_keys(EFFECTS),
+        "ELSEWHERE": elsewhere(ELSEWHERE),
         "WEIGHTS": settings(measurement_schema.WEIGHTS, measurement_schema.WEIGHTS_ENTRIES),
     },
     "diagnosis.md": {"CATALOGUE": effects(CATALOGUE)},

@@ -25,14 +25,14 @@ _HOMES = {
     "jaxink.solver.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.optics.directions": ("Directions",),
     "jaxink.ink": ("InkTable", "ink_table", "read_ink_table"),
-    "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose"),
+    "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose", "load_diagnosis"),
     "jaxink.effects": ("Effect", "forward_model"),
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose
+    from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose, load_diagnosis
     from jaxink.effects import Effect, forward_model
     from jaxink.errors import (
         ForkedProcessError,

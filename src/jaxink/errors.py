@@ -4,7 +4,6 @@ Every exception carries one sentence that the user can act on. The functions ``r
 `InputRefusedError` if an argument is invalid; ``name`` is what the message calls it.
 """
 
-import difflib
 from collections.abc import Collection, Iterable
 from numbers import Integral, Real
 
@@ -52,10 +51,9 @@ def shown(value: object) -> str:
     return f"{value:g}" if isinstance(value, Real) else repr(value)
 
 
-def unknown_name(name: str, known: Iterable[str]) -> str:
-    """End of a sentence about a name that does not exist; suggests the most similar of the known names."""
-    near = difflib.get_close_matches(name, list(known), n=1)
-    hint = f"; did you mean {near[0]}?" if near else f"; valid names are: {', '.join(known)}."
+def no_such_name(known: Iterable[str], near: str | None = None) -> str:
+    """End of a sentence about a name that does not exist; suggests ``near``, or lists the known ones."""
+    hint = f"; did you mean {near}?" if near else f"; valid names are: {', '.join(known)}."
     return f"which does not exist{hint}"
 
 

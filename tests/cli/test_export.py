@@ -1,12 +1,18 @@
 """The command that writes an ink for ray tracers."""
 
 import dataclasses
+import shlex
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import jaxink
 from jaxink.cli.app import app
+from jaxink.fitting.result import FittedParameter
+from jaxink.ink import TableOptions
 from tests.ink.analytic_tables import smooth_table
 
 
@@ -41,7 +47,7 @@ def test_each_format_is_written(format, loss, names, file, tmp_path, told):
     out = tmp_path / "out"
     done = run(file, "--format", format, "--out", out, "--allow-loss", loss)
     assert (done.exit_code, done.stderr) == (0, "")
-    assert sorted(path.name for path in out.iterdir()) == names
+    assert sorted(path.name for path in out.iterdir()) == sorted([*names, "ink_README.txt"])
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     assert all(str(out / name) in done.stdout for name in names)
     told(done.stdout, numbers=False)
@@ -58,10 +64,15 @@ def test_netcdf_comes_back_to_the_last_bit(file, tmp_path):
 
 
 def test_a_refusal_is_one_sentence_and_writes_nothing(file, tmp_path, told):
-    done = run(file, "--format", "lighttools", "--out", tmp_path / "out")
+    out = tmp_path / "two words"
+    done = run(file, "--format", "lighttools", "--out", out)
     assert (done.exit_code, done.stdout) == (5, "")
-    told(done.stderr, "jaxink: LightTools .bsdf", "standard_errors")
-    assert done.stderr.count("\n") == 1
+    told(done.stderr, "jaxink: LightTools .bsdf", "standard errors")
+    sentence, what, command = done.stderr.splitlines()
+    assert shlex.split(command) == [
+        "jaxink", "export", str(file), "--format", "lighttools", "--out", str(out), "--allow-loss",
+        "standard_errors",
+    ]  # fmt: skip
     assert list(tmp_path.iterdir()) == []
 
 
@@ -86,7 +97,7 @@ def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, exam
     """The folder of a fit; the computation of the table has tests of its own."""
     asked = []
 
-    def table_of(result, layers):
+    def table_of(result, layers, options):
         asked.append((result.values, layers))
         return smooth_table()
 
@@ -98,3 +109,119 @@ def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, exam
     ((values, layers),) = asked
     assert layers == ["ink"]
     assert values == pytest.approx(example_result.values)
+
+
+GAP = """
+schema_version = 1
+wavelength_nm = [550]
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 2.0
+[[layers]]
+name = "air_gap"
+kind = "clear"
+refractive_index = 1.0
+thickness_mm = 0.01
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = 30
+scattering_per_mm = 60
+absorption_per_mm = 1
+asymmetry_parameter = 0.3
+"""
+SMALL = ("--n-theta", "25", "--n-phi", "9")
+
+
+@pytest.fixture
+def saved(example_result, tmp_path):
+    """Saves a sample as if it had been fitted, without standard errors; gives its folder."""
+
+    def save(text):
+        sample = jaxink.parse_sample(text)
+        rows = tuple(
+            FittedParameter(p.name, p.unit, p.value, None, p.value, p.minimum, p.maximum, False)
+            for p in sample.parameters.values()
+        )
+        nothing = {"correlation_names": (), "correlations": np.zeros((0, 0)), "derived": ()}
+        result = dataclasses.replace(example_result, sample=sample, parameters=rows, **nothing)
+        result.save(tmp_path / "my fit")
+        return tmp_path / "my fit"
+
+    return save
+
+
+def commands(done):
+    """Arguments of the whole commands that a refusal names, after ``jaxink export``."""
+    assert done.exit_code == 5, done.output
+    found = [shlex.split(line) for line in done.stderr.splitlines() if line.startswith("  ")]
+    assert all(words[:2] == ["jaxink", "export"] for words in found)
+    return [words[2:] for words in found]
+
+
+def test_an_air_gap_is_not_taken_for_the_plate(saved, tmp_path):
+    result, out = saved(GAP), tmp_path / "the files"
+    asked = [result, "--format", "csv", "--out", out, *SMALL]
+    from_air, from_plate = commands(run(*asked))
+    assert not out.exists()
+    asked = [*map(str, asked[:5]), *SMALL]
+    expected = [["--layer", "ink", "--from", "air_gap"],
+                ["--layer", "air_gap", "--layer", "ink", "--from", "plate"]]  # fmt: skip
+    media = ("air_gap, refractive index 1", "plate, refractive index 1.5")
+    for words, chosen, medium in zip((from_air, from_plate), expected, media, strict=True):
+        assert sorted(words) == sorted([*asked, *chosen])
+        done = run(*words)
+        assert done.exit_code == 0, done.stderr
+        readme = (out / "ink_README.txt").read_text()
+        assert f"Side I, from which the ink is seen: {medium}." in readme
+        assert readme.splitlines()[0] in done.stdout
+
+
+@pytest.fixture(scope="module")
+def gap_table():
+    options = TableOptions(n_theta=45, n_phi=37, inside="plate", accuracy=1e-3)
+    return jaxink.ink_table(jaxink.parse_sample(GAP), ["air_gap", "ink"], options=options)
+
+
+@pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance"])
+def test_every_command_of_a_refusal_works(format, saved, tmp_path, gap_table, monkeypatch):
+    """First the medium is chosen; its commands already allow the losses. Then the losses alone."""
+    monkeypatch.setattr("jaxink.ink_table", lambda *_, options: gap_table, raising=False)
+    asked = (saved(GAP), "--format", format, "--out", tmp_path / "files", "--n-theta", "45", "--name", "red")
+    _, from_plate = commands(run(*asked))
+    at = from_plate.index("--allow-loss")
+    leave_out, spread = commands(run(*from_plate[:at], *from_plate[at + 2 :]))
+    assert sorted(leave_out) == sorted(from_plate)
+    assert "regular" in from_plate[at + 1].split(",")
+    for words in (leave_out, spread):
+        done = run(*words)
+        assert done.exit_code == 0, done.stderr
+        assert ("Lost: regular" in done.stdout) == (words is not spread)
+        assert (tmp_path / "files" / "red_README.txt").is_file()
+
+
+def test_a_refusal_needs_no_jax(saved, tmp_path):
+    code = """
+import sys
+from typer.testing import CliRunner
+from jaxink.cli.app import app
+done = CliRunner().invoke(app, ["export", *sys.argv[1:]])
+assert done.exit_code == 5 and "--from plate" in done.stderr, done.stderr
+assert not {"jax", "equinox", "xarray"} & set(sys.modules)
+"""
+    arguments = (saved(GAP), "--format", "zemax", "--out", tmp_path / "files")
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_table_is_refused_options_of_its_computation(file, tmp_path):
+    for options in (("--layer", "ink"), ("--from", "plate"), ("--n-theta", "31")):
+        done = run(file, "--format", "netcdf", "--out", tmp_path / "out", *options)
+        assert (done.exit_code, done.stdout) == (5, "")
+        assert options[0] in done.stderr

@@ -135,7 +135,7 @@ def test_two_effects_of_the_instrument_are_found_and_measured(pair):
 
 def test_no_more_parameters_are_freed_than_allowed(pair):
     limited = dataclasses.replace(OPTIONS, max_parameters=len(TRUE) + 1)
-    found = diagnose(pair.result.data, parse_sample(SAMPLE), limited)
+    found = diagnose(pair.declared.data, parse_sample(SAMPLE), limited)
     assert len(found.steps) == 1
     assert found.verdict.code is VerdictCode.PARTLY_EXPLAINED
     assert len(found.parameters_after) == len(TRUE) + 1
@@ -185,23 +185,23 @@ def test_report_is_plain_and_complete(pair, tmp_path):
 def weighted(pair):
     """A description without two effects; reflection and one incidence count less, nothing is added."""
     sample = dataclasses.replace(parse_sample(SAMPLE), weights=((None, "R", 0.1), (50.0, "T", 0.3)))
-    return diagnose(pair.result.data, sample, dataclasses.replace(OPTIONS, max_effects=0))
+    return diagnose(pair.declared.data, sample, dataclasses.replace(OPTIONS, max_effects=0))
 
 
 def test_weights_are_those_of_the_fit(weighted, pair):
     found = {name: value for name, (value, _) in weighted.parameters_before.items()}
-    fitted = {name: weighted.result[name].value for name in found}
+    fitted = {name: weighted.declared[name].value for name in found}
     assert found == pytest.approx(fitted, rel=1e-5)
-    error = pair.result["ink.scattering_per_mm"].standard_error
-    assert abs(fitted["ink.scattering_per_mm"] - pair.result["ink.scattering_per_mm"].value) > 3 * error
-    count = weights_of(weighted.result.data, weighted.result.sample)
-    assert weighted.before.fitted.chi_square == pytest.approx(np.sum(count * weighted.result.whitened**2))
+    error = pair.declared["ink.scattering_per_mm"].standard_error
+    assert abs(fitted["ink.scattering_per_mm"] - pair.declared["ink.scattering_per_mm"].value) > 3 * error
+    count = weights_of(weighted.declared.data, weighted.declared.sample)
+    assert weighted.before.fitted.chi_square == pytest.approx(np.sum(count * weighted.declared.whitened**2))
 
 
 def test_weights_count_where_scans_are_held_out(weighted):
-    points = Points.of(weighted.result.data)
+    points = Points.of(weighted.declared.data)
     folds = scan_folds(points.scan)
-    by_fits = predict_left_out(weighted.result, folds)
+    by_fits = predict_left_out(weighted.declared, folds)
     unseen = np.sum(np.where(folds, by_fits, 0.0), axis=0)
     assert weighted.before.held_out_per_sr == pytest.approx(unseen, rel=1e-4)
 
@@ -209,19 +209,19 @@ def test_weights_count_where_scans_are_held_out(weighted):
 def test_weights_count_where_a_model_goes_on(weighted):
     there = drawn((StrayLight(),), {"stray_light.level_per_sr": 0.015}, 15)
     refitted = transfer(weighted, there, is_refitted=True)
-    fitted = jaxink.fit(there, weighted.result.sample, OPTIONS.fit)
+    fitted = jaxink.fit(there, weighted.declared.sample, OPTIONS.fit)
     for name in TRUE:
         assert refitted.values[name] == pytest.approx(fitted[name].value, rel=1e-4)
     assert np.sum(refitted.whitened**2) == pytest.approx(fitted.merit.chi_square, rel=1e-4)
 
 
 def test_points_of_weight_0_are_not_judged(nothing):
-    spoilt = nothing.result.data
+    spoilt = nothing.declared.data
     values = np.where(spoilt.is_transmission, spoilt.bsdf_per_sr, 1.3 * spoilt.bsdf_per_sr)
     sample = dataclasses.replace(parse_sample(SAMPLE), weights=((None, "R", 0.0),))
     found = diagnose(spoilt.replace(bsdf_per_sr=values), sample, OPTIONS)
     assert found.verdict.code is VerdictCode.NO_MISFIT
-    assert np.array_equal(found.result.data.used, spoilt.is_transmission)
+    assert np.array_equal(found.declared.data.used, spoilt.is_transmission)
 
 
 def test_two_effects_of_one_name_are_refused(refused):

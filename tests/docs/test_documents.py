@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from jaxink.effects import model_at
 from jaxink.fitting.result import SCHEMA_VERSION as RESULT_VERSION
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.quantity import Entry, Quantity
@@ -113,9 +114,8 @@ def test_complete_sample_file_is_accepted_and_complete():
 
 def test_complete_sample_file_can_be_predicted():
     (text,) = blocks(SAMPLE_FILE, "toml")
-    model = jaxink.ForwardModel(
-        jaxink.parse_sample(text), [30.0, 30.0], [0.0, 50.0], [0.0, 180.0], [450.0, 550.0], [False, True]
-    )
+    columns = [30.0, 30.0], [0.0, 50.0], [0.0, 180.0], [450.0, 550.0], [False, True]
+    model = model_at(jaxink.parse_sample(text), tuple(map(np.array, columns)), np.arange(2))
     assert model.wavelengths_nm == (450.0, 550.0)
 
 

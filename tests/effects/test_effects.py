@@ -190,7 +190,7 @@ def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):
     patches = at(both, **slope, thin_patches__share=0.2, thin_patches__thickness_ratio=0.5)
     np.testing.assert_allclose(patches, 0.8 * graded[0] + 0.2 * graded[1], rtol=1e-8)
     # A film of the ink's own index on its outer face, behind both halves, does nothing.
-    coated = at(both, **slope, top_coat__share=1.0, top_coat_film__refractive_index=1.5)
+    coated = at(both, **slope, top_coat__share=1.0, top_coat__refractive_index=1.5)
     np.testing.assert_allclose(coated, graded[0], rtol=1e-3)
 
 

@@ -21,7 +21,7 @@ from jaxink.effects.waves import Polarisation
 
 KINDS = (SampleEffect, AreaWithOtherSample, AreaWithOtherValues, ReadingEffect, FinerDiscretisation)
 # Methods of an effect that may be replaced, once.
-DEFAULTS = {"forms", "settings", "carrier", "is_screened"}
+DEFAULTS = {"forms", "settings", "carrier", "is_screened", "of_sample", "form", "settled"}
 
 
 def descendants(kind):

@@ -205,7 +205,7 @@ def test_speos_leaves_out_what_is_zero_throughout(tmp_path):
 def test_csv_is_exact_and_states_the_totals(tmp_path):
     table = table_of(smooth, np.linspace(0, 90, 8), np.linspace(0, 180, 7), (450.0, 550.0))
     table.regular[:] = 0.0123
-    bsdf, totals = write(table, "csv", tmp_path)
+    _, bsdf, totals = write(table, "csv", tmp_path)
     columns, sums = tracer_files.read_csv(bsdf), tracer_files.read_csv(totals)
     np.testing.assert_array_equal(columns["bsdf_per_sr"].reshape(table.bsdf_per_sr.shape), table.bsdf_per_sr)
     assert columns["component"][:: 2 * 8 * 8 * 7] == list(COMPONENTS)
@@ -218,7 +218,7 @@ def test_csv_is_exact_and_states_the_totals(tmp_path):
 def test_csv_holds_no_formula_of_the_users(tmp_path):
     table = smooth_table()
     table.attrs["title"] = "ink,=HYPERLINK(1); @SUM(1)\t+1, and -1"
-    for path in write(table, "csv", tmp_path):
+    for path in write(table, "csv", tmp_path)[1:]:
         lines = path.read_text().splitlines()
         assert "# title: ink,'=HYPERLINK(1);' @SUM(1) +1, and -1" in lines
         cells = [c.strip() for line in lines if line.startswith("#") for c in re.split("[,;\t]", line)]
@@ -242,7 +242,7 @@ def test_each_wavelength_has_files_of_its_own(kind, tmp_path):
 @pytest.mark.parametrize("kind", ["zemax", "lighttools"])
 def test_readers_take_any_white_space_case_and_comments(kind, tmp_path, lambertian_files):
     name, options, reader = FILES[kind]
-    for path in write(lambertian(), name, tmp_path, ExportOptions(drop=EVERYTHING)):
+    for path in write(lambertian(), name, tmp_path, ExportOptions(drop=EVERYTHING))[:-1]:
         lines = path.read_text().upper().replace(" ", "\t").splitlines()
         path.write_bytes("".join(f"{line} \t\r\n# AOI 7\r\n" for line in lines).encode())
     again = reader(tmp_path)

@@ -44,7 +44,7 @@ def radiance_degrees(direction):
 @pytest.mark.parametrize("name", TABLES)
 def test_radiance_reads_what_we_wrote(basis, name, tmp_path):
     table = TABLES[name]()
-    (path,) = write(table, "radiance", tmp_path, ExportOptions(drop=DROP, basis=basis))
+    path, _ = write(table, "radiance", tmp_path, ExportOptions(drop=DROP, basis=basis))
     ours = radiance(tmp_path)
     # Off the edges of patches and cells.
     rays = [
@@ -80,7 +80,7 @@ def test_radiance_reads_what_we_wrote(basis, name, tmp_path):
     ("basis", "kind"), [("klems", "Klems_Full"), ("tensor_tree", "Isotropic_Tensor_Tree")]
 )
 def test_its_checker_finds_reflections_reciprocal_and_transmissions_not(basis, kind, tmp_path):
-    (path,) = write(smooth_table(), "radiance", tmp_path, ExportOptions(drop=DROP, basis=basis))
+    path, _ = write(smooth_table(), "radiance", tmp_path, ExportOptions(drop=DROP, basis=basis))
     program = Path(pyradiance.__file__).parent / "bin" / "checkBSDF"
     run = subprocess.run([program, path], capture_output=True, text=True)
     assert run.returncode == 0

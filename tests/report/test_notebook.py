@@ -19,7 +19,7 @@ def test_summary_and_html_hold_the_verdict_and_the_effect(found):
 
 
 def test_parameters_are_one_kind_of_thing(found):
-    moved = transfer(found, found.result.data, is_refitted=False)
+    moved = transfer(found, found.declared.data, is_refitted=False)
     for table in (found.parameters, found.parameters_before, found.parameters_after, moved.parameters):
         assert isinstance(table, NamedRows)
         frame = table.to_frame()

@@ -71,7 +71,7 @@ def test_page_says_everything(found, written, told):
         "0.2 %",
         "polydispersity",
         "seed 77",
-        f"jax {found.result.versions['jax']}",
+        f"jax {found.declared.versions['jax']}",
         "stray_light",
     ):
         assert text in page.words, text
@@ -125,7 +125,7 @@ def panel(figure, title):
 
 
 def test_strips_hold_the_residuals_on_one_scale(found, plates, told):
-    data, figure = found.result.data, plates["residuals_550nm"]
+    data, figure = found.declared.data, plates["residuals_550nm"]
     scales = set()
     for side, is_t in (("reflection", False), ("transmission", True)):
         for state, summary in (("before", found.before), ("after", found.after)):
@@ -140,10 +140,10 @@ def test_strips_hold_the_residuals_on_one_scale(found, plates, told):
 
 
 def test_repeated_directions_share_a_strip(found):
-    data = found.result.data
+    data = found.declared.data
     theta = np.where(data.theta_o_deg == 80, 70.0, data.theta_o_deg)
     twice = dataclasses.replace(
-        found, result=dataclasses.replace(found.result, data=data.replace(theta_o_deg=theta))
+        found, declared=dataclasses.replace(found.declared, data=data.replace(theta_o_deg=theta))
     )
     figure = next(diagnosis_figures(twice)).figure
     cells = [p.vertices[:4] for p in panel(figure, "reflection, before").collections[0].get_paths()]
@@ -154,7 +154,7 @@ def test_repeated_directions_share_a_strip(found):
 
 
 def test_cuts_show_both_models_and_both_residuals(found, plates):
-    data, figure = found.result.data, plates["cuts_T_550nm"]
+    data, figure = found.declared.data, plates["cuts_T_550nm"]
     here = data.is_transmission & (data.theta_i_deg == 35)
     log, linear, before, after = figure.axes[4:8]
     signed = np.where(data.phi_deg < 90, -1, 1) * data.theta_o_deg
@@ -200,9 +200,9 @@ def test_inside_panels_hold_both_tables_and_their_ratio(change, plates):
 
 
 def test_data_out_of_the_plane_give_discs(found, told):
-    data = found.result.data
+    data = found.declared.data
     turned = data.replace(phi_deg=np.where(data.is_transmission, data.phi_deg, data.phi_deg - 40))
-    out = dataclasses.replace(found, result=dataclasses.replace(found.result, data=turned))
+    out = dataclasses.replace(found, declared=dataclasses.replace(found.declared, data=turned))
     plates = {plate.name: plate.figure for plate in diagnosis_figures(out)}
     assert list(plates) == ["residuals_550nm", "residual_discs_R_550nm", "cuts_T_550nm", "candidates"]
     titles = [axes.get_title() for axes in plates["residual_discs_R_550nm"].axes[:6]]
@@ -215,10 +215,10 @@ def test_data_out_of_the_plane_give_discs(found, told):
 
 
 def test_of_many_wavelengths_the_worst_are_drawn(found, told):
-    data = found.result.data
+    data = found.declared.data
     wavelength = 500.0 + data.theta_i_deg + 100 * data.is_transmission
     many = dataclasses.replace(
-        found, result=dataclasses.replace(found.result, data=data.replace(wavelength_nm=wavelength))
+        found, declared=dataclasses.replace(found.declared, data=data.replace(wavelength_nm=wavelength))
     )
     misfit = {w: np.mean(found.before.whitened[wavelength == w] ** 2) for w in np.unique(wavelength)}
     worst = sorted(misfit, key=misfit.get)[-3:]
@@ -259,7 +259,7 @@ def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
     from jaxink.effects.sample_edits import with_film
 
     monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
-    sample = found.result.sample
+    sample = found.declared.sample
     change = compare_tables(sample, with_film(sample, 1, "gap", 1.0), [550.0])
     # Light in the plate meets the gap: totally reflected beyond the critical angle of 41.8 degrees.
     assert change.after.index_inside[0] == change.before.index_inside[0] == 1.5
@@ -269,9 +269,10 @@ def test_a_new_layer_belongs_to_the_ink(found, coarse, monkeypatch):
 
 
 def test_what_cannot_be_tabulated_is_said(found, told):
-    sample = found.result.sample
+    sample = found.declared.sample
     alone = dataclasses.replace(sample, layers=sample.layers[1:])
-    case = dataclasses.replace(found, result=dataclasses.replace(found.result, sample=alone), refined=alone)
+    fit = dataclasses.replace(found.declared, sample=alone)
+    case = dataclasses.replace(found, declared=fit, corrected=fit)
     sentence = inside_change(case)
     told(sentence)
 
@@ -330,7 +331,7 @@ def test_exit_code_of_each_verdict(code, run, found, tmp_path):
 
 
 def test_fit_that_did_not_converge_goes_first(run, found, tmp_path, told):
-    stalled = dataclasses.replace(found.result, outcome=Outcome.STALLED)
+    stalled = dataclasses.replace(found.declared, outcome=Outcome.STALLED)
     run.outcome = dataclasses.replace(with_code(found, VerdictCode.PARTLY_EXPLAINED), result=stalled)
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 4

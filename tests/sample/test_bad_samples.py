@@ -41,8 +41,28 @@ BAD_SAMPLES = [
     ),
     (
         "key in another unit",
-        ("thickness_mm = 1.0", "thickness_um = 1000"),
-        "thickness_um",
+        ("thickness_mm = 1.0", "thickness_cm = 0.1"),
+        "thickness_mm, in mm",
+    ),
+    (
+        "thickness in both units",
+        ("thickness_um = 80", "thickness_um = 80\nthickness_mm = 0.08"),
+        "thickness_mm",
+    ),
+    (
+        "tie in another unit",
+        ("thickness_um = 80", 'thickness_mm = { tie = "plate.thickness_mm" }'),
+        "ink.thickness_um",
+    ),
+    (
+        "thickness in mm with the unit um",
+        ("thickness_um = 80", 'thickness_mm = { value = 80, unit = "um" }'),
+        "ink.thickness_mm",
+    ),
+    (
+        "converted thickness out of range",
+        ("thickness_um = 80", "thickness_mm = 1e5"),
+        "ink.thickness_um",
     ),
     (
         "misspelt key of a parameter",

@@ -57,8 +57,8 @@ def diagnosed(name: str, data, sample_file: str, options=MOST) -> tuple[jaxink.D
     report["source"] = f"{data_file(report['source'])}"
     report["noise"] = report["noise"]["origin"]
     by_incidence = []
-    used = found.result.data.used
-    incidence, bsdf = found.result.data.theta_i_deg[used], found.result.data.bsdf_per_sr[used]
+    used = found.declared.data.used
+    incidence, bsdf = found.declared.data.theta_i_deg[used], found.declared.data.bsdf_per_sr[used]
     states = {
         "before": found.before.predicted_per_sr,
         "after": found.after.predicted_per_sr,
@@ -91,7 +91,7 @@ def ptfe() -> None:
     """Sintered PTFE, declared as a textbook would; then other wavelengths, and Spectralon."""
     data, *_ = case = declared("ptfe")
     found, report = diagnosed("ptfe", *case)
-    pairs = {s.scan.theta_i_deg: s.relative for s in symmetry_repeatability(found.result.data)}
+    pairs = {s.scan.theta_i_deg: s.relative for s in symmetry_repeatability(found.declared.data)}
     report["pair_noise"] = [[angle, noise] for angle, noise in pairs.items()]
     report["other_wavelengths"] = []
     for nm in OTHER_WAVELENGTHS_NM:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from jaxink.cli.session import installed_version, one_sentence, silence_xla
+from jaxink.cli.session import CommandLine, installed_version, one_sentence, silence_xla
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 app = typer.Typer(
@@ -273,6 +273,18 @@ def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: s
     return {"name": name, "drop": drop, "regular_bin_deg": regular_bin_deg, "basis": basis}
 
 
+def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
+    """Options of `_choices` as they are typed; ``name`` is the default of the name."""
+    return {
+        "--name": choices["name"] if choices["name"] != name else None,
+        "--allow-loss": ",".join(choices["drop"]) or None,
+        "--regular-bin-deg": choices["regular_bin_deg"],
+        "--basis": choices["basis"] if choices["basis"] != "klems" else None,
+        "--quiet": quiet,
+        "--debug": debug,
+    }
+
+
 @app.command()
 def export(
     source: Annotated[
@@ -287,6 +299,22 @@ def export(
         list[str] | None,
         typer.Option(metavar="NAME", help="Layer that is the ink; repeat the option for several layers."),
     ] = None,
+    seen_from: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="LAYER",
+            help="Layer that the ink is seen from, usually its plate; front or back for the surroundings.",
+        ),
+    ] = None,
+    n_theta: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of polar angles; by default 61 to 181, as the ink needs."),
+    ] = None,
+    n_phi: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Number of azimuths; by default 37 to 91, as the ink needs."),
+    ] = None,
     name: Name = "ink",
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
@@ -299,7 +327,18 @@ def export(
         from jaxink.cli.export import Target, run_export
 
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_export(source, layer or (), Target(format, out, choices, quiet)))
+        sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
+        given = {
+            "--format": format,
+            "--out": out,
+            "--layer": layer,
+            "--from": seen_from,
+            "--n-theta": n_theta,
+            "--n-phi": n_phi,
+            **_given(choices, "ink", quiet, debug),
+        }
+        target = Target(format, out, choices, quiet, CommandLine("export", [source], given))
+        raise typer.Exit(run_export(source, layer or (), sampling, target))
 
 
 @app.command()
@@ -331,7 +370,16 @@ def boundary(
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
         choices = _choices(name, allow_loss, regular_bin_deg, basis)
-        raise typer.Exit(run_boundary(source, sampling, Target(format, out, choices, quiet)))
+        given = {
+            "--format": format,
+            "--out": out,
+            "--n-theta": n_theta,
+            "--n-phi": n_phi,
+            "--limit-power": limit_power,
+            **_given(choices, "boundary", quiet, debug),
+        }
+        target = Target(format, out, choices, quiet, CommandLine("boundary", [source], given))
+        raise typer.Exit(run_boundary(source, sampling, target))
 
 
 @app.command()

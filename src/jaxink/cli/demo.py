@@ -1,7 +1,6 @@
 """``jaxink demo``: fits the embedded simulated measurement twice and compares the fits."""
 
 import shlex
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -81,8 +80,6 @@ def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
 def _show_next(to: Console, files: list[Path]) -> None:
     """Print the command that repeats the gradient fit."""
     data, sample = (str(next(f for f in files if f.suffix == suffix)) for suffix in (".csv", ".toml"))
-    # As it was called: a virtual environment need not be on the path.
-    command = sys.argv[0] if Path(sys.argv[0]).stem == "jaxink" else "jaxink"
     to.print("To repeat the gradient fit:")
-    line = shlex.join([command, "fit", data, "--sample", sample, "--out", "my-fit"])
+    line = shlex.join([session.program(), "fit", data, "--sample", sample, "--out", "my-fit"])
     to.print(f"  {line}", soft_wrap=True)

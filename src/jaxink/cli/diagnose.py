@@ -29,7 +29,7 @@ def run_diagnose(
     ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
     ``tables``, ``json`` or ``quiet``.
     """
-    require_folder(out, (FIGURE_FOLDER,))
+    require_folder(out, (FIGURE_FOLDER, "declared", "corrected"))
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
@@ -46,6 +46,6 @@ def run_diagnose(
         from jaxink.cli.fit_tables import console
 
         show_diagnosis(console(), found, written)
-    if not found.result.converged:
+    if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

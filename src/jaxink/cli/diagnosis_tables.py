@@ -19,7 +19,7 @@ _DELTAS = (f"{DELTA_CHI_SQUARE} predicted", f"{DELTA_CHI_SQUARE} refit")
 
 def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = ()) -> None:
     """Print a diagnosis and the files that were written."""
-    show_outcome(to, diagnosis.result)
+    show_outcome(to, diagnosis.declared)
     to.print()
     to.print(diagnosis.verdict.sentence, style="bold", soft_wrap=True)
     to.print(f"Verdict: {diagnosis.verdict.code}")
@@ -32,7 +32,7 @@ def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = 
     show_lines(to, "", [f"The report lists {rest} more candidates."] if rest > 0 else [])
     sentence = diagnosis.location.sentence
     show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
-    show_lines(to, "Noise", [diagnosis.result.noise_sentence])
+    show_lines(to, "Noise", [diagnosis.declared.noise_sentence])
     show_files(to, files)
 
 

@@ -2,7 +2,8 @@
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,12 +23,25 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Target:
-    """Format and folder of an export; ``choices`` are fields of `ExportOptions`."""
+    """Format and folder of an export.
+
+    Parameters
+    ----------
+    format, folder
+        What to write, and where.
+    choices
+        Fields of `ExportOptions`.
+    quiet
+        Whether to print nothing.
+    command
+        The command that is running, to advise others like it.
+    """
 
     format: str
     folder: Path
     choices: dict[str, Any]
     quiet: bool
+    command: session.CommandLine
 
     def options(self) -> "ExportOptions":
         """The options, validated before anything is computed."""
@@ -40,29 +54,120 @@ class Target:
         return options
 
 
-def run_export(source: Path, layers: Sequence[str], target: Target) -> ExitCode:
-    """Write the ink of a result, or an ink table; without layers, the only scattering one is the ink."""
-    is_table = source.suffix == ".nc" and not os.path.isdir(source)
-    if not is_table:
-        session.prepare_jax()
+def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], target: Target) -> ExitCode:
+    """Write the ink of a result, or an ink table.
+
+    Parameters
+    ----------
+    source
+        Folder or ``result.json`` of a fit, or the file of a table.
+    layers
+        Layers that form the ink; empty: the only scattering one.
+    sampling
+        Fields of `TableOptions`, None for their defaults.
+    target
+        Where to write what.
+    """
     options = target.options()
-    if is_table:
-        table = jaxink.read_ink_table(source)
+    if source.suffix == ".nc" and not os.path.isdir(source):
+        table = _read_table(source, layers, sampling)
     else:
-        table = jaxink.ink_table(jaxink.load_result(source), list(layers) or None)
-    _write(table, target, options, f"Ink of {source}")
+        # Fast, as most refusals need neither the model nor JAX.
+        with _advised(target, options, sampling):
+            _foresee(source, layers, sampling, target, options)
+        session.prepare_jax()
+        from jaxink.ink import TableOptions
+
+        table_options = TableOptions(**sampling)
+        table = jaxink.ink_table(jaxink.load_result(source), list(layers) or None, options=table_options)
+    with _advised(target, options, sampling, table):
+        _write(table, target, options, f"Ink of {source}")
     return ExitCode.FITTED
+
+
+def _read_table(source: Path, layers: Sequence[str], sampling: dict[str, Any]) -> "InkTable":
+    if layers or any(value is not None for value in sampling.values()):
+        raise InputRefusedError(
+            f"{source}: is a table that is computed already; leave out --layer, --from, --n-theta and "
+            "--n-phi, or give the result of the fit instead."
+        )
+    return jaxink.read_ink_table(source)
+
+
+def _foresee(
+    source: Path, layers: Sequence[str], sampling: dict[str, Any], target: Target, options: "ExportOptions"
+) -> None:
+    """Reject what is known to fail before the table is computed."""
+    from jaxink.export.formats import refuse_expected
+    from jaxink.export.limitations import LossRefusedError
+    from jaxink.ink.foresight import expected_table
+    from jaxink.ink.ink_layers import InkChoice, UnclearInkError, find_ink
+    from jaxink.ink.saved_fit import read_saved_fit
+
+    saved = read_saved_fit(source)
+    if saved is None:
+        return
+
+    def refuse(chosen: Sequence[str] | None, inside: str | None) -> None:
+        ink = find_ink(saved.sample, chosen, inside)
+        table = expected_table(ink, saved.wavelengths_nm, saved.has_standard_errors)
+        refuse_expected(table, target.format, options)
+
+    def command(choice: InkChoice) -> tuple[str, str]:
+        changes: dict[str, Any] = {"--layer": choice.layers, "--from": choice.inside}
+        try:
+            refuse(choice.layers, choice.inside)
+        except LossRefusedError as problem:
+            changes["--allow-loss"] = _allowing(options, problem.losses)
+        what = f"The ink {' and '.join(choice.layers)}, seen from {choice.inside}"
+        return what, target.command.changed(changes)
+
+    try:
+        refuse(list(layers) or None, sampling["inside"])
+    except UnclearInkError as problem:
+        sentence = f"{source}: {problem}"
+        raise session.AdvisedError(sentence, [command(choice) for choice in problem.choices]) from None
+
+
+def _allowing(options: "ExportOptions", losses: Sequence[str]) -> str:
+    return ",".join([*options.drop, *losses])
+
+
+@contextmanager
+def _advised(
+    target: Target, options: "ExportOptions", sampling: dict[str, Any], table: "InkTable | None" = None
+) -> Iterator[None]:
+    """Add to a refusal of losses the whole commands that allow or avoid them."""
+    from jaxink.export.limitations import LossRefusedError
+    from jaxink.export.preparation import least_bin_deg
+
+    try:
+        yield
+    except LossRefusedError as problem:
+        allowed = {"--allow-loss": _allowing(options, problem.losses)}
+        commands = [("To leave it out", target.command.changed(allowed))]
+        width_deg = least_bin_deg(table, sampling.get("n_theta"), sampling.get("n_phi"))
+        if "regular" in problem.losses and width_deg is not None:
+            others = [loss for loss in problem.losses if loss != "regular"]
+            spread = {"--allow-loss": _allowing(options, others) or None, "--regular-bin-deg": width_deg}
+            what = f"To spread regular light over cones of {width_deg} degrees"
+            commands.append((what, target.command.changed(spread)))
+        raise session.AdvisedError(problem.reason, commands) from None
 
 
 def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> ExitCode:
     """Write the boundary of a surface file; ``sampling`` are keywords of `boundary_table`."""
     session.prepare_jax()
+    from jaxink.export.formats import refuse_expected
     from jaxink.ink.boundary import boundary_table
     from jaxink.ink.boundary_file import load_boundary
+    from jaxink.ink.foresight import expected_boundary
     from jaxink.ink.hemispherical_totals import excess_of_power
 
     options = target.options()
     boundary = load_boundary(source)
+    with _advised(target, options, sampling):
+        refuse_expected(expected_boundary(boundary), target.format, options)
     table = boundary_table(boundary, **sampling)
     excess = excess_of_power(table)
     if excess is not None:
@@ -71,7 +176,8 @@ def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> Exit
             "if its lobes are narrow, or scale such directions down (--limit-power)."
         )
     remarks = [] if target.quiet else [*_judged(boundary), *_sampled(table)]
-    _write(table, target, options, f"Boundary of {source} by {boundary.method}", remarks)
+    with _advised(target, options, sampling, table):
+        _write(table, target, options, f"Boundary of {source} by {boundary.method}", remarks)
     return ExitCode.FITTED
 
 
@@ -81,16 +187,14 @@ def _write(
     """Write the files and print what they contain."""
     from jaxink.export.formats import write_folder
 
-    files = write_folder(table, target.format, target.folder, options)
+    files, guide = write_folder(table, target.format, target.folder, options)
     if target.quiet:
         return
     wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
     lines = [f"{what} at {wavelengths} nm, for {target.format}.", *remarks]
     if options.drop:
         lines.append(f"Losses allowed: {', '.join(options.drop)}.")
-    if options.regular_bin_deg is not None:
-        lines.append(f"Regular part spread over cones of {options.regular_bin_deg:g} degrees.")
-    typer.echo("\n".join([*lines, "Written: " + ", ".join(str(file) for file in files)]))
+    typer.echo("\n".join([*lines, *guide.lines(target.folder)]))
 
 
 def _judged(boundary: "RoughBoundary") -> list[str]:

@@ -40,16 +40,18 @@ def run_fit(
     require_folder(out, OWNED)
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
+    from jaxink.fitting import check_input
+
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
-        result = jaxink.fit(data, sample, chosen, follow)
+        result = check_input(jaxink.fit(data, sample, chosen, follow), follow)
     files = write_result(result, out, formats)
     if output == "json":
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
     elif output == "tables":
         from jaxink.cli.fit_tables import console, show_result
 
-        show_result(console(), result, files, next_command(result, data_file, sample_file, columns))
+        show_result(console(), result, files, next_command(result, data_files, sample_file, columns))
     return exit_code(result)
 
 
@@ -61,13 +63,13 @@ def exit_code(result: "FitResult") -> ExitCode:
 
 
 def next_command(
-    result: "FitResult", data_file: Path, sample_file: Path, columns: dict[str, Any]
+    result: "FitResult", data_files: Sequence[Path], sample_file: Path, columns: dict[str, Any]
 ) -> str | None:
     """The command that looks for what a model lacks; None if it fits."""
     if not result.verdict.is_misfit:
         return None
     options = {"sample": "which", "wavelength_nm": "wavelength-nm", "side": "side"}
-    words = ["jaxink", "diagnose", str(data_file), "--sample", str(sample_file), "--out", "report"]
+    words = ["jaxink", "diagnose", *map(str, data_files), "--sample", str(sample_file), "--out", "report"]
     words += [word for key, value in columns.items() for word in (f"--{options[key]}", str(value))]
     return shlex.join(words)
 

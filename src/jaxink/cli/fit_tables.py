@@ -52,6 +52,7 @@ def show_result(
     show_lines(to, "Noise", [result.noise_sentence])
     show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)
+    show_lines(to, "Mistakes in the input that were considered, each after one refit", mistake_lines(result))
     show_files(to, files)
     if next_command is not None:
         show_lines(to, "To find what the model lacks", [next_command])
@@ -206,6 +207,20 @@ def _correlation_lines(result: "FitResult") -> list[str]:
         return [f"No correlation exceeds {NAMED_CORRELATION:g}."]
     listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong]
     return [f"Correlations above {NAMED_CORRELATION:g}:", *listed]
+
+
+def mistake_lines(result: "FitResult") -> list[str]:
+    """Hypotheses about the input, the most telling first."""
+    before = result.verdict.reduced_chi_square
+    return [
+        f"{'NAMED  ' if m.is_named else ''}{m.statement}"
+        + (
+            ""
+            if m.reduced_chi_square is None
+            else f": reduced chi-square {before:.4g} -> {m.reduced_chi_square:.4g}"
+        )
+        for m in result.mistakes
+    ]
 
 
 def search_lines(result: "FitResult") -> list[str]:

@@ -1,14 +1,16 @@
 """Error messages, progress display and compilation cache of the commands."""
 
+import dataclasses
 import os
+import shlex
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from functools import partial
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 
@@ -32,9 +34,60 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
+class AdvisedError(InputRefusedError):
+    """Invalid input, with whole commands that would work.
+
+    Parameters
+    ----------
+    sentence
+        What is wrong.
+    commands
+        For each command, what it would do, and the command itself.
+    """
+
+    def __init__(self, sentence: str, commands: Sequence[tuple[str, str]]):
+        super().__init__(sentence)
+        self.commands = tuple(commands)
+
+
+def program() -> str:
+    """The program as it was called: a virtual environment need not be on the path."""
+    return sys.argv[0] if Path(sys.argv[0]).stem == "jaxink" else "jaxink"
+
+
+@dataclasses.dataclass(frozen=True)
+class CommandLine:
+    """A command as it was given, to be repeated with other options.
+
+    Parameters
+    ----------
+    name
+        Command after ``jaxink``.
+    arguments
+        Positional arguments.
+    options
+        Value of each option by its name, such as ``--out``; True for one without a value, and None or False
+        for one that was not given.
+    """
+
+    name: str
+    arguments: Sequence[object]
+    options: Mapping[str, Any]
+
+    def changed(self, changes: Mapping[str, Any]) -> str:
+        """The whole command, quoted, with some options changed or added."""
+        words = [program(), self.name, *map(str, self.arguments)]
+        for option, value in {**self.options, **changes}.items():
+            if value is None or value is False:
+                continue
+            values = [""] if value is True else value if isinstance(value, list | tuple) else [value]
+            words += [word for one in values for word in (option, str(one)) if word]
+        return shlex.join(words)
+
+
 @contextmanager
 def one_sentence(debug: bool = False) -> Iterator[None]:
-    """Turn every failure into one sentence on stderr and an exit code.
+    """Turn every failure into one sentence on stderr and an exit code; commands that would work follow it.
 
     ``debug``, or the environment variable ``JAXINK_DEBUG``, shows the traceback of an unexpected error.
     """
@@ -44,6 +97,9 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
             if not debug:
                 warnings.simplefilter("ignore")
             yield
+    except AdvisedError as problem:
+        advice = (f"\n{what}:\n  {command}" for what, command in problem.commands)
+        _fail("".join([str(problem), *advice]), ExitCode.REFUSED)
     except InputRefusedError as problem:
         _fail(str(problem), ExitCode.REFUSED)
     except JaxinkError as problem:

@@ -8,6 +8,7 @@ from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.location import Location, locate
 from jaxink.diagnosis.findings.report_reading import read_report
+from jaxink.diagnosis.findings.saved import SavedDiagnosis, load_diagnosis
 from jaxink.diagnosis.findings.summary import Figures, Summary
 from jaxink.diagnosis.findings.transfer import Transfer, transfer
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
@@ -57,6 +58,7 @@ __all__ = [
     "ScreenOptions",
     "ScreenResult",
     "ScreenedCandidate",
+    "SavedDiagnosis",
     "SearchPolicy",
     "SmoothPart",
     "Step",
@@ -72,6 +74,7 @@ __all__ = [
     "diagnose",
     "find_structure",
     "held_out_gain",
+    "load_diagnosis",
     "locate",
     "prepare_screen",
     "prepare_structure",

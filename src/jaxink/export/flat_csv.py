@@ -11,17 +11,22 @@ from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS, InkTable
 
 
-def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> None:
+def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
     """Write ``<name>_bsdf.csv``, one row per direction, and ``<name>_totals.csv``, one row per incidence.
 
-    Parameters: see `jaxink.export.formats.Format`.
+    Parameters and return value: see `jaxink.export.formats.Format`.
     """
     head = [comment(line) for line in comments(table, 0)[1:]]
     head.append(
         "# phi: azimuth of the outgoing direction minus that towards the source; 180 to 360 mirrors 180 to 0"
     )
-    _write_bsdf(table, folder / f"{options.name}_bsdf.csv", head)
-    _write_totals(table, folder / f"{options.name}_totals.csv", head)
+    bsdf, totals = (f"{options.name}_{what}.csv" for what in ("bsdf", "totals"))
+    _write_bsdf(table, folder / bsdf, head)
+    _write_totals(table, folder / totals, head)
+    return {
+        bsdf: "BSDF of all four components, one row per direction",
+        totals: "refractive indices, diffuse totals and regular parts, one row per incidence",
+    }
 
 
 def _write_bsdf(table: InkTable, path: Path, head: list[str]) -> None:

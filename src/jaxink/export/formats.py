@@ -1,13 +1,16 @@
 """Catalogue of the formats, and the call that writes them."""
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.flat_csv import write_csv
+from jaxink.export.guide import Guide, guide_to
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.limitations import ExportOptions, refuse_losses
+from jaxink.export.losses import Loss, expected_losses, losses_of
 from jaxink.export.mitsuba import write_mitsuba
 from jaxink.export.preparation import regular_in_bins, writable
 from jaxink.export.radiance import write_radiance
@@ -15,6 +18,7 @@ from jaxink.export.speos import write_speos
 from jaxink.export.zemax import write_zemax
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
+from jaxink.ink.foresight import ExpectedTable
 from jaxink.ink.table import InkTable
 
 
@@ -26,32 +30,72 @@ class Format(NamedTuple):
     title
         Name in messages.
     write
-        Writes a table into a folder.
+        Writes a table into a folder and returns the contents of each file, in words, by its name.
     lost
         Members of `LOSSES` that it cannot represent.
+    use
+        How to use the files in the program that reads them.
     """
 
     title: str
-    write: Callable[[InkTable, Path, ExportOptions], None]
+    write: Callable[[InkTable, Path, ExportOptions], dict[str, str]]
     lost: tuple[str, ...] = ()
+    use: str = ""
 
 
-def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> None:
-    (folder / f"{options.name}.nc").write_bytes(netcdf_bytes(table.to_dataset()))
+class Export(NamedTuple):
+    """Files of an export, sorted by name, and the guide to them."""
+
+    files: list[Path]
+    guide: Guide
+
+
+def _write_netcdf(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
+    name = f"{options.name}.nc"
+    (folder / name).write_bytes(netcdf_bytes(table.to_dataset()))
+    return {name: "the table with all four components, for xarray and jaxink"}
 
 
 _FORMATS = {
-    "zemax": Format("Zemax .bsdf", write_zemax, ("regular", "beyond_critical", "standard_errors")),
+    "zemax": Format(
+        "Zemax .bsdf",
+        write_zemax,
+        ("regular", "beyond_critical", "standard_errors"),
+        "In OpticStudio, choose the scatter model BSDF for this face, with one file for reflection and one "
+        "for transmission: R_II and T_IA for light from side I, R_AA and T_AI for light from side A. "
+        "AngleOfIncidence in these files is the angle of the specular or refracted direction.",
+    ),
     "lighttools": Format(
-        "LightTools .bsdf", write_lighttools, ("regular", "narrow_lobes", "standard_errors")
+        "LightTools .bsdf",
+        write_lighttools,
+        ("regular", "narrow_lobes", "standard_errors"),
+        "In LightTools, Front is side A and Back is side I.",
     ),
-    "speos": Format("Speos .anisotropicbsdf", write_speos, ("regular", "narrow_lobes", "standard_errors")),
+    "speos": Format(
+        "Speos .anisotropicbsdf",
+        write_speos,
+        ("regular", "narrow_lobes", "standard_errors"),
+        "In Speos, the two files of a wavelength are the two sides of one BSDF180; set both refractive "
+        "indices in its peak interpolation.",
+    ),
     "radiance": Format(
-        "Radiance XML", write_radiance, ("regular", "narrow_lobes", "index_step", "standard_errors")
+        "Radiance XML",
+        write_radiance,
+        ("regular", "narrow_lobes", "index_step", "standard_errors"),
+        "In Radiance, the front of the surface is side I; the XML format calls this side Back. Directions "
+        "inside the plate are those in the plate, and no ray is refracted.",
     ),
-    "mitsuba": Format("Mitsuba 3", write_mitsuba, ("narrow_lobes",)),
-    "csv": Format("CSV", write_csv, ("narrow_lobes",)),
-    "netcdf": Format("netCDF", _write_netcdf),
+    "mitsuba": Format(
+        "Mitsuba 3",
+        write_mitsuba,
+        ("narrow_lobes",),
+        "`python example_scene.py TABLE.nc picture.exr` renders an edge-lit plate with the indices of the "
+        "table. In a scene of your own, the normal of the shape points from side I to side A.",
+    ),
+    "csv": Format("CSV", write_csv, ("narrow_lobes",), "Every component has its own rows."),
+    "netcdf": Format(
+        "netCDF", _write_netcdf, use="`jaxink.read_ink_table` reads the table; `jaxink export` also takes it."
+    ),
 }
 FORMATS = tuple(_FORMATS)
 
@@ -59,6 +103,19 @@ FORMATS = tuple(_FORMATS)
 def require_format(format: str) -> None:
     """Reject an unknown format."""
     require_one_of("format", format, FORMATS)
+
+
+def refuse_expected(table: ExpectedTable, format: str, options: ExportOptions) -> None:
+    """Reject an export that may lose something, before its table is computed.
+
+    Raises
+    ------
+    LossRefusedError
+        If the options do not allow what may be lost.
+    """
+    chosen = _FORMATS[format]
+    _require_bins_fit(chosen, options)
+    refuse_losses(expected_losses(table, chosen.lost), chosen.title, options)
 
 
 def write(
@@ -80,27 +137,49 @@ def write(
     Returns
     -------
     list[Path]
-        The files written, sorted by name.
+        The files written, sorted by name; ``<name>_README.txt`` says what is in the others.
 
     Raises
     ------
+    LossRefusedError
+        If the format cannot represent the table, and the options do not allow the loss.
     InputRefusedError
-        If the format cannot represent the table, the table is not a BSDF, or the folder cannot be written to.
+        If the table is not a BSDF, or the folder cannot be written to.
     """
     require_format(format)
     if not Path(directory).is_dir():
         raise InputRefusedError(f"{directory} is not a folder; create it first.")
-    return write_folder(table, format, directory, ExportOptions() if options is None else options)
+    return write_folder(table, format, directory, ExportOptions() if options is None else options).files
 
 
-def write_folder(table: InkTable, format: str, directory: str | Path, options: ExportOptions) -> list[Path]:
-    """As `write`, into a folder that is created if it does not exist."""
+def write_folder(table: InkTable, format: str, directory: str | Path, options: ExportOptions) -> Export:
+    """As `write`, into a folder that is created if it does not exist; also returns the guide to the files."""
     chosen = _FORMATS[format]
     table = writable(table)
-    refuse_losses(table, chosen.title, chosen.lost, options)
+    _require_bins_fit(chosen, options)
+    losses = losses_of(table, chosen.lost)
+    refuse_losses(losses, chosen.title, options)
     if options.regular_bin_deg is not None:
         table = regular_in_bins(table, options.regular_bin_deg)
+        losses = [loss for loss in losses if loss.name != "regular"]
+    table = _with_losses(table, losses)
     with whole_folder(directory) as folder:
-        chosen.write(table, folder, options)
+        contents = chosen.write(table, folder, options)
+        readme = f"{options.name}_README.txt"
+        guide = guide_to(table, {**contents, readme: "this text"}, losses, chosen.use)
+        (folder / readme).write_text("\n".join([*guide.lines(), ""]), encoding="utf-8")
         names = sorted(file.name for file in folder.iterdir())
-    return [Path(directory) / name for name in names]
+    return Export([Path(directory) / name for name in names], guide)
+
+
+def _require_bins_fit(chosen: Format, options: ExportOptions) -> None:
+    if options.regular_bin_deg is not None and "regular" not in chosen.lost:
+        raise InputRefusedError(
+            f"{chosen.title} stores the regular part separately; leave out regular_bin_deg."
+        )
+
+
+def _with_losses(table: InkTable, losses: list[Loss]) -> InkTable:
+    """The table with what is lost among its attributes, which all files contain."""
+    lost = "; ".join(map(str, losses))
+    return dataclasses.replace(table, attrs=table.attrs | {"lost": lost}) if lost else table

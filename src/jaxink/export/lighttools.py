@@ -15,16 +15,17 @@ _SIDES = {"I": "Back", "A": "Front"}
 _INCIDENCE_AZIMUTH_DEG = 90.0
 
 
-def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> None:
+def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
     """Write one ``.bsdf`` file per wavelength, with all four components.
 
-    Parameters: see `jaxink.export.formats.Format`.
+    Parameters and return value: see `jaxink.export.formats.Format`.
     """
     totals = diffuse_totals(table)
     # The full circle in the file's azimuths: the entries of the table and their mirror images.
     own = np.concatenate([table.phi_deg, 360 - table.phi_deg[::-1]])
     azimuth = np.unique(np.round(np.append((own + _INCIDENCE_AZIMUTH_DEG) % 360, [0.0, 360.0]), 9))
     phi = azimuth - _INCIDENCE_AZIMUTH_DEG
+    contents = {}
     for w, wavelength_nm in enumerate(table.wavelength_nm):
         lines = [
             *comments(table, w),
@@ -51,4 +52,7 @@ def write_lighttools(table: InkTable, folder: Path, options: ExportOptions) -> N
                     f"TIS {totals[c, w, i]:.9g}",
                     block(values),
                 ]
-        write_lines(folder / f"{stem(table, w, options.name)}.bsdf", [*lines, "DataEnd"])
+        name = f"{stem(table, w, options.name)}.bsdf"
+        write_lines(folder / name, [*lines, "DataEnd"])
+        contents[name] = f"all four components at {wavelength_nm:g} nm"
+    return contents

@@ -1,6 +1,7 @@
 """Validation of a table for ray tracers, and its regular part as cones."""
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 # Negative values smaller than this share of the largest are rounding errors, written as zero.
 _ROUNDING = 1e-6
+_WIDEST_BIN_DEG = 30
+# The coarsest default axes of a table.
+_FEWEST_THETA, _FEWEST_PHI = 61, 37
 
 
 def writable(table: InkTable) -> InkTable:
@@ -57,8 +61,10 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
     InputRefusedError
         If the table's angles are too coarse for the cone.
     """
-    if not 0 < width_deg <= 30:
-        raise InputRefusedError(f"regular_bin_deg is {width_deg:g}; it must be between 0 and 30 degrees.")
+    if not 0 < width_deg <= _WIDEST_BIN_DEG:
+        raise InputRefusedError(
+            f"regular_bin_deg is {width_deg:g}; it must be between 0 and {_WIDEST_BIN_DEG} degrees."
+        )
     step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
     if width_deg < step:
         raise InputRefusedError(
@@ -86,3 +92,23 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
         regular_standard_error=None,
         attrs=table.attrs | {"regular": f"in cones of {width_deg:g} degrees full width at half maximum"},
     )
+
+
+def least_bin_deg(table: InkTable | None, n_theta: int | None = None, n_phi: int | None = None) -> int | None:
+    """Smallest whole width that `regular_in_bins` takes, None if there is none.
+
+    Parameters
+    ----------
+    table
+        The table; None if it is still to be computed.
+    n_theta, n_phi
+        Numbers of its angles then; None for the defaults.
+    """
+    if table is not None:
+        step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
+    else:
+        # Of steps that shrink towards both ends of a segment, the largest is pi / 2 times the mean.
+        polar = np.pi / 2 * 90 / max((n_theta or _FEWEST_THETA) - 1, 1)
+        step = max(polar, 180 / max((n_phi or _FEWEST_PHI) - 1, 1))
+    width = math.ceil(step - 1e-9)
+    return width if width <= _WIDEST_BIN_DEG else None

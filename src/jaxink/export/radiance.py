@@ -25,10 +25,10 @@ _FRACTIONS = (1 + np.array([-1, 1]) / np.sqrt(3)) / 2
 _TREE_LOG2 = 6
 
 
-def write_radiance(table: InkTable, folder: Path, options: ExportOptions) -> None:
+def write_radiance(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
     """Write one XML file per wavelength, with all four components.
 
-    Parameters: see `jaxink.export.formats.Format`.
+    Parameters and return value: see `jaxink.export.formats.Format`.
 
     Notes
     -----
@@ -39,14 +39,18 @@ def write_radiance(table: InkTable, folder: Path, options: ExportOptions) -> Non
     structure = _TREE_STRUCTURE if is_tree else _klems_structure()
     bases = _TREE_BASIS if is_tree else _KLEMS_BASES
     scattering = _tree if is_tree else _klems_matrix
-    for w in range(len(table.wavelength_nm)):
+    contents = {}
+    for w, wavelength_nm in enumerate(table.wavelength_nm):
         comment = escape("\n".join(provenance(table, w))).replace("--", "- -")
         parts = [_HEAD.format(comment=comment, name=escape(options.name), structure=structure)]
         for component, direction in _DIRECTIONS.items():
             data = scattering(table, component, w)
             parts.append(_COMPONENT.format(direction=direction, bases=bases, data=data))
         text = "".join([*parts, _TAIL])
-        (folder / f"{stem(table, w, options.name)}.xml").write_text(text, encoding="utf-8")
+        name = f"{stem(table, w, options.name)}.xml"
+        (folder / name).write_text(text, encoding="utf-8")
+        contents[name] = f"all four components at {wavelength_nm:g} nm"
+    return contents
 
 
 def _klems_structure() -> str:

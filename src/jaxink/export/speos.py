@@ -14,20 +14,23 @@ _SIDES = {"I": "inside", "A": "outside"}
 _HALF_BAND_NM = 0.5
 
 
-def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> None:
+def write_speos(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
     """Write two ``.anisotropicbsdf`` files per wavelength, one for light from each side.
 
-    Parameters: see `jaxink.export.formats.Format`.
+    Parameters and return value: see `jaxink.export.formats.Format`.
 
     Notes
     -----
     Values are intensities f |cos(theta)|, because the software misreads BSDF values in transmission. It
     scales each table to the stated percentage, the total at the reference incidence.
     """
-    for w in range(len(table.wavelength_nm)):
-        for side, name in _SIDES.items():
-            path = folder / f"{stem(table, w, options.name)}_{name}.anisotropicbsdf"
-            write_lines(path, _lines(table, w, side))
+    contents = {}
+    for w, wavelength_nm in enumerate(table.wavelength_nm):
+        for side, where in _SIDES.items():
+            name = f"{stem(table, w, options.name)}_{where}.anisotropicbsdf"
+            write_lines(folder / name, _lines(table, w, side))
+            contents[name] = f"light from side {side}, reflected and transmitted, at {wavelength_nm:g} nm"
+    return contents
 
 
 def _lines(table: InkTable, w: int, side: str) -> list[str]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxink.export.guide import media
 from jaxink.ink.table import InkTable
 
 # Relative rounding error below 1e-8.
@@ -23,9 +24,11 @@ def block(values: np.ndarray) -> str:
 
 def provenance(table: InkTable, wavelength: int) -> list[str]:
     """Contents and origin of a file, for its comments."""
+    inside, outside = media(table)
     lines = [
-        f"BSDF by jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: inside of the plate, index "
-        f"{table.index_inside[wavelength]:.9g}; A: other side, index {table.index_outside[wavelength]:.9g}",
+        f"BSDF by jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: {inside}, index "
+        f"{table.index_inside[wavelength]:.9g}; A: {outside}, index {table.index_outside[wavelength]:.9g}",
+        "the surface is the face between I and A; its normal points from I to A",
         "values: radiance over irradiance in 1/sr, cosine not included",
     ]
     for key, value in table.attrs.items():

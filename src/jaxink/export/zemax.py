@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.export.guide import in_words
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, comments, row, stem, write_lines
 from jaxink.ink.hemispherical_totals import (
@@ -19,16 +20,18 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
 _AZIMUTH_DEG = np.linspace(0, 180, 37)
+# Cones of regular light reach one width from their direction, and a step of the table further.
+_CONE_WIDTHS = 3
 # Largest difference between the hemispherical totals of table and file, over the incident power.
 _TOTAL_TOLERANCE = 0.02
 # Beyond this incidence, light along the horizon falls between the file's angles: only the total is right.
 _GRAZING_DEG = 85.0
 
 
-def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
+def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
     """Write one ``.bsdf`` file per component and wavelength.
 
-    Parameters: see `jaxink.export.formats.Format`.
+    Parameters and return value: see `jaxink.export.formats.Format`.
 
     Raises
     ------
@@ -40,12 +43,23 @@ def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> None:
     ``AngleOfIncidence`` is the angle of the specular or refracted direction, from which the scatter angles
     are measured; a transmission from the denser side only has rows up to the critical angle.
     """
-    radial = np.asarray(_RADIAL_DEG if options.radial_deg is None else options.radial_deg, float)
+    radial = _radial_deg(options)
     azimuth = np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
+    contents = {}
     for w in range(len(table.wavelength_nm)):
         for component in COMPONENTS:
-            path = folder / f"{stem(table, w, options.name)}_{component}.bsdf"
-            write_lines(path, _lines(table, component, w, radial, azimuth))
+            name = f"{stem(table, w, options.name)}_{component}.bsdf"
+            write_lines(folder / name, _lines(table, component, w, radial, azimuth))
+            contents[name] = in_words(component)
+    return contents
+
+
+def _radial_deg(options: ExportOptions) -> Float[np.ndarray, " radial"]:
+    """The given axis, or the default one with further angles in cones, twenty in their width."""
+    width = options.regular_bin_deg
+    if options.radial_deg is not None or width is None:
+        return np.asarray(_RADIAL_DEG if options.radial_deg is None else options.radial_deg, float)
+    return np.unique(np.append(_RADIAL_DEG, np.arange(0, 20 * _CONE_WIDTHS + 1) * width / 20))
 
 
 def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str]:
@@ -54,10 +68,9 @@ def _lines(table: InkTable, component: str, w: int, radial, azimuth) -> list[str
     # The last refracted angle is 90 degrees on every grid.
     incidence = np.append(incidence, critical)
     leaving = exit_angles_deg(table, component, w, incidence)
-    kind = "reflection" if component[0] == "R" else "transmission"
     lines = [
         *comments(table, w),
-        f"# component {component}: {kind} of light from side {component[2]} to side {component[3]}",
+        f"# component {component}: {in_words(component)}",
         "# AngleOfIncidence: angle of the specular or refracted direction, from the normal on the exit side",
         "Source Measured",
         "Symmetry PlaneSymmetrical",

@@ -41,13 +41,15 @@ class SavedInFolder(abc.ABC):
     """A result saved as a folder: a JSON file, and further files for what JSON does not hold."""
 
     json_file: ClassVar[str]
+    # Folders that are replaced as a whole, because parts of an older result could remain.
+    owned: ClassVar[tuple[str, ...]] = ()
 
     @abc.abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in the JSON file."""
 
     def files_beside(self) -> dict[str, bytes | memoryview]:
-        """Contents of the other files, by name."""
+        """Contents of the other files, by name, which may include a folder."""
         return {}
 
     def save(self, directory: str | Path) -> Path:
@@ -63,12 +65,17 @@ class SavedInFolder(abc.ABC):
         InputRefusedError
             If the directory cannot be written.
         """
-        with whole_folder(directory) as folder:
+        with whole_folder(directory, self.owned) as folder:
             self.write_into(folder)
         return Path(directory) / self.json_file
 
+    def files(self) -> dict[str, bytes | memoryview]:
+        """Contents of all files, by name."""
+        text = json_text(self.to_dict()) + "\n"
+        return {**self.files_beside(), self.json_file: text.encode()}
+
     def write_into(self, folder: Path) -> None:
         """Write the same files, among others, into a folder that `whole_folder` has yielded."""
-        for name, content in self.files_beside().items():
+        for name, content in self.files().items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
-        (folder / self.json_file).write_text(json_text(self.to_dict()) + "\n", encoding="utf-8")

@@ -2,10 +2,12 @@
 
 from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
+from jaxink.fitting.input_check import check_input
 from jaxink.fitting.inputs import marked, prepare_data
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.minimisation import fit
+from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome
@@ -22,8 +24,10 @@ __all__ = [
     "LogDensity",
     "FitVerdict",
     "FitVerdictCode",
+    "Mistake",
     "Objective",
     "Outcome",
+    "check_input",
     "fit",
     "load_result",
     "make_objective",

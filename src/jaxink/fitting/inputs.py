@@ -48,15 +48,16 @@ def prepare_data(data: GonioData, sample: Sample) -> GonioData:
                     f"{', '.join(f'{w:g}' for w in known)} nm only."
                 )
         data = data.select(wavelength_nm=sample.wavelengths_nm)
-    return data.with_masks(_limits(sample))
+    return data.with_masks(limits_of(sample))
 
 
 def marked(data: GonioData, sample: Sample) -> GonioData:
     """A measurement with the masks that a sample asks for; all rows are kept, even unused ones."""
-    return data.replace(mask=data.mask_bits(_limits(sample)))
+    return data.replace(mask=data.mask_bits(limits_of(sample)))
 
 
-def _limits(sample: Sample) -> MaskLimits:
+def limits_of(sample: Sample) -> MaskLimits:
+    """Limits of the geometric masks that a sample asks for."""
     limits = dict(sample.masks)
     return MaskLimits(
         **{key: value or None for key, value in limits.items() if key != "grazing_theta_o_deg"},

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict, get_type_hints
 
@@ -24,6 +25,9 @@ from jaxink.sample.archive import NULLS, sample_from_dict
 from jaxink.solver.config import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
+# Of the folder of a diagnosis: its report, and the folders of its fits.
+REPORT_FILE = "report.json"
+DECLARED, CORRECTED = "declared", "corrected"
 # null stands for unknown values if a fit did not start or a model is not finite.
 _RULES = Rules({**NULLS, "": math.nan})
 
@@ -63,8 +67,16 @@ def _entries() -> dict[str, Any]:
 _Document: Any = TypedDict("_Document", _entries())  # type: ignore[misc]
 
 
-def load_result(path: str | Path) -> FitResult:
-    """Read a result that `FitResult.save` wrote: its folder, or the ``result.json`` in it.
+def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
+    """Read a result that `FitResult.save` wrote.
+
+    Parameters
+    ----------
+    path
+        Its folder, or the ``result.json`` in it. For the folder of a diagnosis, or its ``report.json``, the
+        result is that of the corrected model.
+    effects
+        Classes of effects of your own that the sample declares.
 
     Raises
     ------
@@ -72,16 +84,20 @@ def load_result(path: str | Path) -> FitResult:
         Naming file and key: it is not a result, has another schema version, or its two files do not belong
         together.
     """
-    path = Path(path)
-    path = path / RESULT_FILE if os.path.isdir(path) else path
+    path = _result_file(Path(path))
     # First complete a replacement of the files that an interrupted run had started.
     settle(path.parent)
     name = shown_path(path)
     if "\0" not in str(path) and not os.path.lexists(path):
+        if path.parent.name == CORRECTED:
+            raise InputRefusedError(
+                f"{name}: there is no result; {REPORT_FILE} was written by an older jaxink, so run `jaxink "
+                "diagnose` again."
+            )
         raise InputRefusedError(f"{name}: there is no result; `jaxink fit` writes one.")
     plain = read_json(path, _LARGEST_BYTES, "result")
     try:
-        document, sample = _document(plain)
+        document, sample = _document(plain, effects)
     except InputRefusedError as problem:
         raise InputRefusedError(f"{name}: {problem}") from None
     data, columns = _points(path, document)
@@ -98,7 +114,18 @@ def load_result(path: str | Path) -> FitResult:
     return FitResult(data=data, **columns, **fields)
 
 
-def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
+def _result_file(path: Path) -> Path:
+    """The ``result.json`` that a path stands for."""
+    if path.name == REPORT_FILE:
+        path = path.parent
+    if not os.path.isdir(path):
+        return path
+    if os.path.lexists(path / REPORT_FILE) and not os.path.lexists(path / RESULT_FILE):
+        return path / CORRECTED / RESULT_FILE
+    return path / RESULT_FILE
+
+
+def _document(plain: Any, effects: Collection[Any]) -> tuple[dict[str, Any], Sample]:
     """Content of ``result.json``, each key checked."""
     version = plain.get("schema_version") if isinstance(plain, dict) else None
     if version != SCHEMA_VERSION or isinstance(version, bool):
@@ -106,7 +133,7 @@ def _document(plain: Any) -> tuple[dict[str, Any], Sample]:
             f"schema_version is {described(version)}; this jaxink reads results of version {SCHEMA_VERSION}."
         )
     document = decode(_Document, plain, "", _RULES)
-    sample = sample_from_dict(document["sample"])
+    sample = sample_from_dict(document["sample"], effects=effects)
     codes = [outcome.name.lower() for outcome in Outcome]
     require_one_of("outcome.code", document["outcome"]["code"], codes)
     require_one_of("method", document["method"], METHODS)

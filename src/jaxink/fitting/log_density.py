@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.errors import InputRefusedError, unknown_name
+from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.fitting.fitted_parameters import FittedCovariance
 from jaxink.fitting.objective import Objective
 from jaxink.numerics.precision import require_float64
@@ -93,7 +93,7 @@ class LogDensity(eqx.Module):
         """
         for name in (*values, *self.free):
             if name not in self.free:
-                raise InputRefusedError(f"a value is given for {name}, {unknown_name(name, self.free)}")
+                raise InputRefusedError(f"a value is given for {name}, {no_such_name(self.free)}")
             if name not in values:
                 raise InputRefusedError(f"{name} has no value; the log density needs every free parameter.")
         require_float64()
@@ -106,7 +106,7 @@ class LogDensity(eqx.Module):
 
     def to_whitened(self, values: Mapping[str, ArrayLike]) -> Float[np.ndarray, " parameters"]:
         """Inverse of `from_whitened`."""
-        unit = self.objective.scale.to_unit(np.array([float(values[name]) for name in self.free]))
+        unit = self.objective.scale.to_unit(np.array([np.asarray(values[n], float) for n in self.free]))
         return np.linalg.solve(self.root, np.log(unit / (1 - unit)) - self.centre)
 
     def whitened(self, whitened: Float[ArrayLike, " parameters"]) -> Float[Array, ""]:
@@ -120,7 +120,7 @@ class LogDensity(eqx.Module):
         require_float64()
         unit, scale = jax.nn.sigmoid(self._logits(whitened)), self.objective.scale
         volume = jnp.log(jnp.abs(scale.slope(unit)) * unit * (1 - unit)).sum()
-        return self._at(scale.to_physical(unit)) + volume + np.linalg.slogdet(self.root)[1]
+        return self._at(jnp.asarray(scale.to_physical(unit))) + volume + np.linalg.slogdet(self.root)[1]
 
     def _logits(self, whitened):
         return self.centre + self.root @ jnp.asarray(whitened)

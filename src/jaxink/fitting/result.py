@@ -16,6 +16,7 @@ from jaxink.files.netcdf import netcdf_bytes
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
+from jaxink.fitting.mistake import Mistake, mistakes_sentence
 from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.summary import fit_card
@@ -140,6 +141,8 @@ class FitResult(SavedInFolder, Presented):
         For reproducing it.
     notes
         Remarks for the user.
+    mistakes
+        Mistakes in the input that were considered; see `jaxink.fitting.check_input`.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -165,6 +168,7 @@ class FitResult(SavedInFolder, Presented):
     versions: dict[str, str]
     seed: int
     notes: tuple[str, ...]
+    mistakes: tuple[Mistake, ...] = ()
 
     @cached_property
     def result_id(self) -> str:
@@ -186,7 +190,10 @@ class FitResult(SavedInFolder, Presented):
         at_bound = ("at lower bound", "at upper bound")
         bounds = tuple(name for name, p in self.parameters.items() if p.flag in at_bound)
         whitened = None if self.whitened is None else self.whitened[weighted]
-        return judge_fit(self.outcome, self.objective, whitened, len(self.sample.parameters.free), bounds)
+        n_free = len(self.sample.parameters.free)
+        verdict = judge_fit(self.outcome, self.objective, whitened, n_free, bounds)
+        mistakes = mistakes_sentence(self.mistakes, verdict.reduced_chi_square)
+        return dataclasses.replace(verdict, sentence=f"{verdict.sentence} {mistakes}".rstrip())
 
     @property
     def values(self) -> dict[str, float]:

@@ -6,6 +6,7 @@ import enum
 import numpy as np
 from scipy.special import chdtr, chdtrc
 
+from jaxink.display.brief import brief_repr
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
 
@@ -49,6 +50,8 @@ class FitVerdict:
         Whether standard errors mean what they say; they do not if the model does not fit.
     """
 
+    __repr__ = brief_repr
+
     code: FitVerdictCode
     sentence: str
     reduced_chi_square: float | None
@@ -66,10 +69,12 @@ def exceeds_noise(chi_square: float, degrees_of_freedom: int) -> bool:
     return bool(improbable and chi_square > SIGMA_TOLERANCE**2 * degrees_of_freedom)
 
 
-def falls_short_of_noise(chi_square: float, degrees_of_freedom: int) -> bool:
-    """Whether a chi-square is so small that standard deviations are overstated by `OVERSTATED_FACTOR`."""
+def falls_short_of_noise(
+    chi_square: float, degrees_of_freedom: int, factor: float = OVERSTATED_FACTOR
+) -> bool:
+    """Whether a chi-square is so small that standard deviations are overstated by more than a factor."""
     improbable = chdtr(degrees_of_freedom, chi_square) < LEAST_PROBABILITY
-    return bool(improbable and chi_square * OVERSTATED_FACTOR**2 < degrees_of_freedom)
+    return bool(improbable and chi_square * factor**2 < degrees_of_freedom)
 
 
 def judge_fit(

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
+from jaxink.ink.ink_layers import adjacent_air
 from jaxink.ink.table import InkTable
 from jaxink.ink.tabulate import TableOptions, ink_table
 from jaxink.sample import Sample
@@ -86,7 +87,8 @@ class TableComparison:
 def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float]) -> TableComparison:
     """Tabulate the only scattering layer of a sample by two models of it.
 
-    Layers that only the second model has belong to the ink, so that both tables are between the same media.
+    Layers that only the second model has belong to the ink, and so do layers of air between the ink and a
+    further layer, so that both tables are between the same media.
 
     Parameters
     ----------
@@ -108,6 +110,7 @@ def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float
             "exactly one."
         )
     found = tuple(layer.name for layer in after.layers if layer.name not in known)
+    ink += adjacent_air(before, ink)
     first = ink_table(before, ink, wavelengths_nm, options=_OPTIONS)
     options = dataclasses.replace(_OPTIONS, inside=str(first.attrs["inside"]))
     return TableComparison(first, ink_table(after, ink + found, wavelengths_nm, options=options))

@@ -46,8 +46,8 @@ class TableOptions:
     n_phi
         Number of azimuths, equally spaced from 0 to 180 degrees; None: 37 to 91 by the same rule.
     inside
-        Side of the plate as seen from the illuminated side, ``front`` or ``back``; None: the side on which
-        the ink has an adjacent layer.
+        The medium that the ink is seen from, usually its plate: ``front`` or ``back``, as seen from the
+        illuminated side, or the name of an adjacent layer; None: the only adjacent layer, unless that is air.
     index_inside, index_outside
         Refractive indices of side I and side A; None: those of the sample.
     accuracy
@@ -99,7 +99,8 @@ def ink_table(
     Raises
     ------
     InputRefusedError
-        If the ink, its plate or the wavelengths are invalid or ambiguous.
+        If the ink, the medium that it is seen from or the wavelengths are invalid or ambiguous; as
+        `UnclearInkError`, it names the choices.
 
     Notes
     -----
@@ -121,8 +122,7 @@ def ink_table(
         table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
-    with computing():
-        return _tabulate(ink, wavelengths, _covariance(source, values), options)
+    return tabulate(ink, wavelengths, _covariance(source, values), options)
 
 
 def _covariance(source, values) -> ParameterCovariance:
@@ -156,7 +156,27 @@ def _sample_and_wavelengths(source, wavelengths_nm):
     return sample, tuple(wavelengths)
 
 
-def _tabulate(
+def tabulate(
+    ink: InkLayers, wavelengths_nm: Sequence[float], covariance: ParameterCovariance, options: TableOptions
+) -> InkTable:
+    """Tabulate an ink between its media; `ink_table` for any sample, values and covariance.
+
+    Parameters
+    ----------
+    ink
+        From `find_ink`, with the values of its sample. Its side and indices replace those of the options.
+    wavelengths_nm
+        Wavelengths, ascending.
+    covariance
+        Covariance of parameters of the sample, or `ParameterCovariance.none`.
+    options
+        Options.
+    """
+    with computing():
+        return _tabulated(ink, tuple(wavelengths_nm), covariance, options)
+
+
+def _tabulated(
     ink: InkLayers, wavelengths, covariance: ParameterCovariance, options: TableOptions
 ) -> InkTable:
     model = isolated_model(ink, wavelengths, options.accuracy)
@@ -218,6 +238,8 @@ def _attrs(ink, covariance, options, config, grazing_deg):
         "title": ink.sample.title,
         "layers": " ".join(ink.names),
         "inside": ink.inside,
+        "medium_inside": ink.media[0],
+        "medium_outside": ink.media[1],
         "standard_error": covariance.sentence,
         "grazing_theta_deg": float(grazing_deg),
         "accuracy": options.accuracy,

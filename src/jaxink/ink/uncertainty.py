@@ -1,11 +1,25 @@
 """Propagation of a fit's covariance to the entries of a table."""
 
 import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting import FitResult
+if TYPE_CHECKING:
+    from jaxink.fitting import FitResult
+
+
+def determined(rows: Sequence[Any]) -> tuple[list[int], list[str], list[str]]:
+    """Positions of the parameters with a standard error, names of those at a bound, and of all others.
+
+    ``rows`` have name, standard error and flag of `jaxink.fitting.result.FittedParameter`.
+    """
+    silent = [p for p in rows if p.standard_error is None]
+    held = [p.name for p in silent if p.flag in ("at lower bound", "at upper bound")]
+    lost = [p.name for p in silent if p.name not in held]
+    return [i for i, p in enumerate(rows) if p.standard_error is not None], held, lost
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,12 +49,10 @@ class ParameterCovariance:
         return cls((), np.zeros((0, 0)), f"no standard errors: {why}")
 
     @classmethod
-    def of(cls, result: FitResult) -> "ParameterCovariance":
+    def of(cls, result: "FitResult") -> "ParameterCovariance":
         """Covariance of a fit; a parameter at its bound is treated as known."""
         rows = [result[name] for name in result.correlation_names]
-        silent = [p for p in rows if p.standard_error is None]
-        held = [p.name for p in silent if p.flag in ("at lower bound", "at upper bound")]
-        lost = [p.name for p in silent if p.name not in held]
+        _, held, lost = determined(rows)
         if lost:
             return cls.none(f"the fit does not determine {', '.join(lost)}")
         found = result.covariance

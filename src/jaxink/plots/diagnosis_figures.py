@@ -41,7 +41,7 @@ class CaptionedFigure:
 
 def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
     """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
-    data = diagnosis.result.data
+    data = diagnosis.declared.data
     of_point = data.wavelength_nm[data.used]
     wavelengths = np.unique(of_point)
     misfit = [np.mean(diagnosis.before.whitened[of_point == w] ** 2) for w in wavelengths]
@@ -89,7 +89,7 @@ class _Pages:
         self.views = {side: states for side, states in views.items() if states[0]}
 
     def _views(self, summary: "Summary", side: str) -> list[ScanView]:
-        data = self.diagnosis.result.data
+        data = self.diagnosis.declared.data
         views = views_of(data, summary.predicted_per_sr, summary.whitened, self.wavelength_nm, side)
         return [view for view in views if view.used.any()]
 
@@ -117,7 +117,7 @@ class _Pages:
             for s in sides
         ]
         layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
-        limit, label = self._limit(sides, True), residual_label(self.diagnosis.result)
+        limit, label = self._limit(sides, True), residual_label(self.diagnosis.declared)
         with blank_figure(*layout.size) as page:
             draw_strips(page, rows, self._title("residuals"), limit, label)
         text = "Residuals, measured minus model, in standard deviations of the noise."
@@ -125,7 +125,7 @@ class _Pages:
 
     def _discs(self, side: str) -> CaptionedFigure:
         views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
-        limit, label = self._limit([side], False), residual_label(self.diagnosis.result)
+        limit, label = self._limit([side], False), residual_label(self.diagnosis.declared)
         title = self._title(f"residuals in {SIDES[side]}")
         with blank_figure(*DiscLayout(len(views), len(self.states)).size) as page:
             draw_discs(page, views, title, limit, label, self.states)
@@ -184,7 +184,7 @@ def _title(diagnosis: "Diagnosis", what: str) -> str:
     line = f"reduced χ² {before} as declared"
     if diagnosis.steps:
         line += f", {after} with {', '.join(step.effect for step in diagnosis.steps)}"
-    return f"{measurement_name(diagnosis.result)}: {what}\n{line}"
+    return f"{measurement_name(diagnosis.declared)}: {what}\n{line}"
 
 
 def _once_words(diagnosis: "Diagnosis") -> list[str]:
@@ -192,7 +192,7 @@ def _once_words(diagnosis: "Diagnosis") -> list[str]:
 
 
 def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
-    data = diagnosis.result.data
+    data = diagnosis.declared.data
     count = len(np.unique(data.wavelength_nm[data.used]))
     if count <= MOST_WAVELENGTHS:
         return []

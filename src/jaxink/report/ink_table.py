@@ -17,7 +17,7 @@ def inside_change(diagnosis: "Diagnosis") -> TableComparison | str:
         return "No effect was added, so the ink is that of the declared model."
     wavelengths = drawn_wavelengths(diagnosis)
     try:
-        return compare_tables(diagnosis.result.sample, diagnosis.corrected.sample, wavelengths)
+        return compare_tables(diagnosis.declared.sample, diagnosis.corrected.sample, wavelengths)
     except InputRefusedError as problem:
         return f"The ink's BSDF inside the plate cannot be tabulated: {problem}"
 

@@ -28,12 +28,12 @@ _SETTINGS = {
 
 def report_title(diagnosis: "Diagnosis") -> str:
     """Title of the page."""
-    return f"Diagnosis: {measurement_name(diagnosis.result)}"
+    return f"Diagnosis: {measurement_name(diagnosis.declared)}"
 
 
 def top(diagnosis: "Diagnosis") -> str:
     """The verdict, the measurement, and whether the fit converged."""
-    result, found = diagnosis.result, diagnosis.verdict
+    result, found = diagnosis.declared, diagnosis.verdict
     data = result.data
     wavelengths = np.unique(data.wavelength_nm[data.used])
     spectrum = f"{wavelengths[0]:g} nm"
@@ -157,7 +157,7 @@ def _by_misfit(diagnosis: "Diagnosis", name: str) -> list[str]:
 
 
 def _unit(diagnosis: "Diagnosis", name: str) -> str:
-    tables = (diagnosis.corrected.sample.parameters, diagnosis.result.sample.parameters)
+    tables = (diagnosis.corrected.sample.parameters, diagnosis.declared.sample.parameters)
     return next((t[name].unit for t in tables if name in t), "")
 
 
@@ -283,7 +283,7 @@ def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str)
 
 def origin(diagnosis: "Diagnosis") -> str:
     """Settings and versions, for a repetition."""
-    result = diagnosis.result
+    result = diagnosis.declared
     lines = [f"Catalogue of effects: version {diagnosis.to_dict()['catalogue_version']}."]
     chosen = {name: diagnosis.settings[key] for key, name in _SETTINGS.items()}
     said = ", ".join(f"{name} {value:g}" for name, value in chosen.items() if value is not None)

@@ -1,23 +1,28 @@
 """Write the report of a diagnosis: JSON, HTML and figures."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from jaxink.diagnosis.findings.diagnosis import REPORT_FILE
+from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
 from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.diagnosis_figures import diagnosis_figures
 from jaxink.report import html, sections
 from jaxink.report.ink_table import inside_change
 
-if TYPE_CHECKING:
-    from jaxink.diagnosis import Diagnosis
-
 REPORT_PAGE = "report.html"
+INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
+# Replaced as a whole, or removed: they would belong to an older diagnosis.
+OWNED = (FIGURE_FOLDER, *Diagnosis.owned, *INSIDE_FILES)
 
 
 def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool = True) -> list[Path]:
-    """Write ``report.json``, ``report.html`` and the folder ``figures``; all of them or none.
+    """Write the report, the corrected model and the figures; all of them or none.
+
+    These are ``report.json`` and ``report.html``; ``sample.toml``, the sample file of the corrected model;
+    the results of both fits in the folders ``declared`` and ``corrected``; the ink's BSDF inside the plate by
+    both models, if effects were found, as ``inside_declared.nc`` and ``inside_corrected.nc``; and the folder
+    ``figures``.
 
     Parameters
     ----------
@@ -35,20 +40,22 @@ def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool 
     """
     change = inside_change(diagnosis)
     tables = None if isinstance(change, str) else change
+    inside = {} if tables is None else dict(zip(INSIDE_FILES, (tables.before, tables.after), strict=True))
     pictures, embedded = {}, {}
     for drawn in diagnosis_figures(diagnosis, tables) if with_figures else ():
         pictures[drawn.name] = drawn.figure.png()
         embedded[drawn.name] = html.figure(pictures[drawn.name], drawn.caption)
     text = _page(diagnosis, change, embedded)
-    with whole_folder(folder, owned=(FIGURE_FOLDER,)) as part:
+    with whole_folder(folder, owned=OWNED) as part:
         diagnosis.write_into(part)
+        for name, table in inside.items():
+            (part / name).write_bytes(netcdf_bytes(table.to_dataset()))
         (part / REPORT_PAGE).write_text(text, encoding="utf-8")
         if pictures:
             (part / FIGURE_FOLDER).mkdir()
         for name, picture in pictures.items():
             (part / FIGURE_FOLDER / f"{name}.png").write_bytes(picture)
-    files = [Path(FIGURE_FOLDER, f"{name}.png") for name in pictures]
-    return [Path(folder) / file for file in (Path(REPORT_FILE), *files, Path(REPORT_PAGE))]
+        return [Path(folder) / p.relative_to(part) for p in sorted(part.rglob("*")) if p.is_file()]
 
 
 def _page(diagnosis, change, embedded) -> str:

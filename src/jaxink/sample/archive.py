@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any, TypedDict
 
 from jaxink.errors import InputRefusedError
@@ -54,7 +54,7 @@ def _rules(own: dict[str, Any]) -> Rules:
     def effect(entry: _EffectEntry) -> DeclaredEffect:
         return DeclaredEffect(entry["name"], tuple(entry["form"].items()), own.get(entry["name"]))
 
-    made = {
+    made: dict[type, tuple[Any, Callable[[Any], Any]]] = {
         ParameterTable: (tuple[Parameter, ...], ParameterTable),
         DeclaredEffect: (_EffectEntry, effect),
     }

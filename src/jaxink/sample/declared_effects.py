@@ -4,9 +4,11 @@ import dataclasses
 from collections.abc import Collection
 from typing import Any, Protocol
 
-from jaxink.errors import InputRefusedError, unknown_name
+from jaxink.display.brief import brief_repr
+from jaxink.errors import InputRefusedError
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE
 from jaxink.sample.entries import bounded, only, table_of
+from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.quantity import Quantity
@@ -38,6 +40,8 @@ class DeclaredEffect:
         Class of an effect of a user's own, as passed by the caller; None for one of the catalogue. Files
         only ever contain the name.
     """
+
+    __repr__ = brief_repr
 
     name: str
     form: tuple[tuple[str, FormValue], ...] = ()
@@ -94,8 +98,8 @@ def _known_effect(name: str, table: dict[str, Any], layers: Collection[str]) -> 
         raise InputRefusedError(f"[effects.{name}] is declared elsewhere in the file: by {ELSEWHERE[name]}.")
     if name not in EFFECTS:
         raise InputRefusedError(
-            f"[effects.{name}] names the effect '{name}', {unknown_name(name, EFFECTS)} For an effect of "
-            "your own, pass its class in the argument effects."
+            f"[effects] has the key '{name}', {unknown_key(name, EFFECTS)} For an effect of your own, pass "
+            "its class in the argument effects."
         )
     form = []
     for key, kind in EFFECTS[name].form.items():

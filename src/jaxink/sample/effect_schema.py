@@ -5,6 +5,7 @@ Effects that are properties of a layer have keys there instead; see docs/sample-
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.quantity import Entry, Quantity
@@ -26,7 +27,7 @@ class EffectKeys:
     """
 
     numbers: dict[str, Quantity]
-    form: dict[str, Quantity | Entry] = dataclasses.field(default_factory=dict)
+    form: Mapping[str, Quantity | Entry] = dataclasses.field(default_factory=dict)
 
 
 def _relative(meaning: str) -> EffectKeys:

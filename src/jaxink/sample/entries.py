@@ -4,7 +4,8 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from jaxink.errors import InputRefusedError, unknown_name
+from jaxink.errors import InputRefusedError
+from jaxink.sample.hints import meant_key, meant_word, unknown_key
 from jaxink.sample.measurement_schema import NUMBER, PRIOR
 from jaxink.sample.parameters import Parameter, Prior
 from jaxink.sample.quantity import Quantity
@@ -123,7 +124,7 @@ def only(table: dict[str, Any], known, where: str) -> None:
     """Reject unknown keys; the message suggests the most similar valid one."""
     for key in table:
         if key not in known:
-            raise InputRefusedError(f"{where} has the key '{key}', {unknown_name(key, known)}")
+            raise InputRefusedError(f"{where} has the key '{key}', {unknown_key(key, known)}")
 
 
 def table_of(document: dict[str, Any], name: str) -> dict[str, Any]:
@@ -135,9 +136,16 @@ def table_of(document: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def choice(table: dict[str, Any], key: str, known: Collection[str], where: str) -> str:
-    """A key whose value is one of a few words."""
+    """A key whose value is one of a few words; the message suggests the one that is meant."""
     value = table.get(key)
     # As a tuple, because a list is not hashable.
-    if value not in tuple(known):
-        raise InputRefusedError(f"{where} has {key} = {value!r}; it must be one of: {', '.join(known)}.")
-    return value
+    if value in tuple(known):
+        return value
+    if value is None:
+        other = meant_key(table, key)
+        instead = f", but '{other}', which does not exist" if other else ""
+        raise InputRefusedError(f"{where} has no {key}{instead}; write {key} = one of: {', '.join(known)}.")
+    near = meant_word(value, known)
+    others = ", ".join(word for word in known if word != near)
+    hint = f"did you mean {near} (or else {others})?" if near else f"it must be one of: {others}."
+    raise InputRefusedError(f"{where} has {key} = {value!r}; {hint}")

@@ -7,6 +7,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
 from jaxink.sample.description import Layer
 from jaxink.sample.entries import choice, is_list_of_numbers, only, require_equally_many
+from jaxink.sample.lengths import with_own_thickness
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.populations import Population, population_tables, radius_table
 from jaxink.sample.quantity import Quantity
@@ -44,6 +45,7 @@ def read_layer(position: int, table: dict[str, Any], folder: Path, numbers: Para
             'underscores, such as name = "ink".'
         )
     kind = choice(table, "kind", ("clear", "scattering"), f"layer '{name}'")
+    table = with_own_thickness(table, name, "thickness_mm" if kind == "clear" else "thickness_um")
     roughness = tuple(
         read_roughness(name, face, table[face], folder, numbers) for face in schema.FACES if face in table
     )

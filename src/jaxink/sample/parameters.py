@@ -10,7 +10,8 @@ import numpy as np
 
 from jaxink.display.card import CardTable
 from jaxink.display.named_rows import NamedRows
-from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of, unknown_name
+from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of
+from jaxink.sample.hints import unknown_key
 from jaxink.sample.ties import evaluate_tie, names_in
 
 SCALES = ("linear", "log", "one_minus")
@@ -168,7 +169,7 @@ class ParameterTable(NamedRows[Parameter]):
         """
         for name in free_values:
             if name not in self._by_name:
-                raise InputRefusedError(f"a value is given for {name}, {unknown_name(name, self)}")
+                raise InputRefusedError(f"a value is given for {name}, {unknown_key(name, self)}")
         values = {
             name: free_values.get(name, parameter.value)
             for name, parameter in self._by_name.items()
@@ -181,7 +182,7 @@ class ParameterTable(NamedRows[Parameter]):
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
         """Table with some fields of one `Parameter` replaced."""
         if name not in self._by_name:
-            raise InputRefusedError(f"parameter {name}, {unknown_name(name, self)}")
+            raise InputRefusedError(f"parameter {name}, {unknown_key(name, self)}")
         return ParameterTable(
             [dataclasses.replace(p, **changes) if p.name == name else p for p in self._by_name.values()]
         )

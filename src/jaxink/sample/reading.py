@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import read_json
 from jaxink.sample import schema
+from jaxink.sample.archive import sample_from_dict
 from jaxink.sample.declared_effects import own_kinds, read_effects
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.document import document_of, text_of
@@ -24,6 +26,8 @@ from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import check_volume
 
+_LARGEST_RESULT_BYTES = 256_000_000
+
 
 def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
     """Read a sample file.
@@ -31,7 +35,8 @@ def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
     Parameters
     ----------
     path
-        TOML file as described in `docs/sample-file.md`.
+        TOML file as described in `docs/sample-file.md`; or the folder of a fit or of a diagnosis, for the
+        fitted or the corrected sample.
     effects
         Classes of effects of your own that the file declares.
 
@@ -41,7 +46,26 @@ def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
         If the file is invalid; the message names the file and the key.
     """
     path = Path(path)
+    if path.is_dir():
+        return _sample_of_folder(path, effects)
     return parse_sample(text_of(path, "sample"), str(path), path.parent, effects)
+
+
+def _sample_of_folder(folder: Path, effects: Collection[Any]) -> Sample:
+    """The sample file of a diagnosis, or the sample of a fit."""
+    file, result = folder / "sample.toml", folder / "result.json"
+    if file.exists():
+        return load_sample(file, effects)
+    if not result.exists():
+        raise InputRefusedError(
+            f"{folder}: is a folder without sample.toml and result.json; give a sample file, or the folder "
+            "of a fit or of a diagnosis."
+        )
+    plain = read_json(result, _LARGEST_RESULT_BYTES, "result")
+    try:
+        return sample_from_dict(plain.get("sample") if isinstance(plain, dict) else None, effects=effects)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{result}: {problem}") from None
 
 
 def parse_sample(

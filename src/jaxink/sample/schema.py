@@ -45,13 +45,20 @@ LAYER_ENTRIES = {
 }
 CLEAR_LAYER = {
     "refractive_index": Quantity("", 1.0, 4.0, dispersive=True, meaning="of the plate or coat"),
-    "thickness_mm": Quantity("mm", 0.0, 1e4, meaning="thickness"),
+    "thickness_mm": Quantity(
+        "mm", 0.0, 1e4, meaning="thickness, or `thickness_um` in um, which is converted"
+    ),
     "absorption_per_mm": Quantity("1/mm", 0.0, 1e4, 0.0, "log", meaning="absorption coefficient"),
 }
 SCATTERING_LAYER = {
     "refractive_index": Quantity("", 1.0, 4.0, dispersive=True, meaning="of the binder"),
     "thickness_um": Quantity(
-        "um", 0.0, 1e7, scale="log", meaning=f'or `"{OPAQUE}"` (last layer only): no light leaves behind it'
+        "um",
+        0.0,
+        1e7,
+        scale="log",
+        meaning="thickness, or `thickness_mm` in mm, which is converted, or "
+        f'`"{OPAQUE}"` (last layer only): no light leaves behind it',
     ),
 }
 # Coefficients of a layer or, if it is opaque, the albedo.

@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from numbers import Complex, Real
 from typing import Any
 
-from jaxink.errors import InputRefusedError, unknown_name
+from jaxink.errors import InputRefusedError
+from jaxink.sample.hints import unknown_key
 
 _MOST_CHARACTERS = 1000
 _MOST_OPERATIONS = 100
@@ -93,7 +94,7 @@ def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
         if name is None:
             raise _UnfitError(_FOREIGN)
         if name not in values:
-            raise _UnfitError(f"names {name}, {unknown_name(name, values)}")
+            raise _UnfitError(f"names {name}, {unknown_key(name, values)}")
         value = values[name]
     if not isinstance(value, Complex):
         return value

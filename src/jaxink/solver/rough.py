@@ -61,8 +61,8 @@ def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[
     """Share of light that passes between the first scatterer and the front, and the last and the back.
 
     Scattered light leaves in proportion to it. The share is hard to interpolate at rough faces and near
-    grazing, where it has poles due to light that thin layers reflect back and forth many times. It is 0 if the
-    light is evanescent between them, or exactly grazing.
+    grazing, where it has poles due to light that thin layers reflect back and forth many times. It is 0 if
+    the light is evanescent between them, or exactly grazing.
     """
     first, last = stack.scattering[0], stack.scattering[-1]
     front = fields.down_from_front[first] + fields.up_from_front[last]

@@ -47,7 +47,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         undetermined=undetermined_parameters(last, shifts) if remains else (),
     )
     return Diagnosis(
-        result=found.fit,
+        declared=found.fit,
         corrected=corrected_fit(found, follow),
         verdict=judge(evidence, policy),
         steps=steps,

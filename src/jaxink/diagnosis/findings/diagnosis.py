@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
+from jaxink.diagnosis.findings.corrected_file import SAMPLE_FILE, corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.report_reading import REPORT_FILE, REPORT_VERSION
@@ -27,6 +28,7 @@ from jaxink.display.named_rows import NamedRows
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.fitting import FitResult
+from jaxink.fitting.loading import CORRECTED, DECLARED
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -35,11 +37,11 @@ class Diagnosis(SavedInFolder, Presented):
 
     Parameters
     ----------
-    result
+    declared
         Fit of the declared model.
     corrected
-        Fit of the corrected model: its sample declares the effects found, with their values. It is ``result``
-        if none was found.
+        Fit of the corrected model: its sample declares the effects found, with their values. It is
+        ``declared`` if none was found.
     verdict, steps, before, after, candidates
         As in ``report.json``.
     not_testable
@@ -68,8 +70,9 @@ class Diagnosis(SavedInFolder, Presented):
     """
 
     json_file: ClassVar[str] = REPORT_FILE
+    owned: ClassVar[tuple[str, ...]] = (DECLARED, CORRECTED)
 
-    result: FitResult
+    declared: FitResult
     corrected: FitResult
     verdict: Verdict
     steps: tuple[Step, ...]
@@ -103,12 +106,23 @@ class Diagnosis(SavedInFolder, Presented):
     def card(self) -> Card:
         """Verdict, errors and parameters before and after, and effects added."""
         return diagnosis_card(
-            self.result.data.source,
+            self.declared.data.source,
             self.verdict,
             self.steps,
             (self.before, self.after),
             (self.parameters_before, self.parameters_after),
         )
+
+    def files_beside(self) -> dict[str, bytes | memoryview]:
+        """Both fits, and the sample file of the corrected model."""
+        text = corrected_text(self.corrected, self.verdict, self.steps)
+        fits = {DECLARED: self.declared, CORRECTED: self.corrected}
+        inside = {
+            f"{folder}/{name}": content
+            for folder, fit in fits.items()
+            for name, content in fit.files().items()
+        }
+        return {SAMPLE_FILE: text.encode(), **inside}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``report.json``; see docs/diagnosis.md."""
@@ -116,8 +130,8 @@ class Diagnosis(SavedInFolder, Presented):
             {
                 "schema_version": REPORT_VERSION,
                 "catalogue_version": CATALOGUE_VERSION,
-                "source": self.result.data.source,
-                "noise": self.result.noise,
+                "source": self.declared.data.source,
+                "noise": self.declared.noise,
                 "settings": self.settings,
                 "verdict": self.verdict,
                 "steps": [step_row(step) for step in self.steps],
@@ -134,7 +148,7 @@ class Diagnosis(SavedInFolder, Presented):
                     for name, estimate in self.parameters_after.items()
                     if name in self.parameters_before
                 ],
-                "scans": scan_rows(self.result.data, self.before, self.after),
+                "scans": scan_rows(self.declared.data, self.before, self.after),
                 "candidates": [candidate_row(row) for row in self.candidates],
                 "remaining_candidates": [candidate_row(row) for row in self.remaining],
                 "not_testable": self.not_testable,
@@ -145,6 +159,6 @@ class Diagnosis(SavedInFolder, Presented):
                     "after": structure_row(self.structure_after),
                 },
                 "residual": self.location.to_dict(),
-                "versions": self.result.versions,
+                "versions": self.declared.versions,
             }
         )

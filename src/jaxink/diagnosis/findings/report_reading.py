@@ -7,9 +7,9 @@ from typing import Any
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import described, read_json
 from jaxink.files.reading import shown_path
+from jaxink.fitting.loading import REPORT_FILE
 
 REPORT_VERSION = 2
-REPORT_FILE = "report.json"
 _LARGEST_BYTES = 64_000_000
 # Names of version 1; each is the name of one field only.
 _RENAMED = {

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.findings.saved import SavedDiagnosis
 from jaxink.diagnosis.search.refit import Estimate, estimates
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.display.brief import brief_repr
@@ -46,7 +47,7 @@ class Transfer:
         return NamedRows({n: Estimate(v, self.standard_errors.get(n)) for n, v in self.values.items()})
 
 
-def transfer(found: Diagnosis | FitResult, data: GonioData, is_refitted: bool) -> Transfer:
+def transfer(found: Diagnosis | SavedDiagnosis | FitResult, data: GonioData, is_refitted: bool) -> Transfer:
     """Predict a measurement with the corrected model of a diagnosis, or with a fitted one.
 
     Parameters
@@ -63,7 +64,7 @@ def transfer(found: Diagnosis | FitResult, data: GonioData, is_refitted: bool) -
     InputRefusedError
         The sample is not defined at the wavelengths of the data, or the noise is unknown.
     """
-    result = found.corrected if isinstance(found, Diagnosis) else found
+    result = found if isinstance(found, FitResult) else found.corrected
     wavelengths = tuple(np.unique(data.wavelength_nm).tolist())
     sample = dataclasses.replace(result.sample, wavelengths_nm=wavelengths)
     data = prepare_data(data, sample)

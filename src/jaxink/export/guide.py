@@ -1,0 +1,74 @@
+"""Guide to the files of an export: the surface, what each file contains, and what was lost."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from jaxink.export.losses import Loss
+from jaxink.ink.table import InkTable
+
+
+class Guide(NamedTuple):
+    """Guide to the files of an export, in lines for people.
+
+    Parameters
+    ----------
+    surface
+        The surface and the media on both sides.
+    contents
+        What each file contains, by its name.
+    losses
+        What the files lack, and how much that is.
+    use
+        How to use the files.
+    """
+
+    surface: list[str]
+    contents: dict[str, str]
+    losses: list[str]
+    use: str
+
+    def lines(self, folder: Path | None = None) -> list[str]:
+        """All lines; ``folder`` is put before the names of the files."""
+        paths = {str(folder / name) if folder else name: what for name, what in self.contents.items()}
+        width = max(map(len, paths))
+        files = [f"  {path:<{width}}  {what}" for path, what in paths.items()]
+        return [*self.surface, *self.losses, self.use, "Files:", *files]
+
+
+def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss], use: str) -> Guide:
+    """Guide to the files of a table."""
+    inside, outside = media(table)
+    surface = [
+        f"Side I, from which the ink is seen: {inside}, refractive index {_range(table.index_inside)}.",
+        f"Side A, the other side: {outside}, refractive index {_range(table.index_outside)}.",
+        "Assign the files to the face between the two; its normal points from side I to side A.",
+        "R: reflection, T: transmission; then the side that the light comes from, and the side that it "
+        "leaves to.",
+    ]
+    if "fit" in table.attrs:
+        surface.append(f"The fit: {table.attrs['fit']}")
+    lines = [f"Lost: {loss}." for loss in losses] or ["Lost: nothing."]
+    if "regular" in table.attrs:
+        lines.append(f"Regular light: {table.attrs['regular']}.")
+    return Guide(surface, dict(contents), lines, use)
+
+
+def media(table: InkTable) -> tuple[str, str]:
+    """The media of side I and of side A, in words."""
+    named = (table.attrs.get("medium_inside"), table.attrs.get("medium_outside"))
+    return named[0] or "inside of the plate", named[1] or "other side"
+
+
+def in_words(component: str) -> str:
+    """Contents of a component, such as ``reflection of light from side I``."""
+    if component[0] == "R":
+        return f"reflection of light from side {component[2]}"
+    return f"transmission of light from side {component[2]} to side {component[3]}"
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = f"{values.min():.6g}", f"{values.max():.6g}"
+    return low if low == high else f"{low} to {high}"

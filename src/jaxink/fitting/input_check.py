@@ -1,0 +1,234 @@
+"""Tests whether a mistake in the input explains why a fit fails: one refit for each hypothesis."""
+
+import dataclasses
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from jaxink.errors import InputRefusedError
+from jaxink.fitting.exclusion import without
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.hypotheses import OF_ARRANGEMENT, OF_DATA, OF_SIGMA, Corrected, Hypothesis, of_lengths
+from jaxink.fitting.inputs import limits_of
+from jaxink.fitting.mistake import Mistake
+from jaxink.fitting.objective import Objective, make_objective, weights_of
+from jaxink.fitting.result import FitResult
+from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise, falls_short_of_noise
+from jaxink.measurement import GonioData, noise_of
+from jaxink.measurement.balance import balances
+from jaxink.measurement.masks import USER
+from jaxink.measurement.point_noise import SIGMA_TOLERANCE
+from jaxink.model.forward import ForwardModel
+from jaxink.numerics.precision import computing
+from jaxink.numerics.progress import Progress, log_progress
+from jaxink.sample import Sample
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.layer_response import layer_method
+
+# A share beyond this is more than errors of calibration and of the integration explain.
+_MOST_POWER = 1.05
+# A mistake is named if no more than this share of the excess of reduced chi-square over 1 is left, and the
+# rest is noise; or if no more than the second share is left, near the noise, and ten times as much by others.
+_LEFT, _LEFT_NEARLY, _NEAR, _CLEARLY = 0.1, 0.01, 3.0, 10.0
+# With values and standard deviations both corrected, relative errors are those of the file: the misfit must
+# decrease then, too. A larger relative noise alone would hide any misfit.
+_LEFT_AT_EQUAL_NOISE = 0.25
+# Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
+_ORDERED = 4.0
+_JACOBIANS = 30
+# Programs compiled at the same time.
+_COMPILING = 2
+# Above this reduced chi-square the fit may have ended at a resolution that a narrow peak required.
+_FAR = 3.0
+
+
+def check_input(result: FitResult, progress: Progress | None = None) -> FitResult:
+    """Look for a mistake in the input of a fit that misses the noise, and add what was found to the result.
+
+    Nothing is corrected: a mistake is a hypothesis, tested by one refit from the declared start. A fit that
+    the stated noise explains is returned as it is.
+
+    Parameters
+    ----------
+    result
+        Of `fit`, or loaded.
+    progress
+        Called with the hypothesis, its number, and the reduced chi-square after the refit.
+    """
+    code = result.verdict.code
+    mistakes = _too_much_power(result)
+    if code not in (FitVerdictCode.CONSISTENT, FitVerdictCode.NOT_JUDGED):
+        with computing():
+            mistakes += _Check(result, progress or log_progress).mistakes(code)
+    return dataclasses.replace(result, mistakes=mistakes)
+
+
+def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
+    """The mistake that needs no refit: more light leaves the sample than arrives."""
+    most = max(balances(result.data), key=lambda balance: balance.share, default=None)
+    if most is None or most.share <= _MOST_POWER:
+        return ()
+    sides = " + ".join(most.sides)
+    return (
+        Mistake(
+            "more_light_than_arrives",
+            f"More light leaves the sample than arrives: at {most.wavelength_nm:g} nm and "
+            f"{most.theta_i_deg:g} degrees incidence, {sides} integrates to {most.share:.3g} of the incident "
+            "power, regular light not included",
+            "normalise the values: a BSDF is radiance over irradiance",
+            None,
+            None,
+            is_named=True,
+        ),
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class _Tried:
+    """A hypothesis after its refit; `left` is the excess of reduced chi-square over 1 as a share."""
+
+    hypothesis: Hypothesis
+    chi_square: float
+    freedom: int
+    left: float
+    is_possible: bool
+    is_ordered: bool
+
+    @property
+    def reduced(self) -> float:
+        return self.chi_square / self.freedom
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the rest is what the stated noise leaves, neither more nor less."""
+        below = falls_short_of_noise(self.chi_square, self.freedom, SIGMA_TOLERANCE)
+        return not (below or exceeds_noise(self.chi_square, self.freedom))
+
+
+class _Check:
+    """The hypotheses about the input of one fit, and their refits."""
+
+    def __init__(self, result: FitResult, progress: Progress):
+        self.result, self.progress, self.count = result, progress, 0
+        table = result.sample.parameters
+        for parameter in result.parameters:
+            if parameter.free:
+                table = table.replace(parameter.name, value=parameter.start)
+        self.sample = dataclasses.replace(result.sample, parameters=table)
+        self.before = result.verdict.reduced_chi_square or 0.0
+        self.config = self._config()
+
+    def _config(self) -> SolverConfig:
+        """Resolution of the fit, or of its start if it is far off: the fit has compiled programs of both."""
+        config = self.result.config
+        # A result states which method was the fastest; programs are known by what was asked for.
+        method = "fastest" if config.layer_method == layer_method("fastest") else config.layer_method
+        if self.before < _FAR:
+            return dataclasses.replace(config, layer_method=method)
+        return ForwardModel(self.sample, *self.result.data.used_directions, layer_method=method).config
+
+    def mistakes(self, code: FitVerdictCode) -> tuple[Mistake, ...]:
+        """All hypotheses that were tested; costly ones only if none of the others is named."""
+        if code is FitVerdictCode.OVERSTATED_NOISE:
+            return self._judged(list(self._tried(OF_SIGMA)))
+        tried = list(self._tried((*OF_DATA, *OF_SIGMA)))
+        if not any(mistake.is_named for mistake in self._judged(tried)):
+            groups = [*((hypothesis,) for hypothesis in OF_ARRANGEMENT), tuple(of_lengths(self.sample))]
+            # Most of the time is compilation, of one program for each group.
+            with ThreadPoolExecutor(_COMPILING) as pool:
+                tried += [one for group in pool.map(self._tried_in_thread, groups) for one in group]
+        return self._judged(tried)
+
+    def _tried_in_thread(self, hypotheses: tuple[Hypothesis, ...]) -> list[_Tried]:
+        with computing():
+            return list(self._tried(hypotheses))
+
+    def _judged(self, tried: list[_Tried]) -> tuple[Mistake, ...]:
+        best = sorted(tried, key=lambda t: t.left)
+        named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise]
+        if not named and best and best[0].is_possible:
+            rest = best[1].left if len(best) > 1 else 1.0
+            if best[0].left <= min(_LEFT_NEARLY, rest / _CLEARLY) and 1 < best[0].reduced <= _NEAR:
+                named = best[:1]
+        weighted = weights_of(self.result.data, self.sample) > 0
+        chi_square = float(np.sum(self.result.whitened[weighted] ** 2))
+        return tuple(
+            Mistake(
+                t.hypothesis.name,
+                t.hypothesis.statement,
+                t.hypothesis.remedy,
+                t.reduced,
+                chi_square - t.chi_square,
+                any(t is one for one in named),
+            )
+            for t in best
+        )
+
+    def _tried(self, hypotheses: Iterable[Hypothesis]) -> Iterator[_Tried]:
+        for hypothesis in hypotheses:
+            corrected = hypothesis.correct(self.result.data, self.sample)
+            if corrected is None:
+                continue
+            try:
+                tried = self._refitted(hypothesis, corrected)
+            except InputRefusedError:
+                # The corrected input is no input at all, so the mistake cannot have been made.
+                continue
+            self.count += 1
+            self.progress(f"input check, {hypothesis.name}", self.count, tried.reduced)
+            yield tried
+
+    def _refitted(self, hypothesis: Hypothesis, corrected: Corrected) -> _Tried:
+        tried = self._tested(hypothesis, corrected, corrected.data)
+        if corrected.sigma_kept is None or not tried.reduced < self.before:
+            return tried
+        # The mistake may have been made with the values alone; the noise is then what the file states.
+        kept = self._tested(hypothesis, corrected, corrected.sigma_kept)
+        is_possible = not kept.is_ordered and tried.left <= _LEFT_AT_EQUAL_NOISE
+        kept = dataclasses.replace(kept, is_possible=is_possible)
+        return min(tried, kept, key=lambda t: abs(np.log(max(t.reduced, 1e-300))))
+
+    def _tested(self, hypothesis: Hypothesis, corrected: Corrected, data: GonioData) -> _Tried:
+        """One refit from the declared start, judged by the points that the corrected input would use."""
+        sample = corrected.sample
+        data, objective = self._objective(data, sample)
+        free = sample.parameters.free
+        values = np.array([corrected.held.get(p.name, p.value) for p in free])
+        start = objective.scale.to_unit(values)
+        held = {i: float(start[i]) for i, p in enumerate(free) if p.name in corrected.held}
+        search = GradientSearch(objective, _JACOBIANS).run(start, held)
+        whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
+        weighted = objective.weight > 0
+        freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
+        chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
+        left = abs(chi_square / freedom - 1) / max(abs(self.before - 1), 1e-300)
+        is_ordered = _is_ordered(data, whitened, weighted)
+        is_possible = not (hypothesis.about_noise and is_ordered)
+        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered)
+
+    def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
+        """Measurement and objective at the points of the fit, so that hypotheses share its programs.
+
+        Points that the corrected input would mask stay, without weight.
+        """
+        used = self.result.data.used
+        masked = (data.with_masks(limits_of(sample)).mask != 0)[used]
+        data = data.replace(mask=np.where(used, 0, USER.bit).astype(np.uint32))
+        noise = noise_of(data, sample.noise)
+        objective = make_objective(data, sample, "chi_square", self.config, noise)
+        return data, without(objective, masked) if masked.any() else objective
+
+
+def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> bool:
+    """Whether weighted residuals of neighbouring angles of view in a scan are correlated."""
+    used = np.flatnonzero(data.used)[weighted]
+    towards_peak = np.where(np.abs(data.phi_deg[used]) > 90, 1.0, -1.0)
+    order = np.lexsort((towards_peak * data.theta_o_deg[used], data.scan_index[used]))
+    residual, scan = whitened[weighted][order], data.scan_index[used][order]
+    same = scan[1:] == scan[:-1]
+    power = float(np.sum(residual**2))
+    if not same.any() or not power > 0:
+        return False
+    correlation = float(np.sum((residual[1:] * residual[:-1])[same])) / power
+    return correlation * np.sqrt(np.sum(same)) > _ORDERED
