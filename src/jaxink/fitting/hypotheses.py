@@ -16,6 +16,8 @@ _THOUSAND = 1e3
 # Range of a thickness around its declared value while hypotheses about it are tested.
 _SPAN = 1e4
 _PERCENT = 100.0
+# The scanned angle has at least so many values, and so many times those of the other angle.
+_FEWEST_SCANNED, _MORE_SCANNED = 10, 3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -196,20 +198,24 @@ OF_SIGMA = (
     ),
 )
 # Each of these needs a program of its own.
-OF_ARRANGEMENT = (
-    Hypothesis(
-        "lit_from_other_side",
-        "The sample reads as if it were lit from the other side",
-        "list the layers in the opposite order, from the illuminated side on",
-        _other_side,
-    ),
-    Hypothesis(
-        "angles_exchanged",
-        "theta_i and theta_o read as if they were exchanged",
-        "exchange the columns theta_i_deg and theta_o_deg",
-        _angles_exchanged,
-    ),
+LIT_FROM_OTHER_SIDE = Hypothesis(
+    "lit_from_other_side",
+    "The sample reads as if it were lit from the other side",
+    "list the layers in the opposite order, from the illuminated side on",
+    _other_side,
 )
+ANGLES_EXCHANGED = Hypothesis(
+    "angles_exchanged",
+    "theta_i and theta_o read as if they were exchanged",
+    "exchange the columns theta_i_deg and theta_o_deg",
+    _angles_exchanged,
+)
+
+
+def source_is_scanned(data: GonioData) -> bool:
+    """Whether theta_i takes many values and theta_o few, which is usual the other way round."""
+    incidences, views = (np.unique(angle).size for angle in (data.theta_i_deg, data.theta_o_deg))
+    return incidences >= max(_FEWEST_SCANNED, _MORE_SCANNED * views)
 
 
 def of_lengths(sample: Sample) -> Iterator[Hypothesis]:

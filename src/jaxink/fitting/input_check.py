@@ -9,7 +9,16 @@ import numpy as np
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.hypotheses import OF_ARRANGEMENT, OF_DATA, OF_SIGMA, Corrected, Hypothesis, of_lengths
+from jaxink.fitting.hypotheses import (
+    ANGLES_EXCHANGED,
+    LIT_FROM_OTHER_SIDE,
+    OF_DATA,
+    OF_SIGMA,
+    Corrected,
+    Hypothesis,
+    of_lengths,
+    source_is_scanned,
+)
 from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
@@ -19,7 +28,6 @@ from jaxink.measurement import GonioData, noise_of
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
 from jaxink.measurement.point_noise import SIGMA_TOLERANCE
-from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
@@ -36,6 +44,8 @@ _LEFT, _LEFT_NEARLY, _NEAR, _CLEARLY = 0.1, 0.01, 3.0, 10.0
 _LEFT_AT_EQUAL_NOISE = 0.25
 # Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
 _ORDERED = 4.0
+# Minus twice the logarithm of a likelihood ratio that is decisive.
+_CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
 # Programs compiled at the same time.
 _COMPILING = 2
@@ -58,7 +68,8 @@ def check_input(result: FitResult, progress: Progress | None = None) -> FitResul
     """
     code = result.verdict.code
     mistakes = _too_much_power(result)
-    if code not in (FitVerdictCode.CONSISTENT, FitVerdictCode.NOT_JUDGED):
+    fits = code is FitVerdictCode.CONSISTENT
+    if code is not FitVerdictCode.NOT_JUDGED and (not fits or source_is_scanned(result.data)):
         with computing():
             mistakes += _Check(result, progress or log_progress).mistakes(code)
     return dataclasses.replace(result, mistakes=mistakes)
@@ -94,6 +105,7 @@ class _Tried:
     left: float
     is_possible: bool
     is_ordered: bool
+    log_determinant: float
 
     @property
     def reduced(self) -> float:
@@ -112,9 +124,8 @@ class _Check:
     def __init__(self, result: FitResult, progress: Progress):
         self.result, self.progress, self.count = result, progress, 0
         table = result.sample.parameters
-        for parameter in result.parameters:
-            if parameter.free:
-                table = table.replace(parameter.name, value=parameter.start)
+        for parameter in result.parameters.free:
+            table = table.replace(parameter.name, value=parameter.start)
         self.sample = dataclasses.replace(result.sample, parameters=table)
         self.before = result.verdict.reduced_chi_square or 0.0
         self.config = self._config()
@@ -126,15 +137,18 @@ class _Check:
         method = "fastest" if config.layer_method == layer_method("fastest") else config.layer_method
         if self.before < _FAR:
             return dataclasses.replace(config, layer_method=method)
-        return ForwardModel(self.sample, *self.result.data.used_directions, layer_method=method).config
+        model = make_objective(self.result.data, self.sample, layer_method=method).model
+        return model.config
 
     def mistakes(self, code: FitVerdictCode) -> tuple[Mistake, ...]:
         """All hypotheses that were tested; costly ones only if none of the others is named."""
+        if code is FitVerdictCode.CONSISTENT:
+            return self._judged(list(self._tried((ANGLES_EXCHANGED,))))
         if code is FitVerdictCode.OVERSTATED_NOISE:
             return self._judged(list(self._tried(OF_SIGMA)))
         tried = list(self._tried((*OF_DATA, *OF_SIGMA)))
         if not any(mistake.is_named for mistake in self._judged(tried)):
-            groups = [*((hypothesis,) for hypothesis in OF_ARRANGEMENT), tuple(of_lengths(self.sample))]
+            groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
                 tried += [one for group in pool.map(self._tried_in_thread, groups) for one in group]
@@ -147,12 +161,12 @@ class _Check:
     def _judged(self, tried: list[_Tried]) -> tuple[Mistake, ...]:
         best = sorted(tried, key=lambda t: t.left)
         named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise]
+        named = named or [t for t in best if self._is_likelier_design(t)]
         if not named and best and best[0].is_possible:
             rest = best[1].left if len(best) > 1 else 1.0
             if best[0].left <= min(_LEFT_NEARLY, rest / _CLEARLY) and 1 < best[0].reduced <= _NEAR:
                 named = best[:1]
-        weighted = weights_of(self.result.data, self.sample) > 0
-        chi_square = float(np.sum(self.result.whitened[weighted] ** 2))
+        chi_square = self._chi_square
         return tuple(
             Mistake(
                 t.hypothesis.name,
@@ -164,6 +178,22 @@ class _Check:
             )
             for t in best
         )
+
+    @property
+    def _chi_square(self) -> float:
+        weighted = weights_of(self.result.data, self.sample) > 0
+        return float(np.sum(self.result.whitened[weighted] ** 2))
+
+    def _is_likelier_design(self, tried: _Tried) -> bool:
+        """Whether exchanged angles explain the noise of the scans better, where the source seems scanned.
+
+        Through a symmetric sample the exchange changes no value, only which points share a scan's factor.
+        """
+        if tried.hypothesis is not ANGLES_EXCHANGED or not source_is_scanned(self.result.data):
+            return False
+        _, objective = self._objective(self.result.data, self.sample)
+        before = self._chi_square + _log_determinant(objective, self.result.predicted_per_sr)
+        return tried.is_noise and before - (tried.chi_square + tried.log_determinant) > _CLEAR_EVIDENCE
 
     def _tried(self, hypotheses: Iterable[Hypothesis]) -> Iterator[_Tried]:
         for hypothesis in hypotheses:
@@ -205,7 +235,8 @@ class _Check:
         left = abs(chi_square / freedom - 1) / max(abs(self.before - 1), 1e-300)
         is_ordered = _is_ordered(data, whitened, weighted)
         is_possible = not (hypothesis.about_noise and is_ordered)
-        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered)
+        spread = _log_determinant(objective, search.predicted)
+        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered, spread)
 
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.
@@ -218,6 +249,12 @@ class _Check:
         noise = noise_of(data, sample.noise)
         objective = make_objective(data, sample, "chi_square", self.config, noise)
         return data, without(objective, masked) if masked.any() else objective
+
+
+def _log_determinant(objective: Objective, predicted: np.ndarray) -> float:
+    """Logarithm of the determinant of the noise covariance in units of the independent variances."""
+    common = objective.scan_relative * predicted / objective.sigma
+    return float(np.sum(np.log1p(np.bincount(objective.scan, weights=common**2))))
 
 
 def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> bool:

@@ -30,7 +30,7 @@ class Mistake:
         """Description, given the reduced chi-square of the input as it is."""
         change = ""
         if self.reduced_chi_square is not None and before is not None:
-            change = f": reduced chi-square {before:.4g} -> {self.reduced_chi_square:.2g} after one refit"
+            change = f": reduced chi-square {before:.4g} -> {self.reduced_chi_square:.3g} after one refit"
         return f"{self.statement}{change}. If so, {self.remedy}."
 
 
