@@ -23,6 +23,7 @@ from jaxink.fitting.hypotheses import (
 from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
+from jaxink.fitting.outcome import Search
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise, falls_short_of_noise
 from jaxink.measurement import GonioData, noise_of
@@ -49,6 +50,9 @@ _ORDERED = 4.0
 # Minus twice the logarithm of a likelihood ratio that is decisive.
 _CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
+# Along a parameter with many minima: other starts, their Jacobians, and the share of the misfit that the
+# first refit must have removed.
+_ELSEWHERE, _FIRST_JACOBIANS, _PROMISING = 10, 8, 0.5
 # Programs compiled at the same time.
 _COMPILING = 2
 # Above this reduced chi-square the fit may have ended at a resolution that a narrow peak required.
@@ -237,7 +241,7 @@ class _Check:
         values = np.array([values_held.get(p.name, p.value) for p in free])
         start = objective.scale.to_unit(values)
         held = {i: float(start[i]) for i, p in enumerate(free) if p.name in values_held}
-        search = GradientSearch(objective, _JACOBIANS).run(start, held)
+        search = self._search(objective, start, held)
         whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
         weighted = objective.weight > 0
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
@@ -249,6 +253,23 @@ class _Check:
         is_possible = not (hypothesis.about_noise and is_ordered)
         spread = _log_determinant(objective, search.predicted)
         return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered, spread)
+
+    def _search(self, objective: Objective, start: np.ndarray, held: dict[int, float]) -> Search:
+        """The refit; if it is better than the fit but no end, also from elsewhere along a rugged misfit."""
+        engine = GradientSearch(objective, _JACOBIANS)
+        search = engine.run(start, held)
+        rugged = [i for i, p in enumerate(self.sample.parameters.free) if p.multimodal]
+        share = search.loss / max(self.before * objective.measured.size, 1e-300)
+        enough = SIGMA_TOLERANCE**2 * objective.measured.size
+        if not rugged or not enough < search.loss or not share < _PROMISING:
+            return search
+        searches = [search]
+        for value in (np.arange(_ELSEWHERE) + 0.5) / _ELSEWHERE:
+            there = np.array(start)
+            there[rugged[0]] = value
+            searches.append(engine.run(there, held, max_jacobians=_FIRST_JACOBIANS))
+        best = min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
+        return search if best is search else engine.run(best.unit, held)
 
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.
