@@ -175,7 +175,7 @@ class _Check:
         return any(mistake.is_named for mistake in self._judged(tried))
 
     def _scanned(self, tried: list[_Tried]) -> list[_Tried]:
-        """The best hypotheses again, with a scan: one refit may have ended in the wrong one of many minima."""
+        """The best hypotheses again, with a scan: one refit may end in the wrong one of many minima."""
         if not self.rugged or self._is_any_named(tried):
             return tried
         promising = sorted((t for t in tried if not t.hypothesis.about_noise), key=lambda t: t.reduced)
@@ -203,7 +203,8 @@ class _Check:
         return tuple(self._mistake(t, True) for t in named) + tuple(self._mistake(t, False) for t in rest)
 
     def _mistake(self, tried: _Tried, is_named: bool) -> Mistake:
-        of, fall = tried.hypothesis, self._chi_square - tried.chi_square
+        # A corrected input may mask other points: of those that the refit uses.
+        of, fall = tried.hypothesis, (self.before - tried.reduced) * tried.freedom
         return Mistake(of.name, of.statement, of.remedy, tried.reduced, fall, is_named)
 
     @property
