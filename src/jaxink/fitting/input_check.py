@@ -269,7 +269,7 @@ class _Check:
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
         chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
         # Chi-square itself is known to its standard deviation only.
-        excess = max(abs(chi_square / freedom - 1) - np.sqrt(2 / freedom), 0.0)
+        excess = max(abs(chi_square / freedom - 1) - float(np.sqrt(2 / freedom)), 0.0)
         left = excess / max(abs(self.before - 1), 1e-300)
         is_ordered = _is_ordered(data, whitened, weighted)
         is_possible = not (hypothesis.about_noise and is_ordered)
