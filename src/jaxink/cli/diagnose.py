@@ -1,5 +1,6 @@
 """``jaxink diagnose``."""
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import CORRECTED, DECLARED
+from jaxink.files.result_folder import CORRECTED, DECLARED, SAMPLE_FILE
 from jaxink.files.writing import require_folder
 from jaxink.plots import FIGURE_FOLDER
 
@@ -46,7 +47,27 @@ def run_diagnose(
         from jaxink.cli.diagnosis_tables import show_diagnosis
         from jaxink.cli.fit_tables import console
 
-        show_diagnosis(console(), found, written)
+        show_diagnosis(console(), found, written, next_commands(found, data_files, out))
     if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED
+
+
+def next_commands(found: "jaxink.Diagnosis", data_files: Sequence[Path], out: Path) -> list[str]:
+    """Commands that go on from the folder of a diagnosis."""
+    if any(mistake.is_named for mistake in found.declared.mistakes):
+        return []
+    export = [session.program(), "export", str(out), "--format", "zemax", "--out", "ink-files"]
+    export += ["--allow-loss", "regular,beyond_critical,standard_errors"]
+    if not found.steps:
+        return [shlex.join(export)]
+    fit = [
+        session.program(),
+        "fit",
+        *map(str, data_files),
+        "--sample",
+        str(out / SAMPLE_FILE),
+        "--out",
+        "fit",
+    ]
+    return [shlex.join(export), shlex.join(fit)]
