@@ -1,4 +1,4 @@
-"""``jaxink demo``: from a simulated measurement to an ink in a ray tracer, by way of an effect nobody declared."""
+"""``jaxink demo``: from a simulated measurement, through an undeclared effect, to an ink in a ray tracer."""
 
 import shlex
 from collections.abc import Iterable, Sequence
@@ -71,14 +71,10 @@ def _write_fits(
 def _show_fits(to: Console, gradient: "FitResult", simplex: "FitResult") -> None:
     """Print both fits beside the values with which the measurement was simulated."""
     to.print(f"SIMULATED measurement ({gradient.data.source}), {gradient.merit.points} points:", style="bold")
-    to.print(
-        "a known ink, computed by an independent Monte Carlo program, with noise, and with an effect that"
-    )
-    to.print("the sample file does not declare.")
+    to.print("a known ink, computed by an independent Monte Carlo program, with noise, and with an effect")
+    to.print("that the sample file does not declare.")
     to.print()
-    to.print(
-        "1. The fit. Both methods start from the same values and minimise the same chi-square.", style="bold"
-    )
+    to.print("1. The fit. Both methods minimise the same chi-square from the same start.", style="bold")
     to.print(_comparison_table(gradient, simplex))
     to.print(f"Something is missing. {gradient.verdict.sentence}", soft_wrap=True)
     to.print()

@@ -61,13 +61,5 @@ def next_commands(found: "jaxink.Diagnosis", data_files: Sequence[Path], out: Pa
     export += ["--allow-loss", "regular,beyond_critical,standard_errors"]
     if not found.steps:
         return [shlex.join(export)]
-    fit = [
-        session.program(),
-        "fit",
-        *map(str, data_files),
-        "--sample",
-        str(out / SAMPLE_FILE),
-        "--out",
-        "fit",
-    ]
-    return [shlex.join(export), shlex.join(fit)]
+    fit = [session.program(), "fit", *map(str, data_files), "--sample", str(out / SAMPLE_FILE)]
+    return [shlex.join(export), shlex.join([*fit, "--out", "fit"])]
