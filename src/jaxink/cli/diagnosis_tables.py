@@ -27,7 +27,8 @@ def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = 
     if diagnosis.steps:
         to.print(step_table(diagnosis))
         to.print(change_table(diagnosis))
-    to.print(candidate_table(diagnosis))
+    if diagnosis.candidates:
+        to.print(candidate_table(diagnosis))
     rest = len(diagnosis.candidates) - MOST_CANDIDATES
     show_lines(to, "", [f"The report lists {rest} more candidates."] if rest > 0 else [])
     sentence = diagnosis.location.sentence

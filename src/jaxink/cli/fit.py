@@ -65,12 +65,15 @@ def exit_code(result: "FitResult") -> ExitCode:
 def next_command(
     result: "FitResult", data_files: Sequence[Path], sample_file: Path, columns: dict[str, Any]
 ) -> str | None:
-    """The command that looks for what a model lacks; None if it fits."""
-    if not result.verdict.is_misfit:
+    """The command that looks for what a model lacks, to be typed as it is; None if the model fits."""
+    # With a mistake in the input there is nothing to look for.
+    if not result.verdict.is_misfit or any(mistake.is_named for mistake in result.mistakes):
         return None
-    options = {"sample": "which", "wavelength_nm": "wavelength-nm", "side": "side"}
     words = ["jaxink", "diagnose", *map(str, data_files), "--sample", str(sample_file), "--out", "report"]
-    words += [word for key, value in columns.items() for word in (f"--{options[key]}", str(value))]
+    for key, value in columns.items():
+        words.append(f"--{'which' if key == 'sample' else key.replace('_', '-')}")
+        if value is not True:
+            words.append(",".join(value) if isinstance(value, list) else str(value))
     return shlex.join(words)
 
 

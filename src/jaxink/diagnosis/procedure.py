@@ -1,5 +1,6 @@
 """The complete diagnosis of a measurement: fit, search, judge."""
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.errors import require_kind
-from jaxink.fitting import fit
+from jaxink.fitting import check_input, fit
 from jaxink.fitting.inputs import read_inputs
 from jaxink.fitting.objective import weights_of
 from jaxink.measurement import GonioData
@@ -49,7 +50,10 @@ def diagnose(
     data, sample = read_inputs(data, sample)
     data = _without_weightless(data, sample)
     follow = progress or log_progress
-    result = fit(data, sample, options.fit, progress)
+    result = check_input(fit(data, sample, options.fit, progress), follow)
+    if any(mistake.is_named for mistake in result.mistakes):
+        # Effects would only imitate the mistake.
+        options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():
         return diagnosis_of(search_effects(result, sample, options, follow), follow)
 

@@ -1,9 +1,11 @@
 """Fitting a sample to a measurement, gradient-based or with the Nelder-Mead simplex."""
 
 from jaxink.fitting.exclusion import predict_left_out
+from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
 from jaxink.fitting.input_check import check_input
 from jaxink.fitting.inputs import marked, prepare_data
 from jaxink.fitting.loading import load_result
+from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.minimisation import fit
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective
@@ -17,6 +19,9 @@ __all__ = [
     "OBJECTIVES",
     "FitOptions",
     "FitResult",
+    "FittedCovariance",
+    "FittedParameters",
+    "LogDensity",
     "FitVerdict",
     "FitVerdictCode",
     "Mistake",

@@ -1,15 +1,25 @@
 """Tests whether a mistake in the input explains why a fit fails: one refit for each hypothesis."""
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from typing import cast
 
 import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.hypotheses import OF_ARRANGEMENT, OF_DATA, OF_SIGMA, Corrected, Hypothesis, of_lengths
+from jaxink.fitting.hypotheses import (
+    ANGLES_EXCHANGED,
+    LIT_FROM_OTHER_SIDE,
+    OF_DATA,
+    OF_SIGMA,
+    Corrected,
+    Hypothesis,
+    of_lengths,
+    source_is_scanned,
+)
 from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
@@ -36,6 +46,8 @@ _LEFT, _LEFT_NEARLY, _NEAR, _CLEARLY = 0.1, 0.01, 3.0, 10.0
 _LEFT_AT_EQUAL_NOISE = 0.25
 # Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
 _ORDERED = 4.0
+# Minus twice the logarithm of a likelihood ratio that is decisive.
+_CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
 # Programs compiled at the same time.
 _COMPILING = 2
@@ -56,12 +68,23 @@ def check_input(result: FitResult, progress: Progress | None = None) -> FitResul
     progress
         Called with the hypothesis, its number, and the reduced chi-square after the refit.
     """
-    code = result.verdict.code
     mistakes = _too_much_power(result)
-    if code not in (FitVerdictCode.CONSISTENT, FitVerdictCode.NOT_JUDGED):
+    if _is_doubtful(result):
         with computing():
-            mistakes += _Check(result, progress or log_progress).mistakes(code)
+            mistakes += _Check(result, progress or log_progress).mistakes(result.verdict.code)
     return dataclasses.replace(result, mistakes=mistakes)
+
+
+def _is_doubtful(result: FitResult) -> bool:
+    """Whether hypotheses about the input are worth their refits."""
+    verdict = result.verdict
+    if result.objective != "chi_square" or verdict.reduced_chi_square is None:
+        return False
+    if verdict.code is FitVerdictCode.CONSISTENT:
+        return source_is_scanned(result.data)
+    if verdict.code is FitVerdictCode.NOT_CONVERGED:
+        return verdict.reduced_chi_square > SIGMA_TOLERANCE**2
+    return verdict.code is not FitVerdictCode.NOT_JUDGED
 
 
 def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
@@ -94,6 +117,7 @@ class _Tried:
     left: float
     is_possible: bool
     is_ordered: bool
+    log_determinant: float
 
     @property
     def reduced(self) -> float:
@@ -112,9 +136,8 @@ class _Check:
     def __init__(self, result: FitResult, progress: Progress):
         self.result, self.progress, self.count = result, progress, 0
         table = result.sample.parameters
-        for parameter in result.parameters:
-            if parameter.free:
-                table = table.replace(parameter.name, value=parameter.start)
+        for parameter in result.parameters.free:
+            table = table.replace(parameter.name, value=parameter.start)
         self.sample = dataclasses.replace(result.sample, parameters=table)
         self.before = result.verdict.reduced_chi_square or 0.0
         self.config = self._config()
@@ -126,15 +149,18 @@ class _Check:
         method = "fastest" if config.layer_method == layer_method("fastest") else config.layer_method
         if self.before < _FAR:
             return dataclasses.replace(config, layer_method=method)
-        return ForwardModel(self.sample, *self.result.data.used_directions, layer_method=method).config
+        objective = make_objective(self.result.data, self.sample, layer_method=method)
+        return cast(ForwardModel, objective.model).config
 
     def mistakes(self, code: FitVerdictCode) -> tuple[Mistake, ...]:
         """All hypotheses that were tested; costly ones only if none of the others is named."""
+        if code is FitVerdictCode.CONSISTENT:
+            return self._judged(list(self._tried((ANGLES_EXCHANGED,))))
         if code is FitVerdictCode.OVERSTATED_NOISE:
             return self._judged(list(self._tried(OF_SIGMA)))
         tried = list(self._tried((*OF_DATA, *OF_SIGMA)))
         if not any(mistake.is_named for mistake in self._judged(tried)):
-            groups = [*((hypothesis,) for hypothesis in OF_ARRANGEMENT), tuple(of_lengths(self.sample))]
+            groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
                 tried += [one for group in pool.map(self._tried_in_thread, groups) for one in group]
@@ -146,24 +172,37 @@ class _Check:
 
     def _judged(self, tried: list[_Tried]) -> tuple[Mistake, ...]:
         best = sorted(tried, key=lambda t: t.left)
-        named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise]
+        fits = self.result.verdict.code is FitVerdictCode.CONSISTENT
+        named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise and not fits]
+        named = named or [t for t in best if self._is_likelier_design(t)]
         if not named and best and best[0].is_possible:
-            rest = best[1].left if len(best) > 1 else 1.0
-            if best[0].left <= min(_LEFT_NEARLY, rest / _CLEARLY) and 1 < best[0].reduced <= _NEAR:
+            others = best[1].left if len(best) > 1 else 1.0
+            if best[0].left <= min(_LEFT_NEARLY, others / _CLEARLY) and 1 < best[0].reduced <= _NEAR:
                 named = best[:1]
-        weighted = weights_of(self.result.data, self.sample) > 0
-        chi_square = float(np.sum(self.result.whitened[weighted] ** 2))
-        return tuple(
-            Mistake(
-                t.hypothesis.name,
-                t.hypothesis.statement,
-                t.hypothesis.remedy,
-                t.reduced,
-                chi_square - t.chi_square,
-                any(t is one for one in named),
-            )
-            for t in best
-        )
+        rest = [t for t in best if not any(t is one for one in named)]
+        return tuple(self._mistake(t, True) for t in named) + tuple(self._mistake(t, False) for t in rest)
+
+    def _mistake(self, tried: _Tried, is_named: bool) -> Mistake:
+        of, fall = tried.hypothesis, self._chi_square - tried.chi_square
+        return Mistake(of.name, of.statement, of.remedy, tried.reduced, fall, is_named)
+
+    @property
+    def _chi_square(self) -> float:
+        whitened = self.result.whitened
+        assert whitened is not None, "without known noise no input is doubtful"
+        return float(np.sum(whitened[weights_of(self.result.data, self.sample) > 0] ** 2))
+
+    def _is_likelier_design(self, tried: _Tried) -> bool:
+        """Whether exchanged angles explain the noise of the scans better, where the source seems scanned.
+
+        Through a symmetric sample the exchange changes no value, only which points share a scan's factor.
+        """
+        if tried.hypothesis is not ANGLES_EXCHANGED or not source_is_scanned(self.result.data):
+            return False
+        _, objective = self._objective(self.result.data, self.sample)
+        before = self._chi_square + _log_determinant(objective, self.result.predicted_per_sr)
+        gain = before - (tried.chi_square + tried.log_determinant)
+        return tried.is_noise and bool(gain > _CLEAR_EVIDENCE)
 
     def _tried(self, hypotheses: Iterable[Hypothesis]) -> Iterator[_Tried]:
         for hypothesis in hypotheses:
@@ -180,32 +219,36 @@ class _Check:
             yield tried
 
     def _refitted(self, hypothesis: Hypothesis, corrected: Corrected) -> _Tried:
-        tried = self._tested(hypothesis, corrected, corrected.data)
-        if corrected.sigma_kept is None or not tried.reduced < self.before:
+        tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held)
+        if corrected.noise_as_stated is None or not tried.reduced < self.before:
             return tried
-        # The mistake may have been made with the values alone; the noise is then what the file states.
-        kept = self._tested(hypothesis, corrected, corrected.sigma_kept)
+        # The mistake may have been made with the values alone.
+        kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held)
         is_possible = not kept.is_ordered and tried.left <= _LEFT_AT_EQUAL_NOISE
         kept = dataclasses.replace(kept, is_possible=is_possible)
         return min(tried, kept, key=lambda t: abs(np.log(max(t.reduced, 1e-300))))
 
-    def _tested(self, hypothesis: Hypothesis, corrected: Corrected, data: GonioData) -> _Tried:
+    def _tested(
+        self, hypothesis: Hypothesis, data: GonioData, sample: Sample, values_held: Mapping[str, float]
+    ) -> _Tried:
         """One refit from the declared start, judged by the points that the corrected input would use."""
-        sample = corrected.sample
         data, objective = self._objective(data, sample)
         free = sample.parameters.free
-        values = np.array([corrected.held.get(p.name, p.value) for p in free])
+        values = np.array([values_held.get(p.name, p.value) for p in free])
         start = objective.scale.to_unit(values)
-        held = {i: float(start[i]) for i, p in enumerate(free) if p.name in corrected.held}
+        held = {i: float(start[i]) for i, p in enumerate(free) if p.name in values_held}
         search = GradientSearch(objective, _JACOBIANS).run(start, held)
         whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
         weighted = objective.weight > 0
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
         chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
-        left = abs(chi_square / freedom - 1) / max(abs(self.before - 1), 1e-300)
+        # Chi-square itself is known to its standard deviation only.
+        excess = max(abs(chi_square / freedom - 1) - np.sqrt(2 / freedom), 0.0)
+        left = excess / max(abs(self.before - 1), 1e-300)
         is_ordered = _is_ordered(data, whitened, weighted)
         is_possible = not (hypothesis.about_noise and is_ordered)
-        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered)
+        spread = _log_determinant(objective, search.predicted)
+        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered, spread)
 
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.
@@ -220,6 +263,12 @@ class _Check:
         return data, without(objective, masked) if masked.any() else objective
 
 
+def _log_determinant(objective: Objective, predicted: np.ndarray) -> float:
+    """Logarithm of the determinant of the noise covariance in units of the independent variances."""
+    common = objective.scan_relative * predicted / objective.sigma
+    return float(np.sum(np.log1p(np.bincount(objective.scan, weights=common**2))))
+
+
 def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> bool:
     """Whether weighted residuals of neighbouring angles of view in a scan are correlated."""
     used = np.flatnonzero(data.used)[weighted]
@@ -231,4 +280,4 @@ def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> 
     if not same.any() or not power > 0:
         return False
     correlation = float(np.sum((residual[1:] * residual[:-1])[same])) / power
-    return correlation * np.sqrt(np.sum(same)) > _ORDERED
+    return bool(correlation * np.sqrt(np.sum(same)) > _ORDERED)

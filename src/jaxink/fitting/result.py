@@ -10,13 +10,15 @@ import numpy as np
 
 from jaxink.display.card import Card, Presented
 from jaxink.effects import AugmentedModel, forward_model
+from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.result_folder import RESULT_FILE
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
+from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
-from jaxink.fitting.objective import weights_of
+from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
@@ -225,6 +227,23 @@ class FitResult(SavedInFolder, Presented):
         """Resolution at the end of the fit."""
         return SolverConfig(**cast("dict[str, Any]", self.solver))
 
+    @cached_property
+    def log_density(self) -> LogDensity:
+        """Logarithm of the posterior density, a differentiable function of the free parameters' values.
+
+        Raises
+        ------
+        InputRefusedError
+            If the noise is unknown, or no parameter is free.
+        """
+        if not self.noise["known"]:
+            raise InputRefusedError(
+                f"{self.data.source or 'the measurement'}: its noise is unknown, so there is no density; "
+                "declare it in [noise] of the sample file and fit again."
+            )
+        objective = make_objective(self.data, self.sample, config=self.config)
+        return LogDensity.of(objective, self.values, self.covariance)
+
     def forward_model(self, data: GonioData | None = None) -> ForwardModel | AugmentedModel:
         """Forward model with the fitted values, for this or another measurement.
 
@@ -263,6 +282,7 @@ class FitResult(SavedInFolder, Presented):
             f"{self.method} fit of {self.objective}",
             self.parameters,
             self.merit,
+            self.verdict,
             (self.noise_sentence, *self.notes),
         )
 

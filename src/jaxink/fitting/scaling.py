@@ -74,7 +74,10 @@ class UnitScale(eqx.Module):
         straight = (physical - self.minimum) / (self.maximum - self.minimum)
         return np.where(self.even, straight, curved)
 
-    def slope(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " parameters"]:
+    def slope(
+        self, unit: Float[Array | np.ndarray, " parameters"]
+    ) -> Float[Array | np.ndarray, " parameters"]:
         """Derivative of the parameters with respect to the variables."""
-        curved = self.first * self.ratio ** np.asarray(unit) * np.log(self.ratio)
-        return np.where(self.even, self.maximum - self.minimum, curved)
+        curved = self.first * self.ratio**unit * np.log(self.ratio)
+        where = np.where if isinstance(unit, np.ndarray) else jnp.where
+        return where(self.even, self.maximum - self.minimum, curved)

@@ -1,11 +1,13 @@
 """What a fit result says of itself in a notebook."""
 
+import dataclasses
 from collections.abc import Sequence
 
 from jaxink.display.card import Card, CardTable
 from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.fitting.merit import Merit
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.verdict import FitVerdict
 from jaxink.measurement import GonioData
 from jaxink.numerics.digits import percent, rounded
 
@@ -16,13 +18,14 @@ def fit_card(
     what: str,
     parameters: FittedParameters,
     merit: Merit,
+    verdict: FitVerdict,
     remarks: Sequence[str],
 ) -> Card:
     """Card of a fit.
 
     Parameters
     ----------
-    data, outcome, parameters, merit
+    data, outcome, parameters, merit, verdict
         As in the result.
     what
         Method and objective.
@@ -31,8 +34,12 @@ def fit_card(
     """
     title = f"Fit of {data.source or 'a measurement'}: {misfit_words(merit)}"
     used = f"{merit.points} of {len(data)} points used, {sum(scan.used > 0 for scan in data.scans)} scans"
-    sentences = (f"{what[0].upper()}{what[1:].replace('_', '-')} {outcome.value}.", f"{used}.")
-    return Card(title, sentences, (parameters.table(), merit_table(merit)), tuple(remarks))
+    ended = f"{what[0].upper()}{what[1:].replace('_', '-')} {outcome.value}."
+    table = parameters.table()
+    if not verdict.standard_errors_hold:
+        heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
+        table = dataclasses.replace(table, heads=heads)
+    return Card(title, (verdict.sentence, ended, f"{used}."), (table, merit_table(merit)), tuple(remarks))
 
 
 def misfit_words(merit: Merit) -> str:

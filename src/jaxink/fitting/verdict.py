@@ -6,6 +6,7 @@ import enum
 import numpy as np
 from scipy.special import chdtr, chdtrc
 
+from jaxink.display.brief import brief_repr
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
 
@@ -48,6 +49,8 @@ class FitVerdict:
     standard_errors_hold
         Whether standard errors mean what they say; they do not if the model does not fit.
     """
+
+    __repr__ = brief_repr
 
     code: FitVerdictCode
     sentence: str

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Collection
 from typing import Any, Protocol
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE
 from jaxink.sample.entries import bounded, only, table_of
@@ -39,6 +40,8 @@ class DeclaredEffect:
         Class of an effect of a user's own, as passed by the caller; None for one of the catalogue. Files
         only ever contain the name.
     """
+
+    __repr__ = brief_repr
 
     name: str
     form: tuple[tuple[str, FormValue], ...] = ()

@@ -5,7 +5,7 @@ from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
-from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
+from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge, mistake_in
 from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.parameters import (
     estimates_of,
@@ -49,7 +49,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     return Diagnosis(
         declared=found.fit,
         corrected=corrected_fit(found, follow),
-        verdict=judge(evidence, policy),
+        verdict=mistake_in(found.fit) or judge(evidence, policy),
         steps=steps,
         before=before,
         after=after,

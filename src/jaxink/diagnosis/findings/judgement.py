@@ -12,6 +12,8 @@ from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
+from jaxink.fitting import FitResult
+from jaxink.fitting.mistake import mistakes_sentence
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,6 +43,14 @@ def is_met(summary: Summary, structure: StructureResult, policy: SearchPolicy = 
 def _is_ordered(structure: StructureResult, policy: SearchPolicy) -> bool:
     order = (s.p_value for s in structure.statistics if s.name != "chi_square")
     return min(order, default=1.0) < policy.noise_p
+
+
+def mistake_in(result: FitResult) -> Verdict | None:
+    """The verdict if a mistake in the input explains why the declared model does not fit."""
+    sentence = mistakes_sentence(tuple(result.mistakes), result.verdict.reduced_chi_square)
+    if not sentence:
+        return None
+    return Verdict(VerdictCode.INPUT_MISTAKE, (), f"{sentence} No missing effect was looked for.")
 
 
 def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:

@@ -7,6 +7,7 @@ from typing import Any
 
 from jaxink.diagnosis.findings.report_reading import read_report
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.display.brief import brief_repr
 from jaxink.errors import require_one_of
 from jaxink.files.decoding import Rules, decode
 from jaxink.files.result_folder import CORRECTED, DECLARED
@@ -28,6 +29,8 @@ class SavedDiagnosis:
     report
         All of ``report.json``, as `jaxink.diagnosis.read_report` returns it.
     """
+
+    __repr__ = brief_repr
 
     declared: FitResult
     corrected: FitResult

@@ -18,6 +18,10 @@ class VerdictCode(enum.StrEnum):
     EXPLAINED = "explained", "with the effects found, the residual is consistent with noise"
     EXPLAINED_BY_ONE_OF = "explained_by_one_of", "the same, but the data cannot distinguish several effects"
     INSTRUMENT = "instrument", "explained by instrument effects alone"
+    INPUT_MISTAKE = (
+        "input_mistake",
+        "a mistake in the input explains the misfit; no effect was looked for",
+    )
     NOT_TESTABLE = "not_testable", "there are not more points than parameters"
     PARTLY_EXPLAINED = "partly_explained", "effects were found, but structure remains"
     UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
@@ -32,7 +36,11 @@ class VerdictCode(enum.StrEnum):
     @property
     def structure_remains(self) -> bool:
         """Whether the final model does not fit the data."""
-        return self in (VerdictCode.PARTLY_EXPLAINED, VerdictCode.UNEXPLAINED_STRUCTURE)
+        return self in (
+            VerdictCode.INPUT_MISTAKE,
+            VerdictCode.PARTLY_EXPLAINED,
+            VerdictCode.UNEXPLAINED_STRUCTURE,
+        )
 
     @property
     def is_met(self) -> bool:

@@ -1,0 +1,153 @@
+"""The log density of a fit against SciPy's normal distribution, chi-square and finite differences."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from jaxink.errors import InputRefusedError, PrecisionError
+from jaxink.fitting import make_objective
+from jaxink.fitting.log_density import LogDensity
+from jaxink.measurement import Noise
+from jaxink.sample.parameters import Prior
+
+SCATTERING, ABSORPTION = "ink.scattering_per_mm", "ink.absorption_per_mm"
+SCAN_RELATIVE = 0.02
+
+
+def density_of(result, data=None, **changes):
+    sample = dataclasses.replace(result.sample, **changes)
+    objective = make_objective(data or result.data, sample, config=result.config)
+    return LogDensity.of(objective, result.values, result.covariance)
+
+
+@pytest.fixture(scope="module")
+def few(example_result):
+    """Every ninth point, for dense covariances."""
+    data = example_result.data
+    return data.with_masks(user=np.arange(len(data)) % 9 > 0)
+
+
+@pytest.fixture(scope="module")
+def density(example_result, few):
+    """With a large factor common to each scan, and a prior."""
+    table = example_result.sample.parameters.replace(ABSORPTION, prior=Prior(1.2, 0.05))
+    return density_of(example_result, few, parameters=table, noise=Noise(scan_relative=SCAN_RELATIVE))
+
+
+@pytest.fixture(scope="module")
+def fitted(example_result, density):
+    return {name: example_result.values[name] for name in density.free}
+
+
+@pytest.fixture(scope="module")
+def elsewhere(fitted):
+    return {name: 1.03 * value for name, value in fitted.items()}
+
+
+def test_it_is_the_multivariate_normal_density(density, few, fitted, elsewhere):
+    sigma, scan = density.objective.sigma, few.scan_index[few.used]
+    for values in (fitted, elsewhere):
+        predicted = np.asarray(density.objective.model.bsdf(values))
+        common = SCAN_RELATIVE * predicted
+        covariance = np.diag(sigma**2) + np.outer(common, common) * (scan[:, None] == scan)
+        expected = multivariate_normal(predicted, covariance).logpdf(few.bsdf_per_sr[few.used])
+        expected += norm(1.2, 0.05).logpdf(values[ABSORPTION])
+        np.testing.assert_allclose(density(values), expected, rtol=1e-10)
+
+
+def test_without_scan_factor_it_is_half_of_chi_square(example_result, few, fitted, elsewhere):
+    density = density_of(example_result, few, noise=Noise())
+    used, chi_square = few.used, []
+    for values in (fitted, elsewhere):
+        predicted = np.asarray(density.objective.model.bsdf(values))
+        residual = (few.bsdf_per_sr[used] - predicted) / few.sigma_per_sr[used]
+        chi_square.append(np.sum(residual**2))
+    change = float(density(elsewhere) - density(fitted))
+    assert change == pytest.approx(-0.5 * (chi_square[1] - chi_square[0]), rel=1e-10)
+
+
+def test_its_chi_square_is_that_of_the_fit(example_result):
+    density = example_result.log_density
+    values = {name: example_result.values[name] for name in density.free}
+    physical = jnp.array(list(values.values()))
+    rows, _ = density.objective.residual_at(physical)
+    assert float(jnp.sum(rows**2)) == pytest.approx(example_result.merit.chi_square, rel=1e-10)
+
+
+def test_gradient_is_that_of_finite_differences(density, elsewhere):
+    slopes = jax.jit(jax.grad(density))(elsewhere)
+    compiled = jax.jit(density)
+    for name, value in elsewhere.items():
+        step = 1e-5 * value
+        ends = [float(compiled({**elsewhere, name: value + sign * step})) for sign in (1, -1)]
+        assert float(slopes[name]) == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-6)
+
+
+def test_whitened_density_includes_the_jacobian(density, fitted):
+    at = np.array([0.4, -0.7, 0.2])
+
+    def stacked(whitened):
+        return jnp.stack(list(density.from_whitened(whitened).values()))
+
+    _, volume = np.linalg.slogdet(jax.jacfwd(stacked)(at))
+    expected = float(density(density.from_whitened(at))) + volume
+    assert float(density.whitened(at)) == pytest.approx(expected, rel=1e-10)
+    np.testing.assert_allclose(density.to_whitened(density.from_whitened(at)), at, atol=1e-7)
+    for name, value in density.from_whitened(np.zeros(3)).items():
+        assert float(value) == pytest.approx(fitted[name], rel=1e-10)
+
+
+def test_whitened_posterior_is_nearly_standard_normal(example_result):
+    # Scattering and asymmetry are correlated by 0.997.
+    density = example_result.log_density
+    slope, step = jax.jit(jax.grad(density.whitened)), 1e-3
+    steps = step * np.eye(3)
+    curvature = np.array([(slope(s) - slope(-s)) / (2 * step) for s in steps])
+    np.testing.assert_allclose(curvature, -np.eye(3), atol=0.05)
+    assert np.all(np.abs(slope(np.zeros(3))) < 0.1)
+
+
+def test_a_weight_of_zero_leaves_a_scan_out(example_result, few, fitted, elsewhere):
+    ignored = density_of(example_result, few, weights=((30.0, None, 0.0),))
+    without = density_of(example_result, few.with_masks(user=few.theta_i_deg == 30.0))
+    for values in (fitted, elsewhere):
+        assert float(ignored(values)) == pytest.approx(float(without(values)), rel=1e-10)
+
+
+def test_a_parameter_at_its_bound_has_finite_coordinates(example_result):
+    from jaxink.fitting.fitted_parameters import FittedCovariance
+
+    held = FittedCovariance((SCATTERING,), np.array([[4.0]]))
+    values = {**example_result.values, ABSORPTION: 0.0}
+    density = LogDensity.of(example_result.log_density.objective, values, held)
+    assert np.isfinite(float(density.whitened(np.array([0.5, -0.5, 0.5]))))
+
+
+def test_outside_the_range_the_density_is_zero(density, fitted):
+    low, high = density.bounds["ink.asymmetry_parameter"]
+    assert (low, high) == (-0.9, 0.95)
+    assert float(density({**fitted, "ink.asymmetry_parameter": 0.96})) == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("change", "named"), [({"ink.haze": 1.0}, "ink.haze"), ({ABSORPTION: None}, ABSORPTION)]
+)
+def test_values_that_are_not_those_of_the_free_parameters_are_rejected(density, fitted, change, named):
+    values = {name: value for name, value in {**fitted, **change}.items() if value is not None}
+    with pytest.raises(InputRefusedError, match=named):
+        density(values)
+
+
+def test_in_32_bits_it_says_what_to_do(density, fitted):
+    with jax.enable_x64(False), pytest.raises(PrecisionError):
+        density(fitted)
+
+
+def test_without_noise_there_is_no_density(example_result):
+    unknown = dataclasses.replace(example_result, noise={**example_result.noise, "known": False})
+    with pytest.raises(InputRefusedError, match=example_result.data.source):
+        _ = unknown.log_density
