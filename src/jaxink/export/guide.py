@@ -72,7 +72,7 @@ def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss
 def media(table: InkTable) -> tuple[str, str]:
     """The media of side I and of side A, in words."""
     named = (table.attrs.get("medium_inside"), table.attrs.get("medium_outside"))
-    return named[0] or "inside of the plate", named[1] or "other side"
+    return named[0] or "the inside of the plate", named[1] or "the outside"
 
 
 def in_words(component: str) -> str:
