@@ -243,7 +243,7 @@ def predict(
     data: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="DATA...",
+            metavar="DATA",
             help=f"Measurement whose rows are predicted: {DATA_HELP} A result has its own.",
         ),
     ] = None,
