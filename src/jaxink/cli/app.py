@@ -336,7 +336,8 @@ def export(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="RESULT", help="Folder or result.json of a fit, or an ink table written by jaxink (.nc)."
+            metavar="RESULT",
+            help="Folder of a fit or of a diagnosis, or an ink table written by jaxink (.nc).",
         ),
     ],
     format: Format,
