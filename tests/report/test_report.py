@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import json
 import re
+import shlex
 
 import numpy as np
 import pytest
@@ -24,7 +25,8 @@ from jaxink.ink.comparison import compare_tables
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
 from jaxink.plots.diagnosis_figures import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.report import write_report
+from jaxink.report import next_steps, write_report
+from jaxink.report.html import tables
 from jaxink.report.ink_table import inside_change, is_in_table
 from tests.report.page_reader import Page
 from tests.samples import STRAY_PER_SR, TRUTH
@@ -96,11 +98,60 @@ def test_numbers_of_the_page_are_those_of_the_diagnosis(found, change, written):
         assert float(rows[name][4].removesuffix(" %")) == pytest.approx(100 * (before / after - 1), rel=5e-3)
     (step,) = page.table(StrayLight.statement)[1:]
     assert step[1:3] == ["stray_light", StrayLight.statement]
-    columns = len(dataclasses.fields(found.candidates[0]))
-    (candidates,) = (table for table in page.tables if len(table[0]) == columns)
-    assert [row[0] for row in candidates[1:]] == [row.effect for row in found.candidates]
+    for last in ("strength", "detection limit"):
+        (candidates,) = (table for table in page.tables if table[0][0] == "effect" and last in table[0])
+        assert [row[0] for row in candidates[1:]] == [row.effect for row in found.candidates]
     for row, component in zip(page.table(f"R_II, {FROM_INSIDE['R_II']}")[1:], FROM_INSIDE, strict=True):
         assert float(row[2].removesuffix(" %")) == pytest.approx(change.of(component).rms_percent, rel=5e-3)
+
+
+def test_verdict_then_next_commands_then_contents(found, written):
+    page = Page((written[0] / "report.html").read_text(encoding="utf-8"))
+    places = [page.words.index(text) for text in (found.verdict.sentence, "jaxink predict", "Contents")]
+    assert places == sorted(places)
+    assert f"jaxink fit small.csv --sample {written[0] / 'sample.toml'}" in page.words
+    assert page.links
+    assert set(page.links) <= {f"#{name}" for name in page.anchors}
+
+
+def test_it_prints_upright_without_split_tables(written):
+    text = (written[0] / "report.html").read_text(encoding="utf-8")
+    (style,) = re.findall("<style>(.*?)</style>", text, re.DOTALL)
+    assert "size: A4 portrait" in style
+    (table,) = re.findall(r"^table \{.*?\}", style, re.DOTALL | re.MULTILINE)
+    assert "break-inside: avoid" in table
+    assert max(map(len, Page(text).tables)) <= 21
+    assert max(len(table[0]) for table in Page(text).tables) <= 9
+
+
+def test_a_long_table_is_divided_with_its_heads():
+    shown = tables(["a", "b"], ([str(i), "x"] for i in range(45)))
+    parts = Page(shown).tables
+    assert [len(part) for part in parts] == [21, 21, 6]
+    assert all(part[0] == ["a", "b"] for part in parts)
+    assert [row[0] for part in parts for row in part[1:]] == [str(i) for i in range(45)]
+
+
+@pytest.mark.parametrize(
+    ("code", "commands"),
+    [
+        (VerdictCode.INSTRUMENT, ["fit", "predict", "export"]),
+        (VerdictCode.PARTLY_EXPLAINED, ["diagnose", "fit", "predict", "export"]),
+        (VerdictCode.INPUT_MISTAKE, ["diagnose"]),
+        (VerdictCode.NOT_TESTABLE, []),
+    ],
+)
+def test_next_commands_follow_the_verdict(found, code, commands):
+    judged = dataclasses.replace(found, verdict=Verdict(code, (), "A sentence."))
+    todo = next_steps(judged, "a report", ["R.csv", "T.csv", "--side", "R"])
+    typed = [shlex.split(step.command) for step in todo if step.command]
+    assert [words[1] for words in typed] == commands
+    for words in typed:
+        assert words[0] == "jaxink"
+        if words[1] in ("fit", "diagnose"):
+            assert words[2:6] == ["R.csv", "T.csv", "--side", "R"]
+        else:
+            assert words[2] == "a report"
 
 
 def test_nothing_is_said_or_drawn_twice_where_nothing_was_added(unchanged, tmp_path, told):

@@ -116,13 +116,16 @@ class Objective(eqx.Module):
         The residual has one row for each point (measured minus predicted), then one for each prior; free
         parameters are scaled to [0, 1].
         """
-        return self.residual_at(self.scale.to_physical(unit))
+        return self._rows(self.values(unit), self.scale.to_physical(unit))
 
     def residual_at(
         self, physical: Float[Array, " parameters"]
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
         """As `residual`, from the free parameters in their units."""
-        predicted = self.model.bsdf({name: physical[i] for i, name in enumerate(self.free)})
+        return self._rows({name: physical[i] for i, name in enumerate(self.free)}, physical)
+
+    def _rows(self, values, physical):
+        predicted = self.model.bsdf(values)
         rows = self.weight * self._misfit(predicted)
         prior = (self.prior_mean - physical[self.prior_position]) / self.prior_deviation
         return jnp.concatenate([rows, prior]), predicted
