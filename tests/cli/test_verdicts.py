@@ -54,3 +54,24 @@ def test_overstated_noise_is_said_but_no_failure(run, spoiled, tmp_path):  # noq
     assert written["verdict"]["code"] == "overstated_noise"
     assert done.stdout.splitlines()[0] == written["verdict"]["sentence"]
     assert "meaningless" not in done.stdout
+
+
+def test_a_mistake_stops_a_diagnosis_before_it_looks_for_effects(run, tmp_path, told):  # noqa: F811
+    lines = simulated_example()[0].read_text(encoding="utf-8").splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    for row in rows:
+        row["side"] = "T" if row["side"] == "R" else "R"
+    data = tmp_path / "exchanged.csv"
+    with data.open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    done = run("diagnose", data, "--sample", SAMPLE, "--out", tmp_path / "report", "--no-figures")
+    assert done.exit_code == 3
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert report["verdict"]["code"] == "input_mistake"
+    assert report["verdict"]["sentence"] in done.stdout
+    assert report["candidates"] == []
+    told(report["verdict"]["sentence"])
+    page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert "R and T" in page

@@ -28,16 +28,16 @@ class Corrected:
     ----------
     data, sample
         Measurement and sample as they should be.
-    sigma_kept
-        For changed values: the same measurement with the standard deviations as they are, as the mistake may
-        have been made with the values alone; None if that makes no difference.
+    noise_as_stated
+        For changed values: the same with the noise as it is stated, as the mistake may have been made with
+        the values alone; None if that makes no difference.
     held
         Values of parameters that are free in `sample` only so that hypotheses share one program.
     """
 
     data: GonioData
     sample: Sample
-    sigma_kept: GonioData | None = None
+    noise_as_stated: tuple[GonioData, Sample] | None = None
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
 
@@ -63,7 +63,7 @@ class Hypothesis:
 
 
 def _divided(factor_of: Callable[[GonioData], np.ndarray]):
-    """Divides values, and in a second version standard deviations as well, by a factor of each point."""
+    """Divides the values by a factor of each point, with and without the noise that is stated for them."""
 
     def correct(data: GonioData, sample: Sample) -> Corrected:
         factor = factor_of(data)
@@ -71,9 +71,15 @@ def _divided(factor_of: Callable[[GonioData], np.ndarray]):
         factor = np.where(usable, factor, 1.0)
         mask = data.mask | np.where(usable, 0, USER.bit).astype(np.uint32)
         kept = data.replace(bsdf_per_sr=data.bsdf_per_sr / factor, mask=mask)
-        if data.sigma_per_sr is None or not sample.noise.use_file_sigma:
+        if data.sigma_per_sr is not None and sample.noise.use_file_sigma:
+            scaled = kept.replace(sigma_per_sr=data.sigma_per_sr / factor)
+            return Corrected(scaled, sample, noise_as_stated=(kept, sample))
+        if not sample.noise.floor_per_sr:
             return Corrected(kept, sample)
-        return Corrected(kept.replace(sigma_per_sr=data.sigma_per_sr / factor), sample, sigma_kept=kept)
+        floor = sample.noise.floor_per_sr / float(np.exp(np.mean(np.log(factor[usable]))))
+        noise = dataclasses.replace(sample.noise, floor_per_sr=floor)
+        scaled_sample = dataclasses.replace(sample, noise=noise)
+        return Corrected(kept, scaled_sample, noise_as_stated=(kept, sample))
 
     return correct
 
@@ -215,7 +221,7 @@ ANGLES_EXCHANGED = Hypothesis(
 def source_is_scanned(data: GonioData) -> bool:
     """Whether theta_i takes many values and theta_o few, which is usual the other way round."""
     incidences, views = (np.unique(angle).size for angle in (data.theta_i_deg, data.theta_o_deg))
-    return incidences >= max(_FEWEST_SCANNED, _MORE_SCANNED * views)
+    return bool(incidences >= max(_FEWEST_SCANNED, _MORE_SCANNED * views))
 
 
 def of_lengths(sample: Sample) -> Iterator[Hypothesis]:

@@ -1,8 +1,9 @@
 """Tests whether a mistake in the input explains why a fit fails: one refit for each hypothesis."""
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from typing import cast
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from jaxink.measurement import GonioData, noise_of
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
 from jaxink.measurement.point_noise import SIGMA_TOLERANCE
+from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
@@ -66,13 +68,23 @@ def check_input(result: FitResult, progress: Progress | None = None) -> FitResul
     progress
         Called with the hypothesis, its number, and the reduced chi-square after the refit.
     """
-    code = result.verdict.code
     mistakes = _too_much_power(result)
-    fits = code is FitVerdictCode.CONSISTENT
-    if code is not FitVerdictCode.NOT_JUDGED and (not fits or source_is_scanned(result.data)):
+    if _is_doubtful(result):
         with computing():
-            mistakes += _Check(result, progress or log_progress).mistakes(code)
+            mistakes += _Check(result, progress or log_progress).mistakes(result.verdict.code)
     return dataclasses.replace(result, mistakes=mistakes)
+
+
+def _is_doubtful(result: FitResult) -> bool:
+    """Whether hypotheses about the input are worth their refits."""
+    verdict = result.verdict
+    if result.objective != "chi_square" or verdict.reduced_chi_square is None:
+        return False
+    if verdict.code is FitVerdictCode.CONSISTENT:
+        return source_is_scanned(result.data)
+    if verdict.code is FitVerdictCode.NOT_CONVERGED:
+        return verdict.reduced_chi_square > SIGMA_TOLERANCE**2
+    return verdict.code is not FitVerdictCode.NOT_JUDGED
 
 
 def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
@@ -137,8 +149,8 @@ class _Check:
         method = "fastest" if config.layer_method == layer_method("fastest") else config.layer_method
         if self.before < _FAR:
             return dataclasses.replace(config, layer_method=method)
-        model = make_objective(self.result.data, self.sample, layer_method=method).model
-        return model.config
+        objective = make_objective(self.result.data, self.sample, layer_method=method)
+        return cast(ForwardModel, objective.model).config
 
     def mistakes(self, code: FitVerdictCode) -> tuple[Mistake, ...]:
         """All hypotheses that were tested; costly ones only if none of the others is named."""
@@ -160,29 +172,25 @@ class _Check:
 
     def _judged(self, tried: list[_Tried]) -> tuple[Mistake, ...]:
         best = sorted(tried, key=lambda t: t.left)
-        named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise]
+        fits = self.result.verdict.code is FitVerdictCode.CONSISTENT
+        named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise and not fits]
         named = named or [t for t in best if self._is_likelier_design(t)]
         if not named and best and best[0].is_possible:
-            rest = best[1].left if len(best) > 1 else 1.0
-            if best[0].left <= min(_LEFT_NEARLY, rest / _CLEARLY) and 1 < best[0].reduced <= _NEAR:
+            others = best[1].left if len(best) > 1 else 1.0
+            if best[0].left <= min(_LEFT_NEARLY, others / _CLEARLY) and 1 < best[0].reduced <= _NEAR:
                 named = best[:1]
-        chi_square = self._chi_square
-        return tuple(
-            Mistake(
-                t.hypothesis.name,
-                t.hypothesis.statement,
-                t.hypothesis.remedy,
-                t.reduced,
-                chi_square - t.chi_square,
-                any(t is one for one in named),
-            )
-            for t in best
-        )
+        rest = [t for t in best if not any(t is one for one in named)]
+        return tuple(self._mistake(t, True) for t in named) + tuple(self._mistake(t, False) for t in rest)
+
+    def _mistake(self, tried: _Tried, is_named: bool) -> Mistake:
+        of, fall = tried.hypothesis, self._chi_square - tried.chi_square
+        return Mistake(of.name, of.statement, of.remedy, tried.reduced, fall, is_named)
 
     @property
     def _chi_square(self) -> float:
-        weighted = weights_of(self.result.data, self.sample) > 0
-        return float(np.sum(self.result.whitened[weighted] ** 2))
+        whitened = self.result.whitened
+        assert whitened is not None, "without known noise no input is doubtful"
+        return float(np.sum(whitened[weights_of(self.result.data, self.sample) > 0] ** 2))
 
     def _is_likelier_design(self, tried: _Tried) -> bool:
         """Whether exchanged angles explain the noise of the scans better, where the source seems scanned.
@@ -193,7 +201,8 @@ class _Check:
             return False
         _, objective = self._objective(self.result.data, self.sample)
         before = self._chi_square + _log_determinant(objective, self.result.predicted_per_sr)
-        return tried.is_noise and before - (tried.chi_square + tried.log_determinant) > _CLEAR_EVIDENCE
+        gain = before - (tried.chi_square + tried.log_determinant)
+        return tried.is_noise and bool(gain > _CLEAR_EVIDENCE)
 
     def _tried(self, hypotheses: Iterable[Hypothesis]) -> Iterator[_Tried]:
         for hypothesis in hypotheses:
@@ -210,29 +219,32 @@ class _Check:
             yield tried
 
     def _refitted(self, hypothesis: Hypothesis, corrected: Corrected) -> _Tried:
-        tried = self._tested(hypothesis, corrected, corrected.data)
-        if corrected.sigma_kept is None or not tried.reduced < self.before:
+        tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held)
+        if corrected.noise_as_stated is None or not tried.reduced < self.before:
             return tried
-        # The mistake may have been made with the values alone; the noise is then what the file states.
-        kept = self._tested(hypothesis, corrected, corrected.sigma_kept)
+        # The mistake may have been made with the values alone.
+        kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held)
         is_possible = not kept.is_ordered and tried.left <= _LEFT_AT_EQUAL_NOISE
         kept = dataclasses.replace(kept, is_possible=is_possible)
         return min(tried, kept, key=lambda t: abs(np.log(max(t.reduced, 1e-300))))
 
-    def _tested(self, hypothesis: Hypothesis, corrected: Corrected, data: GonioData) -> _Tried:
+    def _tested(
+        self, hypothesis: Hypothesis, data: GonioData, sample: Sample, values_held: Mapping[str, float]
+    ) -> _Tried:
         """One refit from the declared start, judged by the points that the corrected input would use."""
-        sample = corrected.sample
         data, objective = self._objective(data, sample)
         free = sample.parameters.free
-        values = np.array([corrected.held.get(p.name, p.value) for p in free])
+        values = np.array([values_held.get(p.name, p.value) for p in free])
         start = objective.scale.to_unit(values)
-        held = {i: float(start[i]) for i, p in enumerate(free) if p.name in corrected.held}
+        held = {i: float(start[i]) for i, p in enumerate(free) if p.name in values_held}
         search = GradientSearch(objective, _JACOBIANS).run(start, held)
         whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
         weighted = objective.weight > 0
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
         chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
-        left = abs(chi_square / freedom - 1) / max(abs(self.before - 1), 1e-300)
+        # Chi-square itself is known to its standard deviation only.
+        excess = max(abs(chi_square / freedom - 1) - np.sqrt(2 / freedom), 0.0)
+        left = excess / max(abs(self.before - 1), 1e-300)
         is_ordered = _is_ordered(data, whitened, weighted)
         is_possible = not (hypothesis.about_noise and is_ordered)
         spread = _log_determinant(objective, search.predicted)
@@ -268,4 +280,4 @@ def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> 
     if not same.any() or not power > 0:
         return False
     correlation = float(np.sum((residual[1:] * residual[:-1])[same])) / power
-    return correlation * np.sqrt(np.sum(same)) > _ORDERED
+    return bool(correlation * np.sqrt(np.sum(same)) > _ORDERED)

@@ -26,6 +26,11 @@ class Mistake:
     delta_chi_square: float | None
     is_named: bool
 
+    @property
+    def needs_no_refit(self) -> bool:
+        """Whether the data alone tell."""
+        return self.reduced_chi_square is None
+
     def sentence(self, before: float | None) -> str:
         """Description, given the reduced chi-square of the input as it is."""
         change = ""
@@ -39,6 +44,12 @@ def mistakes_sentence(mistakes: tuple[Mistake, ...], before: float | None) -> st
     named = [mistake for mistake in mistakes if mistake.is_named]
     if not named:
         return ""
-    said = " Or: ".join(mistake.sentence(before) for mistake in named)
-    several = " These data cannot tell these mistakes apart." if len(named) > 1 else ""
-    return f"{said}{several} Nothing was changed: correct the input and fit again."
+    refitted = [mistake for mistake in named if not mistake.needs_no_refit]
+    # A mistake that a refit confirms also says what to do about what the data alone tell.
+    said = [f"{mistake.statement}." for mistake in named if mistake.needs_no_refit]
+    said.append(" Or: ".join(mistake.sentence(before) for mistake in refitted or named))
+    if len(refitted) > 1:
+        said.append("These data cannot tell these mistakes apart.")
+    return " ".join(
+        [*(said if refitted else said[-1:]), "Nothing was changed: correct the input and fit again."]
+    )

@@ -10,9 +10,8 @@ from jaxink.ink.ink_layers import BACK, FRONT, InkLayers
 from jaxink.model.forward import ForwardModel
 from jaxink.sample import Layer, Parameter, Sample
 from jaxink.sample.parameters import ParameterTable
+from jaxink.sample.turning import OPPOSITE_FACE, opposite_medium, turned_layers
 from jaxink.solver.stack import Stack
-
-_OPPOSITE_FACE = {"front_roughness": "back_roughness", "back_roughness": "front_roughness"}
 
 
 def isolated_model(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) -> ForwardModel:
@@ -85,25 +84,12 @@ def reversed_stack(stack: Stack) -> Stack:
 
 def reversed_sample(sample: Sample) -> Sample:
     """The same sample with fixed values, illuminated from the other side, without its instrument."""
-    swapped = {FRONT: BACK, BACK: FRONT}
-
-    def renamed(name):
-        stem, at, wavelength = name.partition("@")
-        return swapped.get(stem, stem) + at + wavelength
-
-    layers = tuple(
-        dataclasses.replace(
-            layer,
-            roughness=tuple(
-                dataclasses.replace(face, face=_OPPOSITE_FACE[face.face]) for face in layer.roughness
-            ),
-        )
-        for layer in reversed(sample.layers)
-    )
-    numbers = [dataclasses.replace(p, name=renamed(p.name), free=False) for p in _numbers(sample).values()]
+    numbers = [
+        dataclasses.replace(p, name=opposite_medium(p.name), free=False) for p in _numbers(sample).values()
+    ]
     return dataclasses.replace(
         sample,
-        layers=layers,
+        layers=turned_layers(sample.layers),
         parameters=ParameterTable(numbers),
         source_half_angle_deg=0.0,
         detector_half_angle_deg=0.0,
@@ -120,7 +106,7 @@ def _with_faces(layer: Layer, neighbour: Layer, face: str) -> Layer:
     shared = [
         dataclasses.replace(other, face=face)
         for other in neighbour.roughness
-        if other.face == _OPPOSITE_FACE[face]
+        if other.face == OPPOSITE_FACE[face]
     ]
     return dataclasses.replace(layer, roughness=(*layer.roughness, *shared))
 

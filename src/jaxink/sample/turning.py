@@ -8,7 +8,7 @@ from jaxink.sample.ties import names_in
 
 FRONT, BACK = "surroundings.index_front", "surroundings.index_back"
 _SWAPPED = {FRONT: BACK, BACK: FRONT}
-_OPPOSITE_FACE = {"front_roughness": "back_roughness", "back_roughness": "front_roughness"}
+OPPOSITE_FACE = {"front_roughness": "back_roughness", "back_roughness": "front_roughness"}
 
 
 def turned_layers(layers: tuple[Layer, ...]) -> tuple[Layer, ...]:
@@ -17,7 +17,7 @@ def turned_layers(layers: tuple[Layer, ...]) -> tuple[Layer, ...]:
         dataclasses.replace(
             layer,
             roughness=tuple(
-                dataclasses.replace(face, face=_OPPOSITE_FACE[face.face]) for face in layer.roughness
+                dataclasses.replace(face, face=OPPOSITE_FACE[face.face]) for face in layer.roughness
             ),
         )
         for layer in reversed(layers)

@@ -1,0 +1,154 @@
+"""Mistakes in the input are named, and nothing else is."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink.data import simulated_example
+from jaxink.fitting import check_input
+from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
+from jaxink.measurement.balance import balances
+from jaxink.sample.turning import turned_over
+from tests.samples import PRINTED_INK, UNMATCHED
+
+
+@pytest.fixture
+def coarsely(monkeypatch, coarse):
+    monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
+
+
+@pytest.fixture(scope="module")
+def inputs():
+    data, sample = simulated_example()
+    return jaxink.read(data), jaxink.load_sample(sample)
+
+
+def cosine(data):
+    return np.cos(np.deg2rad(data.theta_o_deg))
+
+
+def exchanged(data):
+    return data.replace(theta_i_deg=data.theta_o_deg, theta_o_deg=data.theta_i_deg)
+
+
+MADE = {
+    "times_cosine": lambda d: d.replace(bsdf_per_sr=d.bsdf_per_sr * cosine(d)),
+    "times_pi": lambda d: d.replace(bsdf_per_sr=d.bsdf_per_sr * np.pi, sigma_per_sr=d.sigma_per_sr * np.pi),
+    "phi_turned": lambda d: d.replace(phi_deg=180 - d.phi_deg),
+    "sides_exchanged": lambda d: d.replace(is_transmission=~d.is_transmission),
+    "sigma_relative": lambda d: d.replace(sigma_per_sr=d.sigma_per_sr / d.bsdf_per_sr),
+    "sigma_times_value": lambda d: d.replace(sigma_per_sr=d.sigma_per_sr * d.bsdf_per_sr),
+    "angles_exchanged": exchanged,
+}
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_mistake_is_named_and_not_repaired(name, inputs, coarsely, told):
+    data, sample = inputs
+    faulty = MADE[name](data)
+    result = jaxink.fit(faulty, sample, jaxink.FitOptions(profile="none"))
+    checked = check_input(result)
+    (found,) = (m for m in checked.mistakes if m.is_named and m.reduced_chi_square is not None)
+    assert found.name == name
+    # What the fit of the right input leaves.
+    assert found.reduced_chi_square == pytest.approx(0.937, abs=0.02)
+    np.testing.assert_array_equal(checked.data.bsdf_per_sr, faulty.bsdf_per_sr)
+    assert checked.values == result.values
+    told(checked.verdict.sentence)
+    if result.verdict.is_misfit:
+        fall = (result.verdict.reduced_chi_square - found.reduced_chi_square) * 645
+        assert found.delta_chi_square == pytest.approx(fall, rel=1e-3)
+
+
+def test_what_fits_is_not_suspected(example_result):
+    assert check_input(example_result) == example_result
+
+
+def test_a_thickness_a_thousand_times_too_small_is_named(inputs, coarsely):
+    data, sample = inputs
+    table = sample.parameters.replace("ink.thickness_um", value=0.08)
+    result = jaxink.fit(
+        data, dataclasses.replace(sample, parameters=table), jaxink.FitOptions(profile="none")
+    )
+    named = [m.name for m in check_input(result).mistakes if m.is_named]
+    assert named == ["thickness_of_ink_too_small"]
+
+
+def test_a_missing_effect_is_not_taken_for_a_mistake(inputs, coarsely):
+    data, sample = inputs
+    stray = data.replace(bsdf_per_sr=data.bsdf_per_sr + 0.01)
+    checked = check_input(jaxink.fit(stray, sample, jaxink.FitOptions(profile="none")))
+    assert checked.verdict.reduced_chi_square > 10
+    assert len(checked.mistakes) > 10
+    assert not any(mistake.is_named for mistake in checked.mistakes)
+
+
+@pytest.mark.parametrize(
+    "hypothesis", [h for h in (*OF_DATA, *OF_SIGMA) if h.name in MADE], ids=lambda h: h.name
+)
+def test_a_correction_undoes_the_mistake(hypothesis, inputs):
+    data, sample = inputs
+    right = hypothesis.correct(MADE[hypothesis.name](data), sample).data
+    np.testing.assert_allclose(right.bsdf_per_sr, data.bsdf_per_sr, rtol=1e-12)
+    np.testing.assert_array_equal(right.phi_deg, data.phi_deg)
+    np.testing.assert_array_equal(right.side, data.side)
+    if not hypothesis.name.startswith("times_cosine"):
+        np.testing.assert_allclose(right.sigma_per_sr, data.sigma_per_sr, rtol=1e-12)
+
+
+def test_grazing_values_are_not_divided_by_a_cosine_of_nothing(inputs):
+    data, sample = inputs
+    grazing = data.replace(theta_o_deg=np.full(len(data), 90.0))
+    (times_cosine,) = (h for h in OF_DATA if h.name == "times_cosine")
+    right = times_cosine.correct(grazing, sample).data
+    assert not right.used.any()
+    np.testing.assert_array_equal(right.bsdf_per_sr, data.bsdf_per_sr)
+
+
+def test_only_thicknesses_that_matter_are_doubted():
+    names = {h.name for h in of_lengths(jaxink.parse_sample(PRINTED_INK))}
+    assert names == {"thickness_of_ink_too_small", "thickness_of_ink_too_large"}
+    names = {h.name for h in of_lengths(jaxink.parse_sample(UNMATCHED))}
+    assert "thickness_of_plate_too_small" in names
+
+
+def test_the_scanned_angle_is_that_with_many_values(inputs):
+    assert not source_is_scanned(inputs[0])
+    assert source_is_scanned(exchanged(inputs[0]))
+
+
+def points(theta_o_deg, values, transmission=False):
+    n = len(theta_o_deg)
+    return jaxink.GonioData(
+        np.zeros(n), theta_o_deg, np.zeros(n), np.full(n, 550.0), np.full(n, transmission), values
+    )
+
+
+def test_a_lambertian_surface_reflects_its_albedo():
+    theta = np.arange(0.0, 90.5, 2.5)
+    (balance,) = balances(points(theta, np.full(theta.size, 0.7 / np.pi)))
+    assert balance.share == pytest.approx(0.7, rel=2e-3)
+    assert balance.sides == "R"
+    # A lobe f = (n + 2) / (2 pi) cos(theta)^n sends out all of the light.
+    (lobe,) = balances(points(theta, 12 / (2 * np.pi) * np.cos(np.deg2rad(theta)) ** 10))
+    assert lobe.share == pytest.approx(1.0, rel=0.02)
+    assert balances(points(theta[:20], np.full(20, 1.0))) == ()
+
+
+def test_a_turned_sample_transmits_with_exchanged_angles(coarse):
+    # Reciprocity of transmission (Helmholtz): both media outside are air.
+    sample = jaxink.parse_sample(UNMATCHED)
+    turned = turned_over(sample)
+    assert turned_over(turned) == sample
+    here = (np.array([20.0]), np.array([55.0]), np.array([130.0]), np.array([550.0]), np.array([True]))
+    back = (here[1], here[0], *here[2:])
+    forward, backward = (
+        jaxink.predict(s, jaxink.GonioData(*columns, np.ones(1)))
+        for s, columns in ((sample, here), (turned, back))
+    )
+    np.testing.assert_allclose(backward, forward, rtol=1e-4)
+    # But not with the angles as they are: the media are not matched.
+    same = jaxink.predict(turned, jaxink.GonioData(*here, np.ones(1)))
+    assert abs(same[0] / forward[0] - 1) > 1e-3
