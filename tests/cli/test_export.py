@@ -11,8 +11,9 @@ from typer.testing import CliRunner
 
 import jaxink
 from jaxink.cli.app import app
-from jaxink.fitting.result import FittedParameter
+from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.ink import TableOptions
+from jaxink.ink.uncertainty import ParameterCovariance
 from tests.ink.analytic_tables import smooth_table
 
 
@@ -38,7 +39,7 @@ def file(tmp_path_factory):
         ("lighttools", "standard_errors", ["ink_550nm.bsdf"]),
         ("speos", "standard_errors", [f"ink_550nm_{side}.anisotropicbsdf" for side in ("inside", "outside")]),
         ("radiance", "standard_errors, index_step", ["ink_550nm.xml"]),
-        ("mitsuba", "", ["example_scene.py", "ink.nc", "jaxink_table.py"]),
+        ("mitsuba", "standard_errors", ["example_scene.py", "ink.nc", "jaxink_table.py"]),
         ("csv", "", ["ink_bsdf.csv", "ink_totals.csv"]),
         ("netcdf", "", ["ink.nc"]),
     ],
@@ -148,7 +149,8 @@ def saved(example_result, tmp_path):
             for p in sample.parameters.values()
         )
         nothing = {"correlation_names": (), "correlations": np.zeros((0, 0)), "derived": ()}
-        result = dataclasses.replace(example_result, sample=sample, parameters=rows, **nothing)
+        parameters = FittedParameters.of(rows)
+        result = dataclasses.replace(example_result, sample=sample, parameters=parameters, **nothing)
         result.save(tmp_path / "my fit")
         return tmp_path / "my fit"
 
@@ -178,7 +180,7 @@ def test_an_air_gap_is_not_taken_for_the_plate(saved, tmp_path):
         assert done.exit_code == 0, done.stderr
         readme = (out / "ink_README.txt").read_text()
         assert f"Side I, from which the ink is seen: {medium}." in readme
-        assert readme.splitlines()[0] in done.stdout
+        assert all(line in done.stdout for line in readme.splitlines()[1:7])
 
 
 @pytest.fixture(scope="module")
@@ -225,3 +227,28 @@ def test_a_table_is_refused_options_of_its_computation(file, tmp_path):
         done = run(file, "--format", "netcdf", "--out", tmp_path / "out", *options)
         assert (done.exit_code, done.stdout) == (5, "")
         assert options[0] in done.stderr
+
+
+def test_the_ink_of_a_fit_that_is_not_sound_comes_with_a_warning(tmp_path):
+    sentence = "The model does not fit: reduced chi-square 776, where the stated noise gives about 1."
+    for verdict in ("consistent", "misfit", "not_converged", "overstated_noise"):
+        table = smooth_table()
+        table.attrs.update({"fit": sentence, "fit_verdict": verdict})
+        table.to_netcdf(tmp_path / "table.nc")
+        done = run(tmp_path / "table.nc", "--format", "csv", "--out", tmp_path / "out")
+        assert done.exit_code == 0
+        assert ("776" in done.stderr) == (verdict != "consistent")
+        assert sentence in (tmp_path / "out" / "ink_README.txt").read_text()
+        assert f"# fit: {sentence}" in (tmp_path / "out" / "ink_totals.csv").read_text()
+
+
+def test_standard_errors_of_a_misfit_are_no_errors_of_its_ink(example_result):
+    sound = ParameterCovariance.of(example_result)
+    misfit = dataclasses.replace(example_result, whitened=5 * example_result.whitened)
+    assert sound.known
+    assert misfit.verdict.is_misfit
+    assert not ParameterCovariance.of(misfit).known
+    options = TableOptions(n_theta=13, n_phi=5, accuracy=1e-2)
+    table = jaxink.ink_table(misfit, options=options)
+    assert table.bsdf_standard_error_per_sr is None
+    assert (table.attrs["fit"], table.attrs["fit_verdict"]) == (misfit.verdict.sentence, "misfit")

@@ -164,8 +164,9 @@ print("\\n" + json.dumps(sorted(sys.modules)))
         (["fit", "--help"], ()),
         (["--version"], ()),
         (["fit", DATA, "--sample", "none.toml", "--out", "new"], ("numpy",)),
+        (["init", DATA, "--out", "new.toml"], ("numpy",)),
     ],
-    ids=["help", "fit help", "version", "refusal"],
+    ids=["help", "fit help", "version", "refusal", "init"],
 )
 def test_nothing_heavy_is_loaded_before_it_is_needed(arguments, allowed, tmp_path):
     done = subprocess.run(

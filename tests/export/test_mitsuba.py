@@ -1,5 +1,6 @@
 """Mitsuba's own look-ups, samples and pictures are those of the table."""
 
+import dataclasses
 import importlib.util
 
 import numpy as np
@@ -35,8 +36,10 @@ def table():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, table):
     folder = tmp_path_factory.mktemp("mitsuba")
-    write(table, "mitsuba", folder)
-    write(smooth_table((450.0, 550.0, 650.0)), "mitsuba", folder, ExportOptions(name="colour"))
+    every_angle = ExportOptions(interpolation_error=0)
+    write(table, "mitsuba", folder, every_angle)
+    colour = dataclasses.replace(every_angle, name="colour")
+    write(smooth_table((450.0, 550.0, 650.0)), "mitsuba", folder, colour)
     return folder
 
 
@@ -216,6 +219,9 @@ def test_example_scene_shows_light(folder):
     program(folder, "jaxink_table", "scalar_rgb")
     example = program(folder, "example_scene", "scalar_rgb")
     scene = example.plate_with_ink(str(folder / "ink.nc"), size=(8, 6), samples=8)
+    # The plate has the indices of the table.
+    assert scene["upper"]["bsdf"]["int_ior"] == pytest.approx(INDEX_INSIDE, rel=1e-12)
+    assert scene["upper"]["bsdf"]["ext_ior"] == 1
     picture = np.array(mi.render(mi.load_dict(scene), seed=3))
     assert picture.shape == (6, 8, 3)
     assert np.all(np.isfinite(picture))

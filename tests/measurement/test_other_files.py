@@ -5,7 +5,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from jaxink.measurement import read, read_csv, read_excel
+from jaxink.measurement import read, read_csv, read_workbook
 from tests.measurement.bad_inputs import GOOD, HEADER, without
 
 NAMES = HEADER.split(",")
@@ -135,7 +135,7 @@ def test_options_of_the_command_are_named(tmp_path, refused):
         read(path)
 
 
-@pytest.mark.parametrize("name", ["old.xls", "table.ods", "page.pdf", "data", "data.h5"])
+@pytest.mark.parametrize("name", ["old.xls", "table.numbers", "page.pdf", "data", "data.h5"])
 def test_files_of_other_kinds_are_to_be_saved_as_csv(name, tmp_path, refused):
     (tmp_path / name).write_bytes(b"something")
     with refused(name, "CSV"):
@@ -191,6 +191,69 @@ def test_excel_with_title_units_gaps_and_text(plain, tmp_path, told):
         told(note)
     np.testing.assert_array_equal(data.row, [5, 6, 8, 9, 10])
     assert data.replace(notes=(), source=plain.source, row=plain.row).equals(plain)
+
+
+OPENDOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
+<office:document-content xmlns:office="urn:oasis:names:tc:opendocument:xmlns:office:1.0"
+ xmlns:table="urn:oasis:names:tc:opendocument:xmlns:table:1.0"
+ xmlns:text="urn:oasis:names:tc:opendocument:xmlns:text:1.0"><office:body><office:spreadsheet>
+<table:table table:name="Data">{}</table:table><table:table table:name="Sheet2">
+<table:table-row table:number-rows-repeated="1048576">
+<table:table-cell table:number-columns-repeated="16384"/></table:table-row></table:table>
+</office:spreadsheet></office:body>
+</office:document-content>"""
+TEXT = "<table:table-cell><text:p>{}</text:p></table:table-cell>"
+VALUE = '<table:table-cell office:value-type="float" office:value="{}"><text:p>~</text:p></table:table-cell>'
+ROW = "<table:table-row>{}</table:table-row>"
+EMPTY = (
+    '<table:table-row table:number-rows-repeated="{0}">'
+    '<table:table-cell table:number-columns-repeated="{0}"/></table:table-row>'
+)
+
+
+def opendocument(path, rows):
+    """As LibreOffice writes it, with rows and cells that are repeated."""
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("content.xml", OPENDOCUMENT.format("".join(rows)))
+    return path
+
+
+def cells(line):
+    return [(TEXT if cell[:1].isalpha() else VALUE).format(cell) for cell in line.split(",")]
+
+
+def test_opendocument_is_the_same_measurement(plain, tmp_path, told):
+    rows = [ROW.format("".join(cells(line))) for line in GOOD]
+    # The title and the gap are repeated cells and rows; the figures displayed are not those stored.
+    title = ROW.format(TEXT.format("White <text:span>ink</text:span>"))
+    path = opendocument(
+        tmp_path / "plain.ods", [title, EMPTY.format(3), *rows[:3], EMPTY.format(2), *rows[3:]]
+    )
+    data = read(path)
+    for note in data.notes:
+        told(note)
+    np.testing.assert_array_equal(data.row, [6, 7, 10, 11, 12])
+    assert data.replace(notes=(), source=plain.source, row=plain.row).equals(plain)
+
+
+def test_repeated_cells_of_an_opendocument(tmp_path):
+    header = ROW.format("".join(cells("theta_i_deg,theta_o_deg,phi_deg,wavelength_nm,side,bsdf_per_sr")))
+    zeros = '<table:table-cell table:number-columns-repeated="3" office:value-type="float" office:value="0"/>'
+    row = ROW.format(zeros + "".join(cells("550,R,0.25")))
+    twice = row.replace("table-row>", 'table-row table:number-rows-repeated="2">', 1)
+    data = read(opendocument(tmp_path / "repeated.ods", [header, twice]))
+    np.testing.assert_array_equal(data.row, [2, 3])
+    np.testing.assert_array_equal(data.theta_o_deg, 0)
+
+
+@pytest.mark.parametrize("what", ["rows", "columns"])
+@pytest.mark.parametrize("number", ["999999999999", "x"])
+def test_absurd_repetitions_of_an_opendocument(what, number, tmp_path, refused):
+    row = ROW.format("".join(cells(GOOD[1])))
+    tag = {"rows": "table-row", "columns": "table-cell"}[what]
+    row = row.replace(f"<table:{tag}", f'<table:{tag} table:number-{what}-repeated="{number}"', 1)
+    with refused("absurd.ods"):
+        read(opendocument(tmp_path / "absurd.ods", [ROW.format("".join(cells(HEADER))), row]))
 
 
 def test_sheet_is_chosen(tmp_path, refused):
@@ -254,7 +317,7 @@ def test_excel_without_openpyxl(tmp_path, monkeypatch, refused):
     path = workbook(tmp_path / "plain.xlsx", {"a": ROWS})
     monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
     with refused("plain.xlsx", "jaxink[excel]", "CSV"):
-        read_excel(path)
+        read_workbook(path)
 
 
 # Several files.

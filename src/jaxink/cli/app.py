@@ -6,6 +6,16 @@ from typing import Annotated, Any
 
 import typer
 
+from jaxink.cli.reading_options import (
+    DATA_HELP,
+    Data,
+    Sheet,
+    Side,
+    SignedAngles,
+    WavelengthNm,
+    Which,
+    columns_of,
+)
 from jaxink.cli.session import CommandLine, installed_version, one_sentence, silence_xla
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -45,52 +55,14 @@ def _common(
     pass
 
 
-_DATA = "CSV, Excel (.xlsx), or netCDF written by jaxink; several files are joined."
-Data = Annotated[list[Path], typer.Argument(metavar="DATA...", help=f"Measurement: {_DATA}")]
 SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="Description of the sample.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")]
-WavelengthNm = Annotated[
-    float | None,
-    typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
-]
 Accuracy = Annotated[
     float,
     typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
 ]
-Side = Annotated[
-    str | None,
-    typer.Option(
-        metavar="R|T",
-        help="Side of every row, if the file has no column for it; R,T for two files, one of each side.",
-    ),
-]
-Sheet = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Sheet of an Excel workbook, if several are not empty."),
-]
-SignedAngles = Annotated[
-    bool,
-    typer.Option(
-        "--signed-angles",
-        help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
-    ),
-]
-Which = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
-]
-
-
-def _columns(
-    wavelength_nm: float | None, side: str | None, which: str | None, sheet: str | None, signed_angles: bool
-) -> dict[str, Any]:
-    """Keywords of `jaxink.read` for what the files do not state."""
-    sides = None if side is None else [each.strip() for each in side.split(",")]
-    given = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
-    given["signed_angles"] = signed_angles or None
-    return {name: value for name, value in given.items() if value is not None}
 
 
 def _output(json: bool, quiet: bool) -> str:
@@ -156,10 +128,66 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        columns = _columns(wavelength_nm, side, which, sheet, signed_angles)
+        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
         raise typer.Exit(run_fit(data, sample, out, options, columns, formats, output))
+
+
+@app.command()
+def init(
+    data: Data,
+    out: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="The sample file to write.")] = Path(
+        "sample.toml"
+    ),
+    order: Annotated[
+        str | None,
+        typer.Option(
+            metavar="plate,ink|ink,plate|ink", help="Layers in the order in which light meets them."
+        ),
+    ] = None,
+    plate_index: Annotated[
+        float | None, typer.Option(metavar="N", help="Refractive index of the plate.")
+    ] = None,
+    plate_mm: Annotated[float | None, typer.Option(metavar="MM", help="Thickness of the plate.")] = None,
+    ink_index: Annotated[
+        float | None, typer.Option(metavar="N", help="Refractive index of the ink's binder.")
+    ] = None,
+    ink_um: Annotated[str | None, typer.Option(metavar="UM|opaque", help="Thickness of the ink.")] = None,
+    phase_function: Annotated[
+        str | None,
+        typer.Option(
+            metavar="henyey_greenstein|two_term_henyey_greenstein|rayleigh|mie",
+            help="Phase function of the ink.",
+        ),
+    ] = None,
+    particle_index: Annotated[
+        float | None, typer.Option(metavar="N", help="Refractive index of Mie particles.")
+    ] = None,
+    radius_nm: Annotated[
+        float | None, typer.Option(metavar="NM", help="Guess of the radius of Mie particles.")
+    ] = None,
+    wavelength_nm: WavelengthNm = None,
+    side: Side = None,
+    which: Which = None,
+    sheet: Sheet = None,
+    signed_angles: SignedAngles = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write a first sample file, with comments, from a measurement, options and a few questions."""
+    with one_sentence(debug):
+        from jaxink.cli.init import run_init
+
+        given = {"order": order, "plate_index": plate_index, "plate_mm": plate_mm, "ink_index": ink_index}
+        given |= {"ink_um": ink_um, "phase_function": phase_function}
+        given |= {"particle_index": particle_index, "radius_nm": radius_nm}
+        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
+        stated = {"--wavelength-nm": wavelength_nm, "--side": side, "--which": which, "--sheet": sheet}
+        options = [part for name, value in stated.items() if value is not None for part in (name, str(value))]
+        options += ["--signed-angles"] * signed_angles
+        raise typer.Exit(run_init(data, out, given, columns, options, force, quiet))
 
 
 @app.command()
@@ -198,7 +226,7 @@ def diagnose(
 
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
-        columns = _columns(wavelength_nm, side, which, sheet, signed_angles)
+        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
         output = _output(json, quiet)
         raise typer.Exit(run_diagnose(data, sample, out, choices, accuracy, columns, not no_figures, output))
 
@@ -216,8 +244,7 @@ def predict(
         list[Path] | None,
         typer.Argument(
             metavar="DATA...",
-            help=f"Measurement whose rows are predicted: {_DATA} May be omitted for a result, which has its "
-            "own.",
+            help=f"Measurement whose rows are predicted: {DATA_HELP} A result has its own.",
         ),
     ] = None,
     accuracy: Annotated[
@@ -240,7 +267,7 @@ def predict(
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
-        columns = _columns(wavelength_nm, side, which, sheet, signed_angles)
+        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
         raise typer.Exit(run_predict(source, data or (), out, accuracy, columns, quiet))
 
 
@@ -267,10 +294,28 @@ RegularBinDeg = Annotated[
 Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Angular basis of Radiance files.")]
 
 
-def _choices(name: str, allow_loss: str, regular_bin_deg: float | None, basis: str) -> dict[str, Any]:
+InterpolationError = Annotated[
+    float,
+    typer.Option(
+        metavar="X",
+        help="Largest error of linear interpolation, over the largest BSDF of an incidence, that leaving out "
+        "angles may cause in Mitsuba's files.",
+    ),
+]
+
+
+def _choices(
+    name: str, allow_loss: str, regular_bin_deg: float | None, basis: str, interpolation_error: float
+) -> dict[str, Any]:
     """Fields of `ExportOptions`."""
     drop = tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip())
-    return {"name": name, "drop": drop, "regular_bin_deg": regular_bin_deg, "basis": basis}
+    return {
+        "name": name,
+        "drop": drop,
+        "regular_bin_deg": regular_bin_deg,
+        "basis": basis,
+        "interpolation_error": interpolation_error,
+    }
 
 
 def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
@@ -280,6 +325,7 @@ def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict
         "--allow-loss": ",".join(choices["drop"]) or None,
         "--regular-bin-deg": choices["regular_bin_deg"],
         "--basis": choices["basis"] if choices["basis"] != "klems" else None,
+        "--interpolation-error": error if (error := choices["interpolation_error"]) != 0.005 else None,
         "--quiet": quiet,
         "--debug": debug,
     }
@@ -319,6 +365,7 @@ def export(
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
     basis: Basis = "klems",
+    interpolation_error: InterpolationError = 0.005,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -326,7 +373,7 @@ def export(
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_export
 
-        choices = _choices(name, allow_loss, regular_bin_deg, basis)
+        choices = _choices(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
         given = {
             "--format": format,
@@ -361,6 +408,7 @@ def boundary(
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
     basis: Basis = "klems",
+    interpolation_error: InterpolationError = 0.005,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -369,7 +417,7 @@ def boundary(
         from jaxink.cli.export import Target, run_boundary
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
-        choices = _choices(name, allow_loss, regular_bin_deg, basis)
+        choices = _choices(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         given = {
             "--format": format,
             "--out": out,

@@ -11,6 +11,7 @@ from jaxink.cli import session
 from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
+from jaxink.files.result_folder import CORRECTED, DECLARED
 from jaxink.files.writing import require_folder
 from jaxink.plots import FIGURE_FOLDER
 
@@ -30,7 +31,7 @@ def run_diagnose(
     ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
     ``tables``, ``json`` or ``quiet``.
     """
-    require_folder(out, (FIGURE_FOLDER, "declared", "corrected"))
+    require_folder(out, (FIGURE_FOLDER, DECLARED, CORRECTED))
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)

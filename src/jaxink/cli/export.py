@@ -68,6 +68,8 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
     target
         Where to write what.
     """
+    from jaxink.export.guide import warning_of
+
     options = target.options()
     if source.suffix == ".nc" and not os.path.isdir(source):
         table = _read_table(source, layers, sampling)
@@ -82,6 +84,9 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
         table = jaxink.ink_table(jaxink.load_result(source), list(layers) or None, options=table_options)
     with _advised(target, options, sampling, table):
         _write(table, target, options, f"Ink of {source}")
+    warning = warning_of(table)
+    if warning is not None and not target.quiet:
+        typer.echo(f"Warning: the ink is that of a fit that is not sound. {warning}", err=True)
     return ExitCode.FITTED
 
 

@@ -85,7 +85,7 @@ class AugmentedModel(eqx.Module):
         for i, effect in enumerate(effects):
             match effect:
                 case AreaWithOtherSample():
-                    others.append((i, model(_as_declared(sample, effect.other(whole)), config)))
+                    others.append((i, model(as_declared(sample, effect.other(whole)), config)))
                 case FinerDiscretisation():
                     others.append((i, model(whole, effect.refined(config))))
         self.others = tuple(others)
@@ -221,11 +221,11 @@ def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
     for effect in sorted(effects, key=lambda e: isinstance(e, DividingEffect)):
         is_of_sample = isinstance(effect, SampleEffect)
         sample = effect.extend(sample) if is_of_sample else with_constants(sample, effect.terms)
-        sample = _as_declared(declared, sample)
+        sample = as_declared(declared, sample)
     return sample
 
 
-def _as_declared(declared: Sample, extended: Sample) -> Sample:
+def as_declared(declared: Sample, extended: Sample) -> Sample:
     """An extended sample whose declared effects have the values, ranges and ties of their declaration."""
     names = {effect.name for effect in declared.effects}
     given = (p for name, p in declared.parameters.items() if name.split(".")[0] in names)

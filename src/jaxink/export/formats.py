@@ -1,7 +1,8 @@
 """Catalogue of the formats, and the call that writes them."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.flat_csv import write_csv
 from jaxink.export.guide import Guide, guide_to
 from jaxink.export.lighttools import write_lighttools
-from jaxink.export.limitations import ExportOptions, refuse_losses
+from jaxink.export.limitations import ExportOptions, LossRefusedError
 from jaxink.export.losses import Loss, expected_losses, losses_of
 from jaxink.export.mitsuba import write_mitsuba
 from jaxink.export.preparation import regular_in_bins, writable
@@ -88,7 +89,7 @@ _FORMATS = {
     "mitsuba": Format(
         "Mitsuba 3",
         write_mitsuba,
-        ("narrow_lobes",),
+        ("narrow_lobes", "standard_errors"),
         "`python example_scene.py TABLE.nc picture.exr` renders an edge-lit plate with the indices of the "
         "table. In a scene of your own, the normal of the shape points from side I to side A.",
     ),
@@ -115,7 +116,7 @@ def refuse_expected(table: ExpectedTable, format: str, options: ExportOptions) -
     """
     chosen = _FORMATS[format]
     _require_bins_fit(chosen, options)
-    refuse_losses(expected_losses(table, chosen.lost), chosen.title, options)
+    _refuse_losses(expected_losses(table, chosen.lost), chosen, options)
 
 
 def write(
@@ -158,7 +159,7 @@ def write_folder(table: InkTable, format: str, directory: str | Path, options: E
     table = writable(table)
     _require_bins_fit(chosen, options)
     losses = losses_of(table, chosen.lost)
-    refuse_losses(losses, chosen.title, options)
+    _refuse_losses(losses, chosen, options)
     if options.regular_bin_deg is not None:
         table = regular_in_bins(table, options.regular_bin_deg)
         losses = [loss for loss in losses if loss.name != "regular"]
@@ -167,9 +168,28 @@ def write_folder(table: InkTable, format: str, directory: str | Path, options: E
         contents = chosen.write(table, folder, options)
         readme = f"{options.name}_README.txt"
         guide = guide_to(table, {**contents, readme: "this text"}, losses, chosen.use)
-        (folder / readme).write_text("\n".join([*guide.lines(), ""]), encoding="utf-8")
+        lines = [_headline(table, chosen), *guide.lines(), ""]
+        (folder / readme).write_text("\n".join(lines), encoding="utf-8")
         names = sorted(file.name for file in folder.iterdir())
     return Export([Path(directory) / name for name in names], guide)
+
+
+def _headline(table: InkTable, chosen: Format) -> str:
+    """First line of the text beside the files."""
+    wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
+    parts = [table.attrs.get("title"), f"BSDF at {wavelengths} nm, {chosen.title}"]
+    known = [" ".join(str(part).split()) for part in parts if part]
+    return f"{', '.join(known)}, written by jaxink {version('jaxink')}."
+
+
+def _refuse_losses(losses: Sequence[Loss], chosen: Format, options: ExportOptions) -> None:
+    """Reject an export that would lose something that the options do not allow."""
+    spread = ("regular",) if options.regular_bin_deg is not None else ()
+    refused = [loss for loss in losses if loss.name not in (*options.drop, *spread)]
+    if refused:
+        names = {loss.name for loss in refused}
+        able = [name for name, format in _FORMATS.items() if not names & set(format.lost)]
+        raise LossRefusedError(chosen.title, refused, able)
 
 
 def _require_bins_fit(chosen: Format, options: ExportOptions) -> None:

@@ -9,6 +9,16 @@ import numpy as np
 from jaxink.export.losses import Loss
 from jaxink.ink.table import InkTable
 
+# Attributes of a table that users must know, and what they are called.
+_REMARKS = {
+    "effects_included": "Effects that the files contain",
+    "effects_left_out": "Effects of the sample that the files do not contain",
+    "effects_of_the_instrument_removed": "Effects of the measurement, which are no part of the ink",
+    "fit": "The fit",
+}
+# Verdicts on a fit that need no warning.
+_GOOD_VERDICTS = ("consistent", "not_judged")
+
 
 class Guide(NamedTuple):
     """Guide to the files of an export, in lines for people.
@@ -41,15 +51,18 @@ class Guide(NamedTuple):
 def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss], use: str) -> Guide:
     """Guide to the files of a table."""
     inside, outside = media(table)
+    layers = str(table.attrs.get("layers", "")).replace(" ", ", ")
+    whole = f" It stands for {layers} and their faces: do not model these again." if layers else ""
     surface = [
         f"Side I, from which the ink is seen: {inside}, refractive index {_range(table.index_inside)}.",
         f"Side A, the other side: {outside}, refractive index {_range(table.index_outside)}.",
-        "Assign the files to the face between the two; its normal points from side I to side A.",
+        f"The files describe the face between the two; its normal points from side I to side A.{whole}",
         "R: reflection, T: transmission; then the side that the light comes from, and the side that it "
         "leaves to.",
     ]
-    if "fit" in table.attrs:
-        surface.append(f"The fit: {table.attrs['fit']}")
+    for name, what in _REMARKS.items():
+        if table.attrs.get(name):
+            surface.append(f"{what}: {table.attrs[name]}")
     lines = [f"Lost: {loss}." for loss in losses] or ["Lost: nothing."]
     if "regular" in table.attrs:
         lines.append(f"Regular light: {table.attrs['regular']}.")
@@ -72,3 +85,9 @@ def in_words(component: str) -> str:
 def _range(values: np.ndarray) -> str:
     low, high = f"{values.min():.6g}", f"{values.max():.6g}"
     return low if low == high else f"{low} to {high}"
+
+
+def warning_of(table: InkTable) -> str | None:
+    """The verdict on the fit that a table is from, if it is not good."""
+    is_good = table.attrs.get("fit_verdict", _GOOD_VERDICTS[0]) in _GOOD_VERDICTS
+    return None if is_good else str(table.attrs["fit"])

@@ -9,6 +9,8 @@ from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.losses import LOSSES, Loss
 
+_LARGEST_ERROR = 0.1
+
 
 @dataclasses.dataclass(frozen=True)
 class ExportOptions:
@@ -29,6 +31,9 @@ class ExportOptions:
     radial_deg, azimuth_deg
         Axes of Zemax files around the specular or refracted direction, from 0 to 180; None: steps of 0.25
         degrees near that direction and of 2.5 degrees elsewhere, and of 5 degrees in azimuth.
+    interpolation_error
+        Largest error that may arise in Mitsuba's files from leaving out angles of the table, see
+        `jaxink.export.thinning.thinned`; 0 keeps all angles.
     """
 
     __repr__ = brief_repr
@@ -39,6 +44,7 @@ class ExportOptions:
     basis: str = "klems"
     radial_deg: Sequence[float] | None = None
     azimuth_deg: Sequence[float] | None = None
+    interpolation_error: float = 0.005
 
     def __post_init__(self):
         for name in self.drop:
@@ -49,6 +55,11 @@ class ExportOptions:
             raise InputRefusedError(
                 f"name is {self.name!r}; as a prefix of file names it must not be empty or contain spaces or "
                 'any of / \\ : * ? " < > |.'
+            )
+        if not 0 <= self.interpolation_error <= _LARGEST_ERROR:
+            raise InputRefusedError(
+                f"interpolation_error is {self.interpolation_error:g}; it must be between 0 and "
+                f"{_LARGEST_ERROR:g}."
             )
         for field in ("radial_deg", "azimuth_deg"):
             axis = getattr(self, field)
@@ -65,6 +76,8 @@ class LossRefusedError(InputRefusedError):
         Format, for the message.
     losses
         What would be lost.
+    able
+        Formats that lose nothing of it.
 
     Attributes
     ----------
@@ -74,20 +87,11 @@ class LossRefusedError(InputRefusedError):
         The names of the losses.
     """
 
-    def __init__(self, title: str, losses: Sequence[Loss]):
+    def __init__(self, title: str, losses: Sequence[Loss], able: Sequence[str]):
         self.losses = tuple(loss.name for loss in losses)
         reason = f"{title} cannot represent {', nor '.join(map(str, losses))}"
-        able = ("netcdf",) if "narrow_lobes" in self.losses else ("netcdf", "csv", "mitsuba")
         self.reason = f"{reason}; formats that can: {', '.join(able)}."
         remedy = f"allow the loss (drop, --allow-loss {','.join(self.losses)})"
         if "regular" in self.losses:
             remedy += ", spread the regular part over cones (regular_bin_deg, --regular-bin-deg)"
         super().__init__(f"{reason}; {remedy}, or choose a format that can: {', '.join(able)}.")
-
-
-def refuse_losses(losses: Sequence[Loss], title: str, options: ExportOptions) -> None:
-    """Reject an export that would lose something that the options do not allow."""
-    spread = ("regular",) if options.regular_bin_deg is not None else ()
-    refused = [loss for loss in losses if loss.name not in (*options.drop, *spread)]
-    if refused:
-        raise LossRefusedError(title, refused)

@@ -75,9 +75,9 @@ def _regular(table: InkTable) -> str | None:
         return None
     normal = np.unravel_index(np.argmax(shares[:, :, 0]), shares.shape[:2])
     return (
-        f"up to {_percent(shares[c, w, i])} of the incident power ({COMPONENTS[c]} at "
-        f"{table.theta_deg[i]:.3g} degrees, {table.wavelength_nm[w]:g} nm), and "
-        f"{_percent(shares[*normal, 0])} at normal incidence ({COMPONENTS[normal[0]]})"
+        f"up to {_percent(shares[*normal, 0])} of the incident power at normal incidence, "
+        f"{COMPONENTS[normal[0]]}, and up to {_percent(shares[c, w, i])} elsewhere, {COMPONENTS[c]} at "
+        f"{table.theta_deg[i]:.3g} degrees, {table.wavelength_nm[w]:g} nm"
     )
 
 

@@ -14,20 +14,18 @@ from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
+from jaxink.files.result_folder import CORRECTED, REPORT_FILE, result_file
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.options import METHODS
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.result import COLUMNS, RESULT_FILE, SCHEMA_VERSION, FitResult, json_fields
+from jaxink.fitting.result import COLUMNS, SCHEMA_VERSION, FitResult, json_fields
 from jaxink.measurement import GonioData
 from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
 from jaxink.solver.config import SolverConfig
 
 _LARGEST_BYTES = 256_000_000
-# Of the folder of a diagnosis: its report, and the folders of its fits.
-REPORT_FILE = "report.json"
-DECLARED, CORRECTED = "declared", "corrected"
 # null stands for unknown values if a fit did not start or a model is not finite.
 _RULES = Rules({**NULLS, "": math.nan})
 
@@ -84,7 +82,7 @@ def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
         Naming file and key: it is not a result, has another schema version, or its two files do not belong
         together.
     """
-    path = _result_file(Path(path))
+    path = result_file(Path(path))
     # First complete a replacement of the files that an interrupted run had started.
     settle(path.parent)
     name = shown_path(path)
@@ -112,17 +110,6 @@ def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
         "solver": dataclasses.asdict(document["solver"]),
     }
     return FitResult(data=data, **columns, **fields)
-
-
-def _result_file(path: Path) -> Path:
-    """The ``result.json`` that a path stands for."""
-    if path.name == REPORT_FILE:
-        path = path.parent
-    if not os.path.isdir(path):
-        return path
-    if os.path.lexists(path / REPORT_FILE) and not os.path.lexists(path / RESULT_FILE):
-        return path / CORRECTED / RESULT_FILE
-    return path / RESULT_FILE
 
 
 def _document(plain: Any, effects: Collection[Any]) -> tuple[dict[str, Any], Sample]:

@@ -92,7 +92,10 @@ class Objective(eqx.Module):
 
     def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Physical values of the free parameters from variables in [0, 1]."""
-        physical = self.scale.to_physical(unit)
+        return self.named(self.scale.to_physical(unit))
+
+    def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+        """Values by name, for the model, of the free parameters in their units."""
         return {name: physical[i] for i, name in enumerate(self.free)}
 
     def numbers(self, unit: Float[np.ndarray, " parameters"]) -> dict[str, float]:
@@ -116,16 +119,13 @@ class Objective(eqx.Module):
         The residual has one row for each point (measured minus predicted), then one for each prior; free
         parameters are scaled to [0, 1].
         """
-        return self._rows(self.values(unit), self.scale.to_physical(unit))
+        return self.residual_at(self.scale.to_physical(unit))
 
     def residual_at(
         self, physical: Float[Array, " parameters"]
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
         """As `residual`, from the free parameters in their units."""
-        return self._rows({name: physical[i] for i, name in enumerate(self.free)}, physical)
-
-    def _rows(self, values, physical):
-        predicted = self.model.bsdf(values)
+        predicted = self.model.bsdf(self.named(physical))
         rows = self.weight * self._misfit(predicted)
         prior = (self.prior_mean - physical[self.prior_position]) / self.prior_deviation
         return jnp.concatenate([rows, prior]), predicted

@@ -13,6 +13,7 @@ from jaxink.effects import AugmentedModel, forward_model
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.result_folder import RESULT_FILE
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     import pandas
 
 SCHEMA_VERSION = 1
-RESULT_FILE = "result.json"
 DATA_FILE = "result.nc"
 # Columns of result.nc with a value for each used point: name there and description, by field.
 COLUMNS = {

@@ -53,7 +53,8 @@ def expected_table(
         tuple(wavelengths_nm),
         inside,
         outside,
-        any(_keeps_regular(ink, wavelength) for wavelength in wavelengths_nm),
+        # Declared effects, such as pinholes, may let light pass.
+        bool(ink.sample.effects) or any(_keeps_regular(ink, wavelength) for wavelength in wavelengths_nm),
         tuple(face.name for face in faces),
         has_standard_errors,
     )
@@ -112,12 +113,12 @@ def _optical_thickness(layer: Layer, values: Mapping[str, Any]) -> float:
     if layer.opaque:
         return math.inf
     kinds = ("scattering_per_mm", "absorption_per_mm") if layer.scatters else ("absorption_per_mm",)
-    coefficients = [values.get(f"{layer.name}.{kind}") for kind in kinds]
-    if None in coefficients:
+    names = [f"{layer.name}.{kind}" for kind in kinds]
+    if any(name not in values for name in names):
         return 0.0
     thickness_mm = (
         values[f"{layer.name}.thickness_um"] / 1000
         if layer.scatters
         else values[f"{layer.name}.thickness_mm"]
     )
-    return float(sum(coefficients) * thickness_mm)
+    return float(sum(values[name] for name in names) * thickness_mm)

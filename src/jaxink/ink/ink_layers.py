@@ -77,16 +77,16 @@ class InkLayers:
     @property
     def media(self) -> tuple[str, str]:
         """The media of side I, from which the ink is seen, and of side A: a layer's name, or in words."""
-        named = tuple(map(_medium_in_words, (self.index_front, self.index_back)))
-        return named if self.inside == "front" else named[::-1]
+        front, back = _medium_in_words(self.index_front), _medium_in_words(self.index_back)
+        return (front, back) if self.inside == "front" else (back, front)
 
     def indices(self, wavelength_nm: float) -> tuple[float, float]:
         """Refractive indices of side I and of side A at one wavelength."""
-        found = tuple(
+        front, back = (
             medium if isinstance(medium, float) else refractive_index(self.sample, medium, wavelength_nm)
             for medium in (self.index_front, self.index_back)
         )
-        return found if self.inside == "front" else found[::-1]
+        return (front, back) if self.inside == "front" else (back, front)
 
 
 def find_ink(

@@ -1,17 +1,16 @@
 """A saved fit as far as it decides what a table will contain; reading it does not need JAX."""
 
 import dataclasses
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import decode, read_json
+from jaxink.files.result_folder import result_file
 from jaxink.ink.uncertainty import determined
 from jaxink.sample import Sample, sample_from_dict
 
-RESULT_FILE = "result.json"
 _LARGEST_BYTES = 256_000_000
 
 
@@ -48,8 +47,7 @@ def read_saved_fit(path: str | Path) -> SavedFit | None:
     SavedFit or None
         None if it is not a result; `jaxink.load_result` then says why.
     """
-    path = Path(path)
-    path = path / RESULT_FILE if os.path.isdir(path) else path
+    path = result_file(Path(path))
     try:
         plain = read_json(path, _LARGEST_BYTES, "result")
         if not isinstance(plain, Mapping):
@@ -58,8 +56,11 @@ def read_saved_fit(path: str | Path) -> SavedFit | None:
         scans = decode(tuple[Any, ...], plain["scans"])
         wavelengths = sorted({decode(float, scan["wavelength_nm"]) for scan in scans})
         known, _, lost = determined([rows[name] for name in plain["correlation_names"]])
-        return SavedFit(sample_from_dict(plain["sample"]), tuple(wavelengths), bool(known) and not lost)
-    except (InputRefusedError, LookupError, TypeError):
+        # Older results have no verdict.
+        holds = plain.get("verdict", {}).get("standard_errors_hold", True)
+        has_errors = bool(known) and not lost and holds
+        return SavedFit(sample_from_dict(plain["sample"]), tuple(wavelengths), has_errors)
+    except (InputRefusedError, LookupError, TypeError, AttributeError):
         return None
 
 

@@ -3,14 +3,17 @@
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind, require_number
-from jaxink.fitting import FitResult
+from jaxink.fitting import FitResult, load_result
+from jaxink.ink.areas import Area, Areas, areas_of
+from jaxink.ink.blending import blended, without_ink
 from jaxink.ink.ink_layers import InkLayers, find_ink
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
 from jaxink.ink.stack_lobes import facet_lobes
@@ -75,7 +78,7 @@ class TableOptions:
 
 
 def ink_table(
-    source: FitResult | ForwardModel | Sample,
+    source: FitResult | ForwardModel | Sample | str | Path,
     layers: Sequence[str] | str | None = None,
     wavelengths_nm: Sequence[float] | None = None,
     values: Mapping[str, float] | None = None,
@@ -86,7 +89,8 @@ def ink_table(
     Parameters
     ----------
     source
-        Sample with the ink. Only a `FitResult` gives standard errors.
+        Sample with the ink, or the folder of a fit or of a diagnosis. Only a fit gives standard errors.
+        Effects that the sample declares are part of the table if they are properties of the ink.
     layers
         Names of the adjacent layers that form the ink; None: the only scattering one.
     wavelengths_nm
@@ -109,7 +113,9 @@ def ink_table(
     """
     options = TableOptions() if options is None else options
     require_kind("options", options, TableOptions)
-    require_kind("source", source, FitResult, ForwardModel, Sample)
+    require_kind("source", source, FitResult, ForwardModel, Sample, str, Path)
+    if isinstance(source, str | Path):
+        source = load_result(source)
     sample, wavelengths = _sample_and_wavelengths(source, wavelengths_nm)
     if values:
         table = sample.parameters
@@ -122,7 +128,11 @@ def ink_table(
         table.require_ranges()
         sample = dataclasses.replace(sample, parameters=table)
     ink = find_ink(sample, layers, options.inside, options.index_inside, options.index_outside)
-    return tabulate(ink, wavelengths, _covariance(source, values), options)
+    made = tabulate(ink, wavelengths, _covariance(source, values), options)
+    if isinstance(source, FitResult) and not values:
+        verdict = source.verdict
+        made.attrs.update({"fit": verdict.sentence, "fit_verdict": str(verdict.code.value)})
+    return made
 
 
 def _covariance(source, values) -> ParameterCovariance:
@@ -179,24 +189,26 @@ def tabulate(
 def _tabulated(
     ink: InkLayers, wavelengths, covariance: ParameterCovariance, options: TableOptions
 ) -> InkTable:
-    model = isolated_model(ink, wavelengths, options.accuracy)
-    stacks, tangents = _stacks_and_tangents(ink, model, covariance.names)
-    one_way = stacks, tangents, model.plan
-    other_way = reversed_stack(stacks), reversed_stack(tangents), model.plan.reversed(len(stacks.layers))
-    lit = (one_way, other_way) if ink.inside == "front" else (other_way, one_way)
-    stacks = lit[0][0]
-    n_theta, n_phi = options.numbers(model.config.n_orders)
-    theta_deg = polar_grid(n_theta, _kinks_deg(stacks))
+    areas, names = areas_of(ink), covariance.names
+    solved = [
+        _Solved.of(areas, part, wavelengths, names, options.accuracy) for part in areas.parts if part.ink
+    ]
+    stacks, config = solved[0].lit[0][0], solved[0].model.config
+    n_theta, n_phi = options.numbers(max(one.model.config.n_orders for one in solved))
+    theta_deg = polar_grid(n_theta, [kink for one in solved for kink in _kinks_deg(one.lit[0][0])])
     grazing_deg = 90 - (90 - theta_deg[-2]) / 4
     phi_deg = np.linspace(0.0, 180.0, n_phi)
     evaluated = np.minimum(theta_deg, grazing_deg)
+    weights = areas.weights_with_slopes(names)
+    indices = np.asarray(stacks.index_front), np.asarray(stacks.index_back)
     spectrum = []
     for w in range(len(wavelengths)):
-        (r_ii, t_ia), (r_aa, t_ai) = (
-            _side(_at(stack, w, 0), _at(tangent, w, 1), evaluated, phi_deg, model.config, plan)
-            for stack, tangent, plan in lit
-        )
-        components = r_ii, t_ia, t_ai, r_aa
+        each = iter([one.components(w, evaluated, phi_deg) for one in solved])
+        there = [
+            next(each) if part.ink else without_ink(indices[0][w], indices[1][w], evaluated, n_phi, names)
+            for part in areas.parts
+        ]
+        components = blended(there, weights)
         spectrum.append([_with_error(bsdf, regular, covariance) for bsdf, regular in components])
     # By wavelength and component: BSDF, its error, regular power, its error.
     columns: list[Any] = [
@@ -210,12 +222,13 @@ def _tabulated(
         phi_deg=phi_deg,
         bsdf_per_sr=bsdf_per_sr,
         regular=regular_power,
-        index_inside=np.asarray(stacks.index_front),
-        index_outside=np.asarray(stacks.index_back),
+        index_inside=indices[0],
+        index_outside=indices[1],
         bsdf_standard_error_per_sr=bsdf_error,
         regular_standard_error=regular_error,
-        attrs=_attrs(ink, covariance, options, model.config, grazing_deg),
-        lobes=facet_lobes(stacks, model.config, theta_deg, grazing_deg),
+        attrs=_attrs(ink, covariance, options, config, grazing_deg) | _attrs_of_effects(ink, areas),
+        # The lobes of several areas are not known apart.
+        lobes=facet_lobes(stacks, config, theta_deg, grazing_deg) if len(areas.parts) == 1 else None,
     )
     table.attrs["interpolation_error"] = max(table.interpolation_error().values())
     if table.lobes is not None:
@@ -224,11 +237,49 @@ def _tabulated(
     return table
 
 
+class _Solved(NamedTuple):
+    """One area: its model, and by illuminated side, from side I first: stacks, tangents, and plan."""
+
+    model: ForwardModel
+    lit: tuple[tuple[Stack, Stack, ChannelPlan], tuple[Stack, Stack, ChannelPlan]]
+
+    @classmethod
+    def of(cls, areas: Areas, part: Area, wavelengths, names: tuple[str, ...], accuracy: float) -> "_Solved":
+        """Stacks of an area and their derivatives by parameters."""
+        ink = part.ink
+        assert ink is not None, "an area without ink has no stack"
+        model = isolated_model(ink, wavelengths, accuracy)
+        stacks, tangents = _stacks_and_tangents(areas, part, model, names)
+        one_way = stacks, tangents, model.plan
+        other_way = reversed_stack(stacks), reversed_stack(tangents), model.plan.reversed(len(stacks.layers))
+        return cls(model, (one_way, other_way) if ink.inside == "front" else (other_way, one_way))
+
+    def components(self, w: int, theta_deg, phi_deg):
+        """BSDF and regular power of the four components at one wavelength, see `_side`."""
+        (r_ii, t_ia), (r_aa, t_ai) = (
+            _side(_at(stack, w, 0), _at(tangent, w, 1), theta_deg, phi_deg, self.model.config, plan)
+            for stack, tangent, plan in self.lit
+        )
+        return r_ii, t_ia, t_ai, r_aa
+
+
 def _with_error(bsdf, regular, covariance: ParameterCovariance):
     """BSDF and regular power of a component, each with its standard error or None."""
     if not covariance.known:
         return bsdf[0], None, regular[0], None
     return bsdf[0], covariance.standard_error(bsdf[1:]), regular[0], covariance.standard_error(regular[1:])
+
+
+def _attrs_of_effects(ink: InkLayers, areas: Areas) -> dict[str, str]:
+    """What the table contains of the declared effects."""
+    apart = (*areas.left_out, *areas.of_the_measurement)
+    within = [e.name for e in ink.sample.effects if e.name not in apart]
+    lines = {
+        "effects_included": within,
+        "effects_left_out": areas.left_out,
+        "effects_of_the_instrument_removed": areas.of_the_measurement,
+    }
+    return {name: ", ".join(effects) for name, effects in lines.items() if effects}
 
 
 def _attrs(ink, covariance, options, config, grazing_deg):
@@ -248,14 +299,17 @@ def _attrs(ink, covariance, options, config, grazing_deg):
     }
 
 
-def _stacks_and_tangents(ink: InkLayers, model: ForwardModel, names: tuple[str, ...]) -> tuple[Stack, Stack]:
-    """Stacks by wavelength, and their derivatives by parameter and wavelength."""
-    start = ink.sample.parameters.values_with({})
+def _stacks_and_tangents(
+    areas: Areas, part: Area, model: ForwardModel, names: tuple[str, ...]
+) -> tuple[Stack, Stack]:
+    """Stacks of an area by wavelength, and their derivatives by parameter and wavelength."""
+    start = areas.start
 
     @jax.jit
     def of(point):
         def stacks(x):
-            return ink_stacks(ink, model, dict(zip(names, x, strict=True)))
+            free = dict(zip(names, x, strict=True))
+            return ink_stacks(part.ink, model, free | part.changed(areas.values(free)))
 
         along = jax.vmap(lambda t: jax.jvp(stacks, (point,), (t,))[1])(jnp.eye(len(names)))
         return stacks(point), along

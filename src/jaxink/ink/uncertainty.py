@@ -50,7 +50,12 @@ class ParameterCovariance:
 
     @classmethod
     def of(cls, result: "FitResult") -> "ParameterCovariance":
-        """Covariance of a fit; a parameter at its bound is treated as known."""
+        """Covariance of a fit; a parameter at its bound is treated as known.
+
+        There is none if the fit says that its standard errors are meaningless.
+        """
+        if not result.verdict.standard_errors_hold:
+            return cls.none("those of the fit are meaningless")
         rows = [result[name] for name in result.correlation_names]
         _, held, lost = determined(rows)
         if lost:

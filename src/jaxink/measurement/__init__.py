@@ -5,7 +5,7 @@ from jaxink.measurement.masks import MASK_FLAGS, MaskFlag, MaskLimits, mask_coun
 from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.point_noise import FitNoise, Noise, noise_of
-from jaxink.measurement.reader import read, read_csv, read_excel, read_netcdf
+from jaxink.measurement.reader import read, read_csv, read_netcdf, read_workbook
 from jaxink.measurement.scans import Scan
 
 __all__ = [
@@ -26,7 +26,7 @@ __all__ = [
     "noise_of",
     "read",
     "read_csv",
-    "read_excel",
+    "read_workbook",
     "read_netcdf",
     "symmetry_repeatability",
 ]

@@ -13,15 +13,14 @@ from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.table import AS_CSV, refusal
 from jaxink.measurement.text_file import read_table
 from jaxink.measurement.tidy import Stated, measurement_of
-from jaxink.measurement.workbook import read_sheet
+from jaxink.measurement.workbook import EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES, read_sheet
 
 _CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc")
-_EXCEL_SUFFIXES = (".xlsx", ".xlsm")
+_WORKBOOK_SUFFIXES = (*EXCEL_SUFFIXES, *OPENDOCUMENT_SUFFIXES)
 # What these files are.
 _FOREIGN = {
     ".xls": "is a workbook of Excel 2003 or older",
     ".xlsb": "is a binary workbook of Excel",
-    ".ods": "is a workbook of LibreOffice",
     ".numbers": "is a workbook of Numbers",
     ".pdf": "is a document",
     ".mat": "is a file of Matlab",
@@ -37,11 +36,11 @@ def read(path: Paths, **overrides: Any) -> GonioData:
     Parameters
     ----------
     path
-        A text table (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``), an Excel workbook (``.xlsx``,
-        ``.xlsm``), or a ``.nc`` file of ``GonioData.to_netcdf``. The rows of several files, given as a list,
+        A text table (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``), a workbook (``.xlsx``, ``.xlsm``,
+        ``.ods``), or a ``.nc`` file of ``GonioData.to_netcdf``. The rows of several files, given as a list,
         are joined; each keeps its file (extra column ``source_file``) and its row there.
     **overrides
-        Keyword arguments of ``read_csv`` or ``read_excel``; none for a netCDF file. With several files,
+        Keyword arguments of ``read_csv`` or ``read_workbook``; none for a netCDF file. With several files,
         ``side`` may be a list with one side for each.
 
     Raises
@@ -78,15 +77,15 @@ def _read_one(path: Path, **overrides: Any) -> GonioData:
         if "sheet" in overrides:
             raise refusal(path, "a text file has no sheets; leave out the sheet")
         return read_csv(path, **overrides)
-    if suffix in _EXCEL_SUFFIXES:
-        return read_excel(path, **overrides)
+    if suffix in _WORKBOOK_SUFFIXES:
+        return read_workbook(path, **overrides)
     if suffix == ".nc":
         if overrides:
             raise refusal(path, f"a netCDF file is complete; do not give {', '.join(overrides)}")
         return read_netcdf(path)
     if suffix in _FOREIGN:
         raise refusal(path, f"{_FOREIGN[suffix]}, which jaxink does not read; {AS_CSV}")
-    known = ", ".join((*_CSV_SUFFIXES, *_EXCEL_SUFFIXES))
+    known = ", ".join((*_CSV_SUFFIXES, *_WORKBOOK_SUFFIXES))
     raise refusal(path, f"the suffix is '{suffix}'; it must be one of {known}, .nc; {AS_CSV}")
 
 
@@ -151,8 +150,8 @@ def read_csv(
     return measurement_of(read_table(Path(path), stated.columns.values()), stated)
 
 
-def read_excel(path: str | Path, *, sheet: str | None = None, **overrides: Any) -> GonioData:
-    """Read a table as of `read_csv` from a sheet of an Excel workbook, by the package openpyxl.
+def read_workbook(path: str | Path, *, sheet: str | None = None, **overrides: Any) -> GonioData:
+    """Read a table as of `read_csv` from a sheet of a workbook; Excel's need the package openpyxl.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
+from jaxink.files.result_folder import RESULT_FILE, SAMPLE_FILE
 from jaxink.sample import schema
 from jaxink.sample.archive import sample_from_dict
 from jaxink.sample.declared_effects import own_kinds, read_effects
@@ -53,13 +54,13 @@ def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
 
 def _sample_of_folder(folder: Path, effects: Collection[Any]) -> Sample:
     """The sample file of a diagnosis, or the sample of a fit."""
-    file, result = folder / "sample.toml", folder / "result.json"
+    file, result = folder / SAMPLE_FILE, folder / RESULT_FILE
     if file.exists():
         return load_sample(file, effects)
     if not result.exists():
         raise InputRefusedError(
-            f"{folder}: is a folder without sample.toml and result.json; give a sample file, or the folder "
-            "of a fit or of a diagnosis."
+            f"{folder}: is a folder without {SAMPLE_FILE} and {RESULT_FILE}; give a sample file, or the "
+            "folder of a fit or of a diagnosis."
         )
     plain = read_json(result, _LARGEST_RESULT_BYTES, "result")
     try:

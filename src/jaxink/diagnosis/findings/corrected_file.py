@@ -8,8 +8,6 @@ from jaxink.fitting import FitResult
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.sample import sample_text
 
-SAMPLE_FILE = "sample.toml"
-
 
 def corrected_text(corrected: FitResult, verdict: Verdict, steps: tuple[Step, ...]) -> str:
     """Text of the sample file of the corrected model of a diagnosis."""

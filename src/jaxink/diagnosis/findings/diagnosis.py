@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
-from jaxink.diagnosis.findings.corrected_file import SAMPLE_FILE, corrected_text
+from jaxink.diagnosis.findings.corrected_file import corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
-from jaxink.diagnosis.findings.report_reading import REPORT_FILE, REPORT_VERSION
+from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
     candidate_row,
     figures_row,
@@ -27,8 +27,8 @@ from jaxink.display.card import Card, Presented
 from jaxink.display.named_rows import NamedRows
 from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
+from jaxink.files.result_folder import CORRECTED, DECLARED, REPORT_FILE, SAMPLE_FILE
 from jaxink.fitting import FitResult
-from jaxink.fitting.loading import CORRECTED, DECLARED
 
 
 @dataclasses.dataclass(frozen=True, repr=False)

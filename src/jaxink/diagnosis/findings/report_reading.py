@@ -7,7 +7,7 @@ from typing import Any
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import described, read_json
 from jaxink.files.reading import shown_path
-from jaxink.fitting.loading import REPORT_FILE
+from jaxink.files.result_folder import REPORT_FILE
 
 REPORT_VERSION = 2
 _LARGEST_BYTES = 64_000_000

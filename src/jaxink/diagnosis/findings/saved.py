@@ -10,8 +10,8 @@ from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.display.brief import brief_repr
 from jaxink.errors import require_one_of
 from jaxink.files.decoding import Rules, decode
+from jaxink.files.result_folder import CORRECTED, DECLARED
 from jaxink.fitting import FitResult, load_result
-from jaxink.fitting.loading import CORRECTED, DECLARED
 
 _CODES = {code.value: code for code in VerdictCode}
 

@@ -37,9 +37,8 @@ class SlotObjective(Objective):
     position: Int[np.ndarray, " parameters"]
     names: tuple[str, ...] = eqx.field(static=True)
 
-    def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+    def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Values of all names: the constants, replaced by the slots."""
-        physical = self.scale.to_physical(unit)
         whole = jnp.asarray(self.constants).at[self.position].set(physical, mode="drop")
         return {name: whole[i] for i, name in enumerate(self.names)}
 

@@ -6,17 +6,24 @@ Run as ``python example_scene.py ink.nc picture.exr``, with the variant as an op
 import sys
 
 import mitsuba as mi
+import numpy as np
+import xarray
 
 
-def plate_with_ink(filename, index=1.49, size=(64, 48), samples=64, **table):
+def indices_of(filename):
+    """Refractive indices of the inside of the plate and of the other side; their means over wavelengths."""
+    with xarray.open_dataset(filename) as table:
+        return tuple(float(np.mean(table[name].values)) for name in ("index_inside", "index_outside"))
+
+
+def plate_with_ink(filename, size=(64, 48), samples=64, **table):
     """Scene dictionary for ``mi.load_dict``.
 
     Parameters
     ----------
     filename
-        netCDF file of jaxink.
-    index
-        Refractive index of the plate, the inside index of the table.
+        netCDF file of jaxink; the refractive indices of the plate and of its surroundings are those of the
+        table.
     size
         Width and height of the picture in pixels.
     samples
@@ -25,7 +32,8 @@ def plate_with_ink(filename, index=1.49, size=(64, 48), samples=64, **table):
         Other properties of ``jaxink_table``, such as ``wavelength_nm``.
     """
     to = mi.ScalarTransform4f()
-    glass = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0}
+    inside, outside = indices_of(filename)
+    glass = {"type": "dielectric", "int_ior": inside, "ext_ior": outside}
     ink = {"type": "jaxink_table", "filename": filename, **table}
     # Plate of 10 by 6 by 0.6 with outward normals; the ink is on the lower face.
     half = to.scale([5, 3, 1])

@@ -1,0 +1,45 @@
+"""Arguments and options of the commands that read a measurement."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+DATA_HELP = "CSV, workbook (.xlsx, .ods), or netCDF written by jaxink; several files are joined."
+Data = Annotated[list[Path], typer.Argument(metavar="DATA...", help=f"Measurement: {DATA_HELP}")]
+WavelengthNm = Annotated[
+    float | None,
+    typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
+]
+Side = Annotated[
+    str | None,
+    typer.Option(
+        metavar="R|T",
+        help="Side of every row, if the file has no column for it; R,T for two files, one of each side.",
+    ),
+]
+Sheet = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Sheet of a workbook, if several are not empty."),
+]
+SignedAngles = Annotated[
+    bool,
+    typer.Option(
+        "--signed-angles",
+        help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
+    ),
+]
+Which = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
+]
+
+
+def columns_of(
+    wavelength_nm: float | None, side: str | None, which: str | None, sheet: str | None, signed_angles: bool
+) -> dict[str, Any]:
+    """Keywords of `jaxink.read` for what the files do not state."""
+    sides = None if side is None else [each.strip() for each in side.split(",")]
+    given = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
+    given["signed_angles"] = signed_angles or None
+    return {name: value for name, value in given.items() if value is not None}

@@ -1,0 +1,208 @@
+"""A first sample file is accepted as it is, says what it assumes, and a fit can start from it."""
+
+import shlex
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import jaxink
+from jaxink.cli.app import app
+from jaxink.data import SIMULATED_TRUTH, simulated_example
+from jaxink.sample.draft import ORDERS, PHASE_FUNCTIONS, Draft, reduced_thickness, sample_text
+
+DATA = str(simulated_example()[0])
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return lambda *arguments, answers=None: CliRunner().invoke(app, [*map(str, arguments)], input=answers)
+
+
+def measurement(wavelengths=(550,), sides="RT", sigma=None, **changes):
+    """Four directions at each wavelength and side."""
+    theta = np.array([0.0, 20, 40, 60])
+    grid = [(t, w, s == "T") for w in wavelengths for s in sides for t in theta]
+    theta_o, wavelength, is_transmission = map(np.array, zip(*grid, strict=True))
+    fixed = {"theta_i_deg": np.zeros(len(grid)), "theta_o_deg": theta_o, "phi_deg": np.zeros(len(grid))}
+    values = {"bsdf_per_sr": 0.1 + 0.001 * theta_o, "sigma_per_sr": sigma, "source": "ink.csv"}
+    fields = fixed | values | {"wavelength_nm": wavelength, "is_transmission": is_transmission} | changes
+    return jaxink.GonioData(**fields)
+
+
+def test_the_file_and_the_next_command(run, tmp_path, told):
+    done = run("init", DATA, "--out", "first.toml", "--plate-mm", 1, "--ink-um", 80)
+    assert (done.exit_code, done.stderr) == (0, "")
+    told(done.stdout, "--plate-index", "first.toml")
+    text = (tmp_path / "first.toml").read_text()
+    told(text)
+    sample = jaxink.load_sample(tmp_path / "first.toml")
+    assert [p.name for p in sample.parameters.free] == list(SIMULATED_TRUTH)
+    assert (sample.parameters["plate.thickness_mm"].value, sample.wavelengths_nm) == (1, (550,))
+    assert [line for line in text.splitlines() if "ASSUMED" in line and "thickness" in line] == []
+    last = done.stdout.splitlines()[-1]
+    assert shlex.split(last) == ["Next:", "jaxink", "fit", DATA, "--sample", "first.toml", "--out", "result"]
+
+
+def test_a_fit_starts_from_it(coarse):
+    data = jaxink.read(DATA)
+    draft = Draft(plate_index=1.5, plate_mm=1.0, ink_um=80.0)
+    sample = jaxink.parse_sample(sample_text(data, draft))
+    result = jaxink.fit(data, sample, jaxink.FitOptions(config=coarse, profile="none"))
+    assert result.converged
+    found = {p.name: p.value for p in result.parameters if p.free}
+    # The discretisation is coarse, and scattering and asymmetry act as a product.
+    reduced, truth = (
+        v["ink.scattering_per_mm"] * (1 - v["ink.asymmetry_parameter"]) for v in (found, SIMULATED_TRUTH)
+    )
+    assert reduced == pytest.approx(truth, rel=0.1)
+    assert found["ink.absorption_per_mm"] == pytest.approx(SIMULATED_TRUTH["ink.absorption_per_mm"], rel=0.1)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("phase_function", PHASE_FUNCTIONS)
+@pytest.mark.parametrize("wavelengths", [(550,), (450, 550), tuple(range(400, 701, 10))])
+def test_every_kind_of_sample_is_accepted(order, phase_function, wavelengths):
+    draft = Draft(order=order, phase_function=phase_function)
+    data = measurement(wavelengths)
+    sample = jaxink.parse_sample(sample_text(data, draft, draft.needed))
+    assert [layer.name for layer in sample.layers] == order.split(",")
+    assert set(sample.wavelengths_nm) <= set(wavelengths)
+    assert {sample.wavelengths_nm[0], sample.wavelengths_nm[-1]} == {wavelengths[0], wavelengths[-1]}
+    sample.parameters.require_ranges()
+    assert sample.parameters.free
+
+
+@pytest.mark.parametrize("ink_um", [0.5, 5, 20, 300, 5000])
+def test_starts_are_within_their_ranges(ink_um):
+    sample = jaxink.parse_sample(sample_text(measurement(), Draft(ink_um=ink_um)))
+    scattering = sample.parameters["ink.scattering_per_mm"]
+    assert scattering.minimum < scattering.value < scattering.maximum
+
+
+def test_an_opaque_ink(refused):
+    sample = jaxink.parse_sample(sample_text(measurement(sides="R"), Draft(ink_um="opaque")))
+    assert sample.layers[-1].opaque
+    with refused("ink.csv", "ink_um"):
+        sample_text(measurement(), Draft(ink_um="opaque"))
+    with refused("ink_um", "ink,plate"):
+        Draft(ink_um="opaque", order="ink,plate")
+
+
+def test_noise_is_that_of_the_file_of_pairs_or_a_guess():
+    from jaxink.measurement import noise_of
+
+    def noise(data):
+        return jaxink.parse_sample(sample_text(data, Draft())).noise
+
+    assert (
+        noise(measurement(sigma=np.full(8, 0.001)))
+        == jaxink.parse_sample(sample_text(measurement(sigma=np.full(8, 0.002)), Draft())).noise
+    )
+    guessed = noise(measurement())
+    assert guessed.relative > 0
+    assert guessed.floor_per_sr > 0
+    assert noise_of(measurement(), guessed).known
+    twice = [np.tile(column, 2) for column in measurement().directions]
+    bsdf = np.tile(measurement().bsdf_per_sr, 2) * (1 + 0.01 * np.random.default_rng(1).normal(size=16))
+    pairs = jaxink.GonioData(*twice, bsdf)
+    # Eight pairs are too few.
+    assert noise(pairs).relative == guessed.relative
+    many = jaxink.GonioData(
+        *(np.tile(column, 2) for column in pairs.directions), np.append(bsdf, bsdf * 1.001)
+    )
+    assert noise(many).relative is None
+    assert noise_of(many, noise(many)).known
+
+
+@pytest.mark.parametrize("total", [0.2, 0.5, 0.8])
+def test_the_estimate_inverts_two_stream_theory(total):
+    """R = 3/4 t / (1 + 3/4 t), T = 1 - R, of an ink that spreads all light evenly."""
+    bsdf = np.full(4, total / np.pi)
+    thickness = reduced_thickness(measurement(sides="R", bsdf_per_sr=bsdf), 550)
+    assert 0.75 * thickness / (1 + 0.75 * thickness) == pytest.approx(total)
+    thickness = reduced_thickness(measurement(sides="T", bsdf_per_sr=bsdf), 550)
+    assert 1 / (1 + 0.75 * thickness) == pytest.approx(total)
+
+
+@pytest.mark.parametrize("bsdf", [1e-90, 1e11, -1.0])
+def test_absurd_values_still_give_a_file(bsdf):
+    data = measurement(bsdf_per_sr=np.append(np.full(7, bsdf), 1.0))
+    assert jaxink.parse_sample(sample_text(data, Draft())).parameters.free
+
+
+def test_the_name_of_the_file_does_no_harm():
+    data = measurement(source='a"b\\\n[x]\x07\x7f # ü.csv')
+    assert "ü.csv" in jaxink.parse_sample(sample_text(data, Draft())).title
+
+
+def test_lit_side_gives_the_order(run, tmp_path):
+    lines = (simulated_example()[0]).read_text().splitlines()[:40]
+    rows = [f"{lines[0]},lit_side", *(f"{line},ink" for line in lines[1:])]
+    (tmp_path / "lit.csv").write_text("\n".join(rows))
+    assert run("init", "lit.csv").exit_code == 0
+    assert [layer.name for layer in jaxink.load_sample(tmp_path / "sample.toml").layers] == ["ink", "plate"]
+
+
+def test_questions(run, tmp_path, monkeypatch, told):
+    monkeypatch.setattr("jaxink.cli.init._is_terminal", lambda: True)
+    answers = "plate\nplate,ink\n\nthick\n1.5\n\n80\nhg\nmie\n\n200\n"
+    done = run("init", DATA, "--out", "asked.toml", answers=answers)
+    assert done.exit_code == 0
+    told(done.stdout, numbers=False)
+    text = (tmp_path / "asked.toml").read_text()
+    assert "(--" not in text
+    parameters = jaxink.load_sample(tmp_path / "asked.toml").parameters
+    assert parameters["plate.refractive_index"].value == Draft().plate_index
+    assert parameters["plate.thickness_mm"].value == 1.5
+    assert parameters["ink.radius_nm"].value == 200
+
+
+def test_what_is_stated_is_not_asked(run, tmp_path, monkeypatch):
+    monkeypatch.setattr("jaxink.cli.init._is_terminal", lambda: True)
+    done = run("init", DATA, "--order", "ink", "--phase-function", "rayleigh", answers="1.4\n30\n")
+    assert done.exit_code == 0
+    assert jaxink.load_sample(tmp_path / "sample.toml").parameters["ink.thickness_um"].value == 30
+
+
+def test_reading_options_belong_to_the_next_command(run, tmp_path):
+    lines = simulated_example()[0].read_text().splitlines()
+    rows = [line.split(",") for line in lines if ",T," not in line]
+    for name in ("R", "T"):
+        (tmp_path / f"{name} 1.csv").write_text("\n".join(",".join(row[:4] + row[5:]) for row in rows))
+    done = run("init", "R 1.csv", "T 1.csv", "--side", "R,T")
+    assert done.exit_code == 0
+    words = shlex.split(done.stdout.splitlines()[-1])
+    assert words[2:5] == ["fit", "R 1.csv", "T 1.csv"]
+    assert words[words.index("--side") + 1] == "R,T"
+
+
+REFUSED = [
+    (("--order", "ink,coat"), "order"),
+    (("--phase-function", "tabulated"), "phase_function"),
+    (("--plate-index", "0.5"), "plate.refractive_index"),
+    (("--plate-mm", "nan"), "plate.thickness_mm"),
+    (("--ink-um", "thin"), "ink_um"),
+    (("--ink-um", "opaque"), "side T"),
+    (("--out", "none/sample.toml"), "none/sample.toml"),
+    (("--out", "."), "."),
+    (("--out", "there.toml"), "--force"),
+    (("--wavelength-nm", "650"), "row 2"),
+]
+
+
+@pytest.mark.parametrize(("options", "named"), REFUSED, ids=[" ".join(r[0]) for r in REFUSED])
+def test_a_refusal_writes_nothing(options, named, run, tmp_path, told):
+    (tmp_path / "there.toml").write_text("mine")
+    done = run("init", DATA, *options)
+    assert (done.exit_code, done.stdout) == (5, "")
+    told(done.stderr, "jaxink: ", named)
+    assert [p.name for p in tmp_path.iterdir()] == ["there.toml"]
+    assert (tmp_path / "there.toml").read_text() == "mine"
+
+
+def test_force_replaces(run, tmp_path):
+    (tmp_path / "sample.toml").write_text("mine")
+    assert run("init", DATA, "--force", "--quiet").exit_code == 0
+    jaxink.load_sample(tmp_path / "sample.toml")
