@@ -32,6 +32,9 @@ from tests.report.page_reader import Page
 from tests.samples import STRAY_PER_SR, TRUTH
 
 DATA, SAMPLE = map(str, simulated_example())
+RESULTS = [f"{model}/result.{suffix}" for model in ("corrected", "declared") for suffix in ("json", "nc")]
+ALWAYS = [*RESULTS, "report.html", "report.json", "sample.toml"]
+INSIDE = ["inside_corrected.nc", "inside_declared.nc"]
 
 
 def test_it_names_the_stray_light(found):
@@ -47,7 +50,7 @@ def test_it_names_the_stray_light(found):
 def test_files_and_one_page_without_a_network(found, written):
     folder, files = written
     names = ["candidates", "cuts_R_550nm", "cuts_T_550nm", "inside_550nm", "residuals_550nm"]
-    expected = {folder / "report.json", folder / "report.html"}
+    expected = {folder / name for name in ALWAYS} | {folder / name for name in INSIDE}
     expected |= {folder / "figures" / f"{name}.png" for name in names}
     assert len(files) == len(expected)
     assert set(files) == expected == {p for p in folder.rglob("*") if p.is_file()}
@@ -365,6 +368,10 @@ def run(monkeypatch, found, change):
     return run
 
 
+def names_in(folder):
+    return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+
+
 def with_code(found, code):
     return dataclasses.replace(found, verdict=Verdict(code, (), f"It is {code}."))
 
@@ -374,16 +381,15 @@ def test_exit_code_of_each_verdict(code, run, found, tmp_path):
     run.outcome = with_code(found, code)
     done = run(tmp_path / "out", "--no-figures", "--quiet")
     assert (done.stdout, done.stderr) == ("", "")
-    assert done.exit_code == (
-        3 if code in (VerdictCode.PARTLY_EXPLAINED, VerdictCode.UNEXPLAINED_STRUCTURE) else 0
-    )
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
+    unexplained = ("PARTLY_EXPLAINED", "UNEXPLAINED_STRUCTURE", "INPUT_MISTAKE")
+    assert done.exit_code == (3 if code.name in unexplained else 0)
+    assert names_in(tmp_path / "out") == sorted([*ALWAYS, *INSIDE])
     assert f"It is {code}." in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_fit_that_did_not_converge_goes_first(run, found, tmp_path, told):
     stalled = dataclasses.replace(found.declared, outcome=Outcome.STALLED)
-    run.outcome = dataclasses.replace(with_code(found, VerdictCode.PARTLY_EXPLAINED), result=stalled)
+    run.outcome = dataclasses.replace(with_code(found, VerdictCode.PARTLY_EXPLAINED), declared=stalled)
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 4
     told(done.stdout, numbers=False)
@@ -414,7 +420,7 @@ def test_a_second_report_takes_the_place_of_the_first(run, tmp_path):
     assert (out / "figures" / "candidates.png").exists()
     (out / "notes.txt").write_text("mine")
     run(out, "--quiet", "--no-figures")
-    assert sorted(p.name for p in out.iterdir()) == ["notes.txt", "report.html", "report.json"]
+    assert names_in(out) == sorted([*ALWAYS, *INSIDE, "notes.txt"])
     assert "<img" not in (out / "report.html").read_text()
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
