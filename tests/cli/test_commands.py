@@ -10,11 +10,11 @@ from typer.testing import CliRunner
 
 import jaxink
 from jaxink.cli.app import app
-from jaxink.data import STRAY_LIGHT_TRUTH, simulated_example
+from jaxink.data import SIMULATED_TRUTH, STRAY_LIGHT_TRUTH, simulated_example
 from jaxink.fitting.simplex import SimplexSearch
 
 DATA, SAMPLE = map(str, simulated_example())
-FREE = tuple(STRAY_LIGHT_TRUTH)
+FREE = tuple(SIMULATED_TRUTH)
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """``jaxink diagnose``."""
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,9 +8,10 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import CORRECTED, DECLARED, SAMPLE_FILE
+from jaxink.files.result_folder import CORRECTED, DECLARED
 from jaxink.files.writing import require_folder
 from jaxink.plots import FIGURE_FOLDER
 
@@ -38,28 +38,17 @@ def run_diagnose(
     options = jaxink.DiagnosisOptions(**choices, fit=fit)
     with session.progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(data, sample, options, follow)
-    from jaxink.report import write_report
+    from jaxink.report import next_steps, write_report
 
-    written = write_report(found, out, with_figures)
+    inputs = input_words(data_files, columns)
+    written = write_report(found, out, with_figures, inputs)
     if output == "json":
         typer.echo(json_text(found.to_dict()))
     elif output == "tables":
         from jaxink.cli.diagnosis_tables import show_diagnosis
         from jaxink.cli.fit_tables import console
 
-        show_diagnosis(console(), found, written, next_commands(found, data_files, out))
+        show_diagnosis(console(), found, written, next_steps(found, out, inputs))
     if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED
-
-
-def next_commands(found: "jaxink.Diagnosis", data_files: Sequence[Path], out: Path) -> list[str]:
-    """Commands that go on from the folder of a diagnosis."""
-    if any(mistake.is_named for mistake in found.declared.mistakes):
-        return []
-    export = [session.program(), "export", str(out), "--format", "zemax", "--out", "ink-files"]
-    export += ["--allow-loss", "regular,beyond_critical,standard_errors"]
-    if not found.steps:
-        return [shlex.join(export)]
-    fit = [session.program(), "fit", *map(str, data_files), "--sample", str(out / SAMPLE_FILE)]
-    return [shlex.join(export), shlex.join([*fit, "--out", "fit"])]
