@@ -15,7 +15,7 @@ from jaxink.cli.fit_tables import console, show_files, show_lines
 from jaxink.cli.session import ExitCode
 from jaxink.data import STRAY_LIGHT_TRUTH, stray_light_example
 from jaxink.files.writing import require_folder, whole_folder
-from jaxink.numerics.digits import rounded, with_uncertainty
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink import Diagnosis, FitResult
@@ -115,8 +115,7 @@ def _show_correction(to: Console, found: "Diagnosis", change: "TableComparison |
         table.add_row(name, f"{truth:g}", *cells)
     table.add_section()
     table.add_row("reduced chi-square", "", *(rounded(m.merit.reduced_chi_square, 4) for m in models))
-    errors = (f"{100 * m.merit.relative_rms:.3g} %" for m in models)
-    table.add_row("rms of s/m - 1", "", *errors)
+    table.add_row("rms of s/m - 1", "", *(percent(m.merit.relative_rms) for m in models))
     to.print(table)
     to.print("4. The ink, as seen from inside the plate, for a ray tracer.", style="bold")
     if isinstance(change, str):

@@ -175,7 +175,7 @@ class _Check:
         return any(mistake.is_named for mistake in self._judged(tried))
 
     def _scanned(self, tried: list[_Tried]) -> list[_Tried]:
-        """The best hypotheses again, with a scan: one refit may have ended in the wrong one of many minima."""
+        """The best hypotheses again, with a scan: one refit may have ended in a wrong minimum."""
         if not self.rugged or self._is_any_named(tried):
             return tried
         promising = sorted((t for t in tried if not t.hypothesis.about_noise), key=lambda t: t.reduced)
