@@ -52,7 +52,7 @@ def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss
     """Guide to the files of a table."""
     inside, outside = media(table)
     layers = str(table.attrs.get("layers", "")).replace(" ", ", ")
-    whole = f" It stands for {layers} and their faces: do not model these again." if layers else ""
+    whole = f" They include {layers} with all faces: do not model these again." if layers else ""
     surface = [
         f"Side I, from which the ink is seen: {inside}, refractive index {_range(table.index_inside)}.",
         f"Side A, the other side: {outside}, refractive index {_range(table.index_outside)}.",
@@ -72,7 +72,7 @@ def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss
 def media(table: InkTable) -> tuple[str, str]:
     """The media of side I and of side A, in words."""
     named = (table.attrs.get("medium_inside"), table.attrs.get("medium_outside"))
-    return named[0] or "inside of the plate", named[1] or "other side"
+    return named[0] or "the inside of the plate", named[1] or "the outside"
 
 
 def in_words(component: str) -> str:
