@@ -27,7 +27,7 @@ from jaxink.fitting.outcome import Search
 from jaxink.fitting.refitted_hypothesis import RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdictCode
-from jaxink.measurement import GonioData, noise_of
+from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
 from jaxink.measurement.point_noise import SIGMA_TOLERANCE
@@ -126,11 +126,13 @@ class _Check:
         """Resolution of the fit, or of its start if it is far off: the fit has compiled programs of both."""
         config = self.result.config
         # A result states which method was the fastest; programs are known by what was asked for.
-        method = "fastest" if config.layer_method == layer_method("fastest") else config.layer_method
+        if config.layer_method == layer_method("fastest"):
+            config = dataclasses.replace(config, layer_method="fastest")
         if self.before < _FAR:
-            return dataclasses.replace(config, layer_method=method)
-        objective = make_objective(self.result.data, self.sample, layer_method=method)
-        return cast(ForwardModel, objective.model).config
+            return config
+        objective = make_objective(self.result.data, self.sample, layer_method=config.layer_method)
+        start = cast(ForwardModel, objective.model).config
+        return start if config.at_least(start) == config else config
 
     def mistakes(self, code: FitVerdictCode) -> tuple[Mistake, ...]:
         """All hypotheses that were tested; costly ones only if none of the others is named."""
@@ -272,6 +274,20 @@ class _Check:
         searches = [engine.run(there, held) for there in starts]
         return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
 
+    def _noise(self, data: GonioData, sample: Sample) -> FitNoise:
+        """Noise of a corrected input.
+
+        Noise estimated from pairs of readings keeps its relative size: a wrong correction makes pairs disagree,
+        and the misfit would then pass for noise.
+        """
+        before, used = self.result, self.result.data.used
+        has_sigma = data.sigma_per_sr is not None and sample.noise.use_file_sigma
+        if has_sigma or sample.noise.relative is not None:
+            return noise_of(data, sample.noise)
+        was = np.abs(before.data.bsdf_per_sr[used])
+        factor = np.where(was > 0, np.abs(data.bsdf_per_sr[used]) / np.where(was > 0, was, 1.0), 1.0)
+        return FitNoise(before.sigma_per_sr * factor, before.noise["scan_relative"], before.noise["origin"])
+
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.
 
@@ -280,6 +296,5 @@ class _Check:
         used = self.result.data.used
         masked = (data.with_masks(limits_of(sample)).mask != 0)[used]
         data = data.replace(mask=np.where(used, 0, USER.bit).astype(np.uint32))
-        noise = noise_of(data, sample.noise)
-        objective = make_objective(data, sample, "chi_square", self.config, noise)
+        objective = make_objective(data, sample, "chi_square", self.config, self._noise(data, sample))
         return data, without(objective, masked) if masked.any() else objective
