@@ -166,3 +166,14 @@ def test_mistakes_are_saved_with_the_result(example_result, tmp_path):
     # The refit says what to do; what needs no refit is its support.
     assert "divide by pi" in loaded.verdict.sentence
     assert "normalise" not in loaded.verdict.sentence
+
+
+def test_pairs_that_a_wrong_correction_makes_disagree_are_no_noise(inputs, coarsely):
+    # Reciprocal pairs are the only noise estimate: divided by cos(theta_o) they disagree by far.
+    data, sample = inputs
+    reflected = data.select(side="R").replace(sigma_per_sr=None)
+    stated = dataclasses.replace(sample.noise, relative=None, floor_per_sr=0.0)
+    shifted = reflected.replace(bsdf_per_sr=reflected.bsdf_per_sr + 0.03)
+    result = jaxink.fit(shifted, dataclasses.replace(sample, noise=stated), jaxink.FitOptions(profile="none"))
+    assert result.verdict.is_misfit
+    assert not any(mistake.is_named for mistake in check_input(result).mistakes)

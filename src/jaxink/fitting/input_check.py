@@ -277,8 +277,8 @@ class _Check:
     def _noise(self, data: GonioData, sample: Sample) -> FitNoise:
         """Noise of a corrected input.
 
-        Noise estimated from pairs of readings keeps its relative size: a wrong correction makes pairs disagree,
-        and the misfit would then pass for noise.
+        Noise estimated from pairs of readings keeps its relative size: a wrong correction makes pairs
+        disagree, and the misfit would then pass for noise.
         """
         before, used = self.result, self.result.data.used
         has_sigma = data.sigma_per_sr is not None and sample.noise.use_file_sigma
