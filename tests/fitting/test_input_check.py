@@ -175,5 +175,7 @@ def test_pairs_that_a_wrong_correction_makes_disagree_are_no_noise(inputs, coars
     stated = dataclasses.replace(sample.noise, relative=None, floor_per_sr=0.0)
     shifted = reflected.replace(bsdf_per_sr=reflected.bsdf_per_sr + 0.03)
     result = jaxink.fit(shifted, dataclasses.replace(sample, noise=stated), jaxink.FitOptions(profile="none"))
-    assert result.verdict.is_misfit
-    assert not any(mistake.is_named for mistake in check_input(result).mistakes)
+    assert result.verdict.reduced_chi_square > 100
+    left = {mistake.name: mistake.reduced_chi_square for mistake in check_input(result).mistakes}
+    # With noise estimated anew from the pairs, these would leave 2.1, 4.9 and 0.004.
+    assert min(left[name] for name in ("times_cosine", "divided_by_cosine", "sides_exchanged")) > 10
