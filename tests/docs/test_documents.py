@@ -77,7 +77,7 @@ def test_posterior_notebook_mixes(coarsely):
     finally:
         # The notebook switches 64 bits on for good, as a program of its own does.
         jax.config.update("jax_enable_x64", False)
-    chains = names["samples"]["ink.scattering_per_mm"]
+    chains = np.asarray(names["samples"]["ink.scattering_per_mm"])
     assert chains.shape == (2, 1000)
     assert abs(chains.mean() - names["result"]["ink.scattering_per_mm"].value) < 0.5 * chains.std()
 

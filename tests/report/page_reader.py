@@ -9,6 +9,7 @@ class Page(HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.open, self.tables, self.images, self.words = [], [], [], ""
+        self.links, self.anchors = [], []
         self.feed(text)
         assert self.open == []
 
@@ -16,6 +17,8 @@ class Page(HTMLParser):
         assert tag not in ("script", "link", "iframe")
         if tag not in ("meta", "br", "img"):
             self.open.append(tag)
+        self.links += [value for name, value in attrs if name == "href"]
+        self.anchors += [value for name, value in attrs if name == "id"]
         if tag == "img":
             self.images.append(dict(attrs))
         elif tag == "table":

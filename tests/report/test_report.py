@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import json
 import re
+import shlex
 
 import numpy as np
 import pytest
@@ -24,12 +25,16 @@ from jaxink.ink.comparison import compare_tables
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
 from jaxink.plots.diagnosis_figures import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.report import write_report
+from jaxink.report import next_steps, write_report
+from jaxink.report.html import tables
 from jaxink.report.ink_table import inside_change, is_in_table
 from tests.report.page_reader import Page
 from tests.samples import STRAY_PER_SR, TRUTH
 
 DATA, SAMPLE = map(str, simulated_example())
+RESULTS = [f"{model}/result.{suffix}" for model in ("corrected", "declared") for suffix in ("json", "nc")]
+ALWAYS = [*RESULTS, "report.html", "report.json", "sample.toml"]
+INSIDE = ["inside_corrected.nc", "inside_declared.nc"]
 
 
 def test_it_names_the_stray_light(found):
@@ -45,7 +50,7 @@ def test_it_names_the_stray_light(found):
 def test_files_and_one_page_without_a_network(found, written):
     folder, files = written
     names = ["candidates", "cuts_R_550nm", "cuts_T_550nm", "inside_550nm", "residuals_550nm"]
-    expected = {folder / "report.json", folder / "report.html"}
+    expected = {folder / name for name in ALWAYS} | {folder / name for name in INSIDE}
     expected |= {folder / "figures" / f"{name}.png" for name in names}
     assert len(files) == len(expected)
     assert set(files) == expected == {p for p in folder.rglob("*") if p.is_file()}
@@ -96,11 +101,60 @@ def test_numbers_of_the_page_are_those_of_the_diagnosis(found, change, written):
         assert float(rows[name][4].removesuffix(" %")) == pytest.approx(100 * (before / after - 1), rel=5e-3)
     (step,) = page.table(StrayLight.statement)[1:]
     assert step[1:3] == ["stray_light", StrayLight.statement]
-    columns = len(dataclasses.fields(found.candidates[0]))
-    (candidates,) = (table for table in page.tables if len(table[0]) == columns)
-    assert [row[0] for row in candidates[1:]] == [row.effect for row in found.candidates]
+    for last in ("strength", "detection limit"):
+        (candidates,) = (table for table in page.tables if table[0][0] == "effect" and last in table[0])
+        assert [row[0] for row in candidates[1:]] == [row.effect for row in found.candidates]
     for row, component in zip(page.table(f"R_II, {FROM_INSIDE['R_II']}")[1:], FROM_INSIDE, strict=True):
         assert float(row[2].removesuffix(" %")) == pytest.approx(change.of(component).rms_percent, rel=5e-3)
+
+
+def test_verdict_then_next_commands_then_contents(found, written):
+    page = Page((written[0] / "report.html").read_text(encoding="utf-8"))
+    places = [page.words.index(text) for text in (found.verdict.sentence, "jaxink predict", "Contents")]
+    assert places == sorted(places)
+    assert f"jaxink fit small.csv --sample {written[0] / 'sample.toml'}" in page.words
+    assert page.links
+    assert set(page.links) <= {f"#{name}" for name in page.anchors}
+
+
+def test_it_prints_upright_without_split_tables(written):
+    text = (written[0] / "report.html").read_text(encoding="utf-8")
+    (style,) = re.findall("<style>(.*?)</style>", text, re.DOTALL)
+    assert "size: A4 portrait" in style
+    (table,) = re.findall(r"^table \{.*?\}", style, re.DOTALL | re.MULTILINE)
+    assert "break-inside: avoid" in table
+    assert max(map(len, Page(text).tables)) <= 21
+    assert max(len(table[0]) for table in Page(text).tables) <= 9
+
+
+def test_a_long_table_is_divided_with_its_heads():
+    shown = tables(["a", "b"], ([str(i), "x"] for i in range(45)))
+    parts = Page(shown).tables
+    assert [len(part) for part in parts] == [21, 21, 6]
+    assert all(part[0] == ["a", "b"] for part in parts)
+    assert [row[0] for part in parts for row in part[1:]] == [str(i) for i in range(45)]
+
+
+@pytest.mark.parametrize(
+    ("code", "commands"),
+    [
+        (VerdictCode.INSTRUMENT, ["fit", "predict", "export"]),
+        (VerdictCode.PARTLY_EXPLAINED, ["diagnose", "fit", "predict", "export"]),
+        (VerdictCode.INPUT_MISTAKE, ["diagnose"]),
+        (VerdictCode.NOT_TESTABLE, []),
+    ],
+)
+def test_next_commands_follow_the_verdict(found, code, commands):
+    judged = dataclasses.replace(found, verdict=Verdict(code, (), "A sentence."))
+    todo = next_steps(judged, "a report", ["R.csv", "T.csv", "--side", "R"])
+    typed = [shlex.split(step.command) for step in todo if step.command]
+    assert [words[1] for words in typed] == commands
+    for words in typed:
+        assert words[0] == "jaxink"
+        if words[1] in ("fit", "diagnose"):
+            assert words[2:6] == ["R.csv", "T.csv", "--side", "R"]
+        else:
+            assert words[2] == "a report"
 
 
 def test_nothing_is_said_or_drawn_twice_where_nothing_was_added(unchanged, tmp_path, told):
@@ -314,6 +368,10 @@ def run(monkeypatch, found, change):
     return run
 
 
+def names_in(folder):
+    return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+
+
 def with_code(found, code):
     return dataclasses.replace(found, verdict=Verdict(code, (), f"It is {code}."))
 
@@ -323,16 +381,15 @@ def test_exit_code_of_each_verdict(code, run, found, tmp_path):
     run.outcome = with_code(found, code)
     done = run(tmp_path / "out", "--no-figures", "--quiet")
     assert (done.stdout, done.stderr) == ("", "")
-    assert done.exit_code == (
-        3 if code in (VerdictCode.PARTLY_EXPLAINED, VerdictCode.UNEXPLAINED_STRUCTURE) else 0
-    )
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
+    unexplained = ("PARTLY_EXPLAINED", "UNEXPLAINED_STRUCTURE", "INPUT_MISTAKE")
+    assert done.exit_code == (3 if code.name in unexplained else 0)
+    assert names_in(tmp_path / "out") == sorted([*ALWAYS, *INSIDE])
     assert f"It is {code}." in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_fit_that_did_not_converge_goes_first(run, found, tmp_path, told):
     stalled = dataclasses.replace(found.declared, outcome=Outcome.STALLED)
-    run.outcome = dataclasses.replace(with_code(found, VerdictCode.PARTLY_EXPLAINED), result=stalled)
+    run.outcome = dataclasses.replace(with_code(found, VerdictCode.PARTLY_EXPLAINED), declared=stalled)
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 4
     told(done.stdout, numbers=False)
@@ -363,7 +420,7 @@ def test_a_second_report_takes_the_place_of_the_first(run, tmp_path):
     assert (out / "figures" / "candidates.png").exists()
     (out / "notes.txt").write_text("mine")
     run(out, "--quiet", "--no-figures")
-    assert sorted(p.name for p in out.iterdir()) == ["notes.txt", "report.html", "report.json"]
+    assert names_in(out) == sorted([*ALWAYS, *INSIDE, "notes.txt"])
     assert "<img" not in (out / "report.html").read_text()
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 

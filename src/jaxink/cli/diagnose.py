@@ -8,6 +8,7 @@ import typer
 
 import jaxink
 from jaxink.cli import session
+from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
 from jaxink.files.result_folder import CORRECTED, DECLARED
@@ -37,16 +38,17 @@ def run_diagnose(
     options = jaxink.DiagnosisOptions(**choices, fit=fit)
     with session.progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(data, sample, options, follow)
-    from jaxink.report import write_report
+    from jaxink.report import next_steps, write_report
 
-    written = write_report(found, out, with_figures)
+    inputs = input_words(data_files, columns)
+    written = write_report(found, out, with_figures, inputs)
     if output == "json":
         typer.echo(json_text(found.to_dict()))
     elif output == "tables":
         from jaxink.cli.diagnosis_tables import show_diagnosis
         from jaxink.cli.fit_tables import console
 
-        show_diagnosis(console(), found, written)
+        show_diagnosis(console(), found, written, next_steps(found, out, inputs))
     if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

@@ -12,13 +12,16 @@ from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Figures
+    from jaxink.report import NextStep
 
 MOST_CANDIDATES = 12
 _DELTAS = (f"{DELTA_CHI_SQUARE} predicted", f"{DELTA_CHI_SQUARE} refit")
 
 
-def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = ()) -> None:
-    """Print a diagnosis and the files that were written."""
+def show_diagnosis(
+    to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = (), todo: Iterable["NextStep"] = ()
+) -> None:
+    """Print a diagnosis, the files that were written, and what to do next."""
     show_outcome(to, diagnosis.declared)
     to.print()
     to.print(diagnosis.verdict.sentence, style="bold", soft_wrap=True)
@@ -35,6 +38,7 @@ def show_diagnosis(to: Console, diagnosis: "Diagnosis", files: Iterable[Path] = 
     show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
     show_lines(to, "Noise", [diagnosis.declared.noise_sentence])
     show_files(to, files)
+    show_lines(to, "Next", [line for step in todo for line in step.lines()])
 
 
 def merit_table(diagnosis: "Diagnosis") -> Table:

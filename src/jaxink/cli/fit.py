@@ -69,12 +69,18 @@ def next_command(
     # With a mistake in the input there is nothing to look for.
     if not result.verdict.is_misfit or any(mistake.is_named for mistake in result.mistakes):
         return None
-    words = ["jaxink", "diagnose", *map(str, data_files), "--sample", str(sample_file), "--out", "report"]
+    words = ["jaxink", "diagnose", *input_words(data_files, columns)]
+    return shlex.join([*words, "--sample", str(sample_file), "--out", "report"])
+
+
+def input_words(data_files: Sequence[Path], columns: dict[str, Any]) -> list[str]:
+    """Words of a command for a measurement: its files, and how to read them (keywords of `jaxink.read`)."""
+    words = [str(file) for file in data_files]
     for key, value in columns.items():
         words.append(f"--{'which' if key == 'sample' else key.replace('_', '-')}")
         if value is not True:
             words.append(",".join(value) if isinstance(value, list) else str(value))
-    return shlex.join(words)
+    return words
 
 
 def write_result(

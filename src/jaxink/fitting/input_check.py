@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.exclusion import without
-from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.gradient import GradientSearch, scan
 from jaxink.fitting.hypotheses import (
     ANGLES_EXCHANGED,
     LIT_FROM_OTHER_SIDE,
@@ -23,6 +23,7 @@ from jaxink.fitting.hypotheses import (
 from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
+from jaxink.fitting.outcome import Search
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise, falls_short_of_noise
 from jaxink.measurement import GonioData, noise_of
@@ -49,6 +50,8 @@ _ORDERED = 4.0
 # Minus twice the logarithm of a likelihood ratio that is decisive.
 _CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
+# Number of hypotheses that are refitted with a scan along a parameter with many minima.
+_SCANNED = 2
 # Programs compiled at the same time.
 _COMPILING = 2
 # Above this reduced chi-square the fit may have ended at a resolution that a narrow peak required.
@@ -141,6 +144,7 @@ class _Check:
         self.sample = dataclasses.replace(result.sample, parameters=table)
         self.before = result.verdict.reduced_chi_square or 0.0
         self.config = self._config()
+        self.rugged = [p.name for p in self.sample.parameters.free if p.multimodal]
 
     def _config(self) -> SolverConfig:
         """Resolution of the fit, or of its start if it is far off: the fit has compiled programs of both."""
@@ -158,13 +162,29 @@ class _Check:
             return self._judged(list(self._tried((ANGLES_EXCHANGED,))))
         if code is FitVerdictCode.OVERSTATED_NOISE:
             return self._judged(list(self._tried(OF_SIGMA)))
-        tried = list(self._tried((*OF_DATA, *OF_SIGMA)))
-        if not any(mistake.is_named for mistake in self._judged(tried)):
+        tried = self._scanned(list(self._tried((*OF_DATA, *OF_SIGMA))))
+        if not self._is_any_named(tried):
             groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
-                tried += [one for group in pool.map(self._tried_in_thread, groups) for one in group]
+                more = [one for group in pool.map(self._tried_in_thread, groups) for one in group]
+            tried += self._scanned(more)
         return self._judged(tried)
+
+    def _is_any_named(self, tried: list[_Tried]) -> bool:
+        return any(mistake.is_named for mistake in self._judged(tried))
+
+    def _scanned(self, tried: list[_Tried]) -> list[_Tried]:
+        """The best hypotheses again, with a scan: one refit may have ended in a wrong minimum."""
+        if not self.rugged or self._is_any_named(tried):
+            return tried
+        promising = sorted((t for t in tried if not t.hypothesis.about_noise), key=lambda t: t.reduced)
+        for one in promising[:_SCANNED]:
+            again = self._tried((one.hypothesis,), is_thorough=True)
+            tried = [t for t in tried if t is not one] + list(again)
+            if self._is_any_named(tried):
+                break
+        return tried
 
     def _tried_in_thread(self, hypotheses: tuple[Hypothesis, ...]) -> list[_Tried]:
         with computing():
@@ -204,13 +224,13 @@ class _Check:
         gain = before - (tried.chi_square + tried.log_determinant)
         return tried.is_noise and bool(gain > _CLEAR_EVIDENCE)
 
-    def _tried(self, hypotheses: Iterable[Hypothesis]) -> Iterator[_Tried]:
+    def _tried(self, hypotheses: Iterable[Hypothesis], is_thorough: bool = False) -> Iterator[_Tried]:
         for hypothesis in hypotheses:
             corrected = hypothesis.correct(self.result.data, self.sample)
             if corrected is None:
                 continue
             try:
-                tried = self._refitted(hypothesis, corrected)
+                tried = self._refitted(hypothesis, corrected, is_thorough)
             except InputRefusedError:
                 # The corrected input is no input at all, so the mistake cannot have been made.
                 continue
@@ -218,18 +238,23 @@ class _Check:
             self.progress(f"input check, {hypothesis.name}", self.count, tried.reduced)
             yield tried
 
-    def _refitted(self, hypothesis: Hypothesis, corrected: Corrected) -> _Tried:
-        tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held)
+    def _refitted(self, hypothesis: Hypothesis, corrected: Corrected, is_thorough: bool) -> _Tried:
+        tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held, is_thorough)
         if corrected.noise_as_stated is None or not tried.reduced < self.before:
             return tried
         # The mistake may have been made with the values alone.
-        kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held)
+        kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held, is_thorough)
         is_possible = not kept.is_ordered and tried.left <= _LEFT_AT_EQUAL_NOISE
         kept = dataclasses.replace(kept, is_possible=is_possible)
         return min(tried, kept, key=lambda t: abs(np.log(max(t.reduced, 1e-300))))
 
     def _tested(
-        self, hypothesis: Hypothesis, data: GonioData, sample: Sample, values_held: Mapping[str, float]
+        self,
+        hypothesis: Hypothesis,
+        data: GonioData,
+        sample: Sample,
+        values_held: Mapping[str, float],
+        is_thorough: bool,
     ) -> _Tried:
         """One refit from the declared start, judged by the points that the corrected input would use."""
         data, objective = self._objective(data, sample)
@@ -237,7 +262,7 @@ class _Check:
         values = np.array([values_held.get(p.name, p.value) for p in free])
         start = objective.scale.to_unit(values)
         held = {i: float(start[i]) for i, p in enumerate(free) if p.name in values_held}
-        search = GradientSearch(objective, _JACOBIANS).run(start, held)
+        search = self._search(objective, start, held, is_thorough)
         whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
         weighted = objective.weight > 0
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
@@ -249,6 +274,16 @@ class _Check:
         is_possible = not (hypothesis.about_noise and is_ordered)
         spread = _log_determinant(objective, search.predicted)
         return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered, spread)
+
+    def _search(
+        self, objective: Objective, start: np.ndarray, held: dict[int, float], is_thorough: bool
+    ) -> Search:
+        engine = GradientSearch(objective, _JACOBIANS)
+        if not is_thorough:
+            return engine.run(start, held)
+        starts, _ = scan(engine, start, objective.free.index(self.rugged[0]))
+        searches = [engine.run(there, held) for there in starts]
+        return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
 
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.

@@ -1,36 +1,45 @@
 """A self-contained HTML page and its elements, besides those of `jaxink.display.html`."""
 
 import base64
+import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
-from jaxink.display.html import class_attribute
+from jaxink.display.html import class_attribute, table
 from jaxink.numerics.digits import percent, rounded
 
 _STYLE = """
-body { font: 10.5pt/1.45 "Helvetica Neue", Arial, sans-serif; color: #1a1a1a; max-width: 78rem;
+body { font: 10.5pt/1.45 "Helvetica Neue", Arial, sans-serif; color: #1a1a1a; max-width: 66rem;
   margin: 1.5rem auto; padding: 0 1rem; }
 h1 { font-size: 1.5em; margin: 0 0 .4em; }
 h2 { font-size: 1.15em; margin: 1.8em 0 .5em; border-bottom: 1px solid #999; break-after: avoid; }
-p, ul { margin: .5em 0; max-width: 62rem; }
+p, ul, ol { margin: .5em 0; max-width: 62rem; }
 .verdict { border-left: .4em solid #c22f2f; background: #f5f5f5; padding: .7em 1em; font-size: 1.1em;
   break-inside: avoid; }
 .verdict.good { border-color: #2f7d3b; }
-table { border-collapse: collapse; font-size: .85em; margin: .6em 0; }
-th, td { padding: .2em .65em; text-align: right; vertical-align: top; font-variant-numeric: tabular-nums; }
+.steps li, nav { break-inside: avoid; }
+pre { background: #f5f5f5; padding: .3em .6em; margin: .2em 0 .6em; white-space: pre-wrap;
+  overflow-wrap: anywhere; }
+nav ol { columns: 2; max-width: 40rem; }
+table { border-collapse: collapse; font-size: .85em; margin: .6em 0; break-inside: avoid; }
+th, td { padding: .2em .5em; text-align: right; vertical-align: top; font-variant-numeric: tabular-nums; }
 th { border-bottom: 1px solid #333; vertical-align: bottom; }
 td { border-bottom: 1px solid #e2e2e2; overflow-wrap: break-word; }
 th.text, td.text { text-align: left; }
 tr { break-inside: avoid; }
+p:has(+ table) { break-after: avoid; }
 thead { display: table-header-group; }
 figure { margin: 1.2em 0; break-inside: avoid; }
-figure img { max-width: 100%; max-height: 160mm; display: block; }
+figure img { max-width: 100%; max-height: 225mm; display: block; }
 figcaption { font-size: .9em; color: #444; max-width: 62rem; }
-code { font-size: .95em; }
-@page { size: A4 landscape; margin: 12mm; }
-@media print { body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; } }
+code, pre { font-size: .92em; }
+@page { size: A4 portrait; margin: 12mm; }
+@media print { body { max-width: none; margin: 0; padding: 0; font-size: 9pt; }
+  th, td { padding: .15em .35em; } a { color: inherit; text-decoration: none; } }
 """
+# Rows of a table that fit on a printed page, even if some take three lines.
+_ROWS_OF_A_PAGE = 20
 # Shown in a cell without a number.
 NONE = "\N{EN DASH}"
 
@@ -58,6 +67,22 @@ def verdict(sentence: str, code: str, is_good: bool) -> str:
     return f"<p{class_attribute(kind)}>{escape(sentence)}<br><code>{escape(code)}</code></p>\n"
 
 
+def commands(steps: Iterable[tuple[str, str]]) -> str:
+    """What to do next, each with the command to type, if any."""
+    items = ""
+    for words, command in steps:
+        typed = f"<pre>{escape(command)}</pre>" if command else ""
+        items += f"<li>{escape(words)}{typed}</li>\n"
+    return f'<h2>Next</h2>\n<ol class="steps">\n{items}</ol>\n'
+
+
+def tables(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Iterable[int] = (0,)) -> str:
+    """A long table in parts that fit on a printed page, each with its heads."""
+    rows, columns = list(rows), tuple(text_columns)
+    starts = range(0, max(len(rows), 1), _ROWS_OF_A_PAGE)
+    return "".join(table(heads, rows[start : start + _ROWS_OF_A_PAGE], columns) for start in starts)
+
+
 def bullets(lines: Iterable[str]) -> str:
     """A list of sentences."""
     return "<ul>\n" + "".join(f"<li>{escape(line)}</li>\n" for line in lines) + "</ul>\n"
@@ -73,13 +98,33 @@ def figure(png: bytes, caption: str) -> str:
     )
 
 
-def section(title: str, *parts: str) -> str:
+@dataclasses.dataclass(frozen=True)
+class Section:
+    """A part of the page with a heading, which the contents list."""
+
+    title: str
+    content: str
+
+    @property
+    def anchor(self) -> str:
+        """Name that links refer to."""
+        return "-".join("".join(c if c.isalnum() else " " for c in self.title.lower()).split())
+
+
+def section(title: str, *parts: str) -> Section:
     """Parts below a heading."""
-    return f"<section>\n<h2>{escape(title)}</h2>\n{''.join(parts)}</section>\n"
+    return Section(title, "".join(parts))
 
 
-def document(title: str, *parts: str) -> str:
-    """The whole page."""
+def document(title: str, top: str, sections: Iterable[Section]) -> str:
+    """The whole page: what comes first, the contents, and the sections."""
+    parts = list(sections)
+    items = "".join(f'<li><a href="#{part.anchor}">{escape(part.title)}</a></li>\n' for part in parts)
+    contents = f"<nav>\n<h2>Contents</h2>\n<ol>\n{items}</ol>\n</nav>\n"
+    shown = "".join(
+        f'<section id="{part.anchor}">\n<h2>{escape(part.title)}</h2>\n{part.content}</section>\n'
+        for part in parts
+    )
     head = f'<meta charset="utf-8">\n<title>{escape(title)}</title>\n<style>{_STYLE}</style>'
-    body = f"<h1>{escape(title)}</h1>\n{''.join(parts)}"
+    body = f"<h1>{escape(title)}</h1>\n{top}{contents}{shown}"
     return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}</body>\n</html>\n'

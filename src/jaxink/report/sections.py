@@ -10,7 +10,17 @@ from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.plots.scan_views import measurement_name
-from jaxink.report.html import NONE, bullets, chance, number, section, share, verdict
+from jaxink.report.html import (
+    NONE,
+    Section,
+    bullets,
+    chance,
+    number,
+    section,
+    share,
+    tables,
+    verdict,
+)
 from jaxink.report.ink_table import inside_sentences
 
 if TYPE_CHECKING:
@@ -48,7 +58,7 @@ def top(diagnosis: "Diagnosis") -> str:
     return "".join(parts)
 
 
-def merit(diagnosis: "Diagnosis") -> str:
+def merit(diagnosis: "Diagnosis") -> Section:
     """Errors before and after, for fitted and held-out points."""
     rows = []
     for name, summary in _states(diagnosis, diagnosis.before, diagnosis.after):
@@ -89,10 +99,10 @@ def _merit_cells(figures: "Figures") -> list[str]:
     ]
 
 
-def steps(diagnosis: "Diagnosis") -> str:
+def steps(diagnosis: "Diagnosis") -> Section | None:
     """The effects that were added, in this order."""
     if not diagnosis.steps:
-        return ""
+        return None
     rows = []
     for i, s in enumerate(diagnosis.steps):
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
@@ -121,7 +131,7 @@ def steps(diagnosis: "Diagnosis") -> str:
     return section("Effects added", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
 
 
-def parameters(diagnosis: "Diagnosis") -> str:
+def parameters(diagnosis: "Diagnosis") -> Section:
     """Free parameters before and after."""
     before, after = diagnosis.parameters_before, diagnosis.parameters_after
     misfit_heads = ["possible shift by misfit", "determined"] if diagnosis.structure_remains else []
@@ -165,58 +175,74 @@ def _with_unit(text: str, unit: str) -> str:
     return f"{text} {unit}" if unit else text
 
 
-def candidates(diagnosis: "Diagnosis", *figures: str) -> str:
+def candidates(diagnosis: "Diagnosis", *figures: str) -> Section:
     """All effects that were tested, and those that cannot be."""
-    heads = [
+    found = [
         "effect",
+        "status",
         "z",
         "p",
         "family-wise adjusted p",
-        "degenerate with parameters",
-        "detection limit",
-        "unit of the limit",
-        "strength",
-        "unit",
-        "class",
         "Δχ² predicted",
         "Δχ² by refit",
-        "status",
+        "strength",
+        "unit",
+    ]
+    limits = [
+        "effect",
+        "detection limit",
+        "unit of the limit",
+        "degenerate with parameters",
+        "class",
         "reason",
     ]
-    rows = [_candidate_cells(row) for row in diagnosis.candidates]
-    text = (
-        "Family-wise adjusted p: probability that noise alone makes any effect this significant. Degenerate "
-        "with parameters: fraction of the effect that the free parameters reproduce. Strength: from the "
-        "refit if there was one, otherwise from the screen. Unit share: part of the area that is like a "
-        "typical case of the effect."
+    words = (
+        "Family-wise adjusted p: probability that noise alone makes any effect this significant. Strength: "
+        "from the refit if there was one, otherwise from the screen. Unit share: part of the area that is "
+        "like a typical case of the effect."
     )
-    parts = [table(heads, rows, (0, 6, 8, 9, 12, 13)), paragraph(text)]
+    of_limits = (
+        "What the data could show. Degenerate with parameters: fraction of the effect that the free "
+        "parameters reproduce. Class: effects that the data cannot distinguish."
+    )
+    parts = [
+        tables(found, map(_found_cells, diagnosis.candidates), (0, 1, 8)),
+        paragraph(words),
+        tables(limits, map(_limit_cells, diagnosis.candidates), (0, 2, 4, 5)),
+        paragraph(of_limits),
+    ]
     if diagnosis.not_testable:
         lines = (f"{name}: {reason}" for name, reason in diagnosis.not_testable.items())
         parts += [paragraph("The data do not constrain these effects:"), bullets(lines)]
     return section("Effects tested", *parts, *figures)
 
 
-def _candidate_cells(row: "CandidateRow") -> list[str]:
+def _found_cells(row: "CandidateRow") -> list[str]:
     return [
         row.effect,
+        row.status.replace("_", " "),
         number(row.z, 3),
         chance(row.p_raw),
         chance(row.p_adjusted),
-        share(row.degenerate_fraction),
-        number(row.detection_limit, 3),
-        row.detection_limit_unit,
-        number(row.strength),
-        row.unit,
-        ", ".join(row.members) if len(row.members) > 1 else "",
         number(row.predicted_delta_chi_square),
         number(row.refit_delta_chi_square),
-        row.status.replace("_", " "),
+        number(row.strength),
+        row.unit,
+    ]
+
+
+def _limit_cells(row: "CandidateRow") -> list[str]:
+    return [
+        row.effect,
+        number(row.detection_limit, 3),
+        row.detection_limit_unit,
+        share(row.degenerate_fraction),
+        ", ".join(row.members) if len(row.members) > 1 else "",
         row.reason,
     ]
 
 
-def remains(diagnosis: "Diagnosis") -> str:
+def remains(diagnosis: "Diagnosis") -> Section:
     """Structure in the residual after the last step."""
     location = diagnosis.location
     sentence = location.sentence[0].upper() + location.sentence[1:]
@@ -258,7 +284,7 @@ def _levels(levels: Sequence[str], means: np.ndarray) -> str:
     return "; ".join(f"{level} {mean:+.2f}" for level, mean in known)
 
 
-def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> str:
+def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str) -> Section:
     """Change of the exported BSDF."""
     title = "BSDF of the ink inside the plate"
     if isinstance(change, str):
@@ -281,7 +307,7 @@ def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str)
     return section(title, *parts, *figures)
 
 
-def origin(diagnosis: "Diagnosis") -> str:
+def origin(diagnosis: "Diagnosis") -> Section:
     """Settings and versions, for a repetition."""
     result = diagnosis.declared
     lines = [f"Catalogue of effects: version {diagnosis.to_dict()['catalogue_version']}."]

@@ -1,5 +1,6 @@
 """Write the report of a diagnosis: JSON, HTML and figures."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
@@ -9,6 +10,7 @@ from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.diagnosis_figures import diagnosis_figures
 from jaxink.report import html, sections
 from jaxink.report.ink_table import inside_change
+from jaxink.report.next_steps import next_steps
 
 REPORT_PAGE = "report.html"
 INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
@@ -16,7 +18,9 @@ INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
 OWNED = (FIGURE_FOLDER, *Diagnosis.owned, *INSIDE_FILES)
 
 
-def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool = True) -> list[Path]:
+def write_report(
+    diagnosis: "Diagnosis", folder: str | Path, with_figures: bool = True, inputs: Sequence[str] = ()
+) -> list[Path]:
     """Write the report, the corrected model and the figures; all of them or none.
 
     These are ``report.json`` and ``report.html``; ``sample.toml``, the sample file of the corrected model;
@@ -32,6 +36,8 @@ def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool 
         Created if it does not exist; figures of an older report are removed, other files stay.
     with_figures
         Whether to draw figures.
+    inputs
+        As of `next_steps`.
 
     Raises
     ------
@@ -45,7 +51,7 @@ def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool 
     for drawn in diagnosis_figures(diagnosis, tables) if with_figures else ():
         pictures[drawn.name] = drawn.figure.png()
         embedded[drawn.name] = html.figure(pictures[drawn.name], drawn.caption)
-    text = _page(diagnosis, change, embedded)
+    text = _page(diagnosis, change, embedded, next_steps(diagnosis, folder, inputs))
     with whole_folder(folder, owned=OWNED) as part:
         diagnosis.write_into(part)
         for name, table in inside.items():
@@ -58,20 +64,21 @@ def write_report(diagnosis: "Diagnosis", folder: str | Path, with_figures: bool 
         return [Path(folder) / p.relative_to(part) for p in sorted(part.rglob("*")) if p.is_file()]
 
 
-def _page(diagnosis, change, embedded) -> str:
+def _page(diagnosis, change, embedded, todo) -> str:
     def drawn(*stems: str) -> list[str]:
         return [shown for name, shown in embedded.items() if name.startswith(stems)]
 
     residuals = drawn("residual", "cuts")
-    return html.document(
-        sections.report_title(diagnosis),
-        sections.top(diagnosis),
+    parts = (
         sections.merit(diagnosis),
         sections.steps(diagnosis),
         sections.parameters(diagnosis),
-        html.section("Residuals", *residuals) if residuals else "",
+        html.section("Residuals", *residuals) if residuals else None,
         sections.remains(diagnosis),
         sections.inside(diagnosis, change, *drawn("inside")),
         sections.candidates(diagnosis, *drawn("candidates")),
         sections.origin(diagnosis),
     )
+    shown = [part for part in parts if part is not None]
+    top = sections.top(diagnosis) + html.commands((step.words, step.command) for step in todo)
+    return html.document(sections.report_title(diagnosis), top, shown)

@@ -1,0 +1,72 @@
+"""What to do after a diagnosis: sentences and the commands to type."""
+
+import dataclasses
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from jaxink.diagnosis import Diagnosis, VerdictCode
+
+
+@dataclasses.dataclass(frozen=True)
+class NextStep:
+    """Something to do.
+
+    Parameters
+    ----------
+    words
+        What it is good for.
+    command
+        To be typed as it is; empty if there is none.
+    """
+
+    words: str
+    command: str = ""
+
+    def lines(self) -> list[str]:
+        """Both, for a terminal."""
+        return [self.words, *([f"  {self.command}"] if self.command else [])]
+
+
+def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] = ()) -> list[NextStep]:
+    """Steps after a diagnosis, the most important first.
+
+    Parameters
+    ----------
+    diagnosis
+        The diagnosis.
+    folder
+        Folder of its report.
+    inputs
+        Words of a command for the measurement: its files, and options that say how to read them. None: the
+        name of the measurement.
+    """
+    measured, folder = list(inputs) or [diagnosis.declared.data.source or "DATA.csv"], str(folder)
+    code = diagnosis.verdict.code
+    if code is VerdictCode.INPUT_MISTAKE:
+        again = _command("diagnose", *measured, "--sample", "SAMPLE.toml", "--out", folder)
+        return [NextStep("Correct the mistake named above and diagnose again:", again)]
+    if code is VerdictCode.NOT_TESTABLE:
+        return [NextStep("Fix parameters that you know, or measure more points, and diagnose again.")]
+    steps = [
+        NextStep(f"Measure {f.measurement}: it distinguishes {' from '.join(f.effects)}.")
+        for f in diagnosis.further[:1]
+    ]
+    own = str(Path(folder) / "sample.toml")
+    if code.structure_remains:
+        again = _command("diagnose", *measured, "--sample", own, "--out", f"{folder}-2")
+        steps.append(NextStep("Declare what is known of the remaining residual, and diagnose again:", again))
+    if diagnosis.steps:
+        fit = _command("fit", *measured, "--sample", own, "--out", f"{folder}-fit")
+        steps.append(NextStep("Fit the corrected model, or change its sample file first:", fit))
+    predict = _command("predict", folder, "OTHER.csv", "--out", "predicted.csv")
+    export = _command("export", folder, "--format", "mitsuba", "--out", f"{folder}-export")
+    caution = " (the model does not fit yet)" if code.structure_remains else ""
+    steps.append(NextStep(f"Predict another measurement{caution}:", predict))
+    words = "Export the ink to a ray tracer (other formats: jaxink export --help)"
+    steps.append(NextStep(f"{words}{caution}:", export))
+    return steps
+
+
+def _command(*words: str) -> str:
+    return shlex.join(["jaxink", *words])
