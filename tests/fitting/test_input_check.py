@@ -58,7 +58,8 @@ def test_a_mistake_is_named_and_not_repaired(name, inputs, coarsely, told):
     assert checked.values == result.values
     told(checked.verdict.sentence)
     if result.verdict.is_misfit:
-        fall = (result.verdict.reduced_chi_square - found.reduced_chi_square) * 645
+        freedom = result.merit.degrees_of_freedom
+        fall = (result.verdict.reduced_chi_square - found.reduced_chi_square) * freedom
         assert found.delta_chi_square == pytest.approx(fall, rel=1e-3)
 
 

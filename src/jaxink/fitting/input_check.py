@@ -24,8 +24,9 @@ from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
 from jaxink.fitting.outcome import Search
+from jaxink.fitting.refitted_hypothesis import RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise, falls_short_of_noise
+from jaxink.fitting.verdict import FitVerdictCode
 from jaxink.measurement import GonioData, noise_of
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
@@ -45,8 +46,6 @@ _LEFT, _LEFT_NEARLY, _NEAR, _CLEARLY = 0.1, 0.01, 3.0, 10.0
 # With values and standard deviations both corrected, relative errors are those of the file: the misfit must
 # decrease then, too. A larger relative noise alone would hide any misfit.
 _LEFT_AT_EQUAL_NOISE = 0.25
-# Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
-_ORDERED = 4.0
 # Minus twice the logarithm of a likelihood ratio that is decisive.
 _CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
@@ -110,29 +109,6 @@ def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
     )
 
 
-@dataclasses.dataclass(frozen=True)
-class _Tried:
-    """A hypothesis after its refit; `left` is the excess of reduced chi-square over 1 as a share."""
-
-    hypothesis: Hypothesis
-    chi_square: float
-    freedom: int
-    left: float
-    is_possible: bool
-    is_ordered: bool
-    log_determinant: float
-
-    @property
-    def reduced(self) -> float:
-        return self.chi_square / self.freedom
-
-    @property
-    def is_noise(self) -> bool:
-        """Whether the rest is what the stated noise leaves, neither more nor less."""
-        below = falls_short_of_noise(self.chi_square, self.freedom, SIGMA_TOLERANCE)
-        return not (below or exceeds_noise(self.chi_square, self.freedom))
-
-
 class _Check:
     """The hypotheses about the input of one fit, and their refits."""
 
@@ -171,11 +147,11 @@ class _Check:
             tried += self._scanned(more)
         return self._judged(tried)
 
-    def _is_any_named(self, tried: list[_Tried]) -> bool:
+    def _is_any_named(self, tried: list[RefittedHypothesis]) -> bool:
         return any(mistake.is_named for mistake in self._judged(tried))
 
-    def _scanned(self, tried: list[_Tried]) -> list[_Tried]:
-        """The best hypotheses again, with a scan: one refit may have ended in a wrong minimum."""
+    def _scanned(self, tried: list[RefittedHypothesis]) -> list[RefittedHypothesis]:
+        """The best hypotheses again, with a scan: one refit may end in the wrong one of many minima."""
         if not self.rugged or self._is_any_named(tried):
             return tried
         promising = sorted((t for t in tried if not t.hypothesis.about_noise), key=lambda t: t.reduced)
@@ -186,11 +162,11 @@ class _Check:
                 break
         return tried
 
-    def _tried_in_thread(self, hypotheses: tuple[Hypothesis, ...]) -> list[_Tried]:
+    def _tried_in_thread(self, hypotheses: tuple[Hypothesis, ...]) -> list[RefittedHypothesis]:
         with computing():
             return list(self._tried(hypotheses))
 
-    def _judged(self, tried: list[_Tried]) -> tuple[Mistake, ...]:
+    def _judged(self, tried: list[RefittedHypothesis]) -> tuple[Mistake, ...]:
         best = sorted(tried, key=lambda t: t.left)
         fits = self.result.verdict.code is FitVerdictCode.CONSISTENT
         named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise and not fits]
@@ -202,8 +178,9 @@ class _Check:
         rest = [t for t in best if not any(t is one for one in named)]
         return tuple(self._mistake(t, True) for t in named) + tuple(self._mistake(t, False) for t in rest)
 
-    def _mistake(self, tried: _Tried, is_named: bool) -> Mistake:
-        of, fall = tried.hypothesis, self._chi_square - tried.chi_square
+    def _mistake(self, tried: RefittedHypothesis, is_named: bool) -> Mistake:
+        # A corrected input may mask other points: of those that the refit uses.
+        of, fall = tried.hypothesis, (self.before - tried.reduced) * tried.freedom
         return Mistake(of.name, of.statement, of.remedy, tried.reduced, fall, is_named)
 
     @property
@@ -212,7 +189,7 @@ class _Check:
         assert whitened is not None, "without known noise no input is doubtful"
         return float(np.sum(whitened[weights_of(self.result.data, self.sample) > 0] ** 2))
 
-    def _is_likelier_design(self, tried: _Tried) -> bool:
+    def _is_likelier_design(self, tried: RefittedHypothesis) -> bool:
         """Whether exchanged angles explain the noise of the scans better, where the source seems scanned.
 
         Through a symmetric sample the exchange changes no value, only which points share a scan's factor.
@@ -220,11 +197,13 @@ class _Check:
         if tried.hypothesis is not ANGLES_EXCHANGED or not source_is_scanned(self.result.data):
             return False
         _, objective = self._objective(self.result.data, self.sample)
-        before = self._chi_square + _log_determinant(objective, self.result.predicted_per_sr)
+        before = self._chi_square + log_determinant(objective, self.result.predicted_per_sr)
         gain = before - (tried.chi_square + tried.log_determinant)
         return tried.is_noise and bool(gain > _CLEAR_EVIDENCE)
 
-    def _tried(self, hypotheses: Iterable[Hypothesis], is_thorough: bool = False) -> Iterator[_Tried]:
+    def _tried(
+        self, hypotheses: Iterable[Hypothesis], is_thorough: bool = False
+    ) -> Iterator[RefittedHypothesis]:
         for hypothesis in hypotheses:
             corrected = hypothesis.correct(self.result.data, self.sample)
             if corrected is None:
@@ -238,7 +217,9 @@ class _Check:
             self.progress(f"input check, {hypothesis.name}", self.count, tried.reduced)
             yield tried
 
-    def _refitted(self, hypothesis: Hypothesis, corrected: Corrected, is_thorough: bool) -> _Tried:
+    def _refitted(
+        self, hypothesis: Hypothesis, corrected: Corrected, is_thorough: bool
+    ) -> RefittedHypothesis:
         tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held, is_thorough)
         if corrected.noise_as_stated is None or not tried.reduced < self.before:
             return tried
@@ -255,7 +236,7 @@ class _Check:
         sample: Sample,
         values_held: Mapping[str, float],
         is_thorough: bool,
-    ) -> _Tried:
+    ) -> RefittedHypothesis:
         """One refit from the declared start, judged by the points that the corrected input would use."""
         data, objective = self._objective(data, sample)
         free = sample.parameters.free
@@ -268,12 +249,18 @@ class _Check:
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
         chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
         # Chi-square itself is known to its standard deviation only.
-        excess = max(abs(chi_square / freedom - 1) - np.sqrt(2 / freedom), 0.0)
+        excess = max(abs(chi_square / freedom - 1) - float(np.sqrt(2 / freedom)), 0.0)
         left = excess / max(abs(self.before - 1), 1e-300)
-        is_ordered = _is_ordered(data, whitened, weighted)
-        is_possible = not (hypothesis.about_noise and is_ordered)
-        spread = _log_determinant(objective, search.predicted)
-        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered, spread)
+        ordered = is_ordered(data, whitened, weighted)
+        return RefittedHypothesis(
+            hypothesis=hypothesis,
+            chi_square=chi_square,
+            freedom=freedom,
+            left=left,
+            is_possible=not (hypothesis.about_noise and ordered),
+            is_ordered=ordered,
+            log_determinant=log_determinant(objective, search.predicted),
+        )
 
     def _search(
         self, objective: Objective, start: np.ndarray, held: dict[int, float], is_thorough: bool
@@ -296,23 +283,3 @@ class _Check:
         noise = noise_of(data, sample.noise)
         objective = make_objective(data, sample, "chi_square", self.config, noise)
         return data, without(objective, masked) if masked.any() else objective
-
-
-def _log_determinant(objective: Objective, predicted: np.ndarray) -> float:
-    """Logarithm of the determinant of the noise covariance in units of the independent variances."""
-    common = objective.scan_relative * predicted / objective.sigma
-    return float(np.sum(np.log1p(np.bincount(objective.scan, weights=common**2))))
-
-
-def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> bool:
-    """Whether weighted residuals of neighbouring angles of view in a scan are correlated."""
-    used = np.flatnonzero(data.used)[weighted]
-    towards_peak = np.where(np.abs(data.phi_deg[used]) > 90, 1.0, -1.0)
-    order = np.lexsort((towards_peak * data.theta_o_deg[used], data.scan_index[used]))
-    residual, scan = whitened[weighted][order], data.scan_index[used][order]
-    same = scan[1:] == scan[:-1]
-    power = float(np.sum(residual**2))
-    if not same.any() or not power > 0:
-        return False
-    correlation = float(np.sum((residual[1:] * residual[:-1])[same])) / power
-    return bool(correlation * np.sqrt(np.sum(same)) > _ORDERED)
