@@ -10,7 +10,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from jaxink.measurement import GonioData
-from jaxink.plots import cut_figure, figures, residual_map, save_figures
+from jaxink.plots import corner_figure, cut_figure, figures, lobe_figure, residual_map, save_figures
 from jaxink.plots.cuts import FITTED, MASKED, MEASURED
 from jaxink.plots.scan_views import scan_views
 
@@ -26,9 +26,9 @@ def lines(axes, style):
     return np.concatenate(found)
 
 
-def panels(figure):
-    """Logarithmic, linear and residual axes by incidence."""
-    return [figure.axes[i : i + 3] for i in range(0, len(figure.axes), 3)]
+def panels(figure, rows=2):
+    """Axes by incidence: of values, logarithmic first if there are three rows, and of residuals."""
+    return [figure.axes[i : i + rows] for i in range(0, len(figure.axes), rows)]
 
 
 def texts(figure):
@@ -63,10 +63,23 @@ def ball():
     return [(np.full(phi.size, theta_i), theta_o, phi) for theta_i in (0.0, 45.0)]
 
 
-def test_cuts_hold_the_measurement_the_fit_and_the_residual(example_result):
+@pytest.fixture(scope="module")
+def wide(example_result):
+    """The same falling by two decades towards grazing."""
+    data = example_result.data
+    fall = 10 ** (-data.theta_o_deg / 45)
+    return dataclasses.replace(
+        example_result,
+        data=data.replace(bsdf_per_sr=data.bsdf_per_sr * fall),
+        predicted_per_sr=example_result.predicted_per_sr * fall,
+    )
+
+
+def test_cuts_hold_the_measurement_the_fit_and_the_residual(wide):
+    example_result = wide
     data, figure = example_result.data, cut_figure(example_result, 550.0, "R")
     assert len(figure.axes) == 15
-    for theta_i, (log, linear, residual) in zip((0, 15, 30, 45, 60), panels(figure), strict=True):
+    for theta_i, (log, linear, residual) in zip((0, 15, 30, 45, 60), panels(figure, 3), strict=True):
         here = (data.theta_i_deg == theta_i) & ~data.is_transmission
         # Negative on the source's side (phi 0), positive towards the peak (phi 180).
         signed = np.where(data.phi_deg[here] == 180, 1, -1) * data.theta_o_deg[here]
@@ -88,8 +101,37 @@ def test_cuts_hold_the_measurement_the_fit_and_the_residual(example_result):
         assert any(line.get_xdata()[0] == theta_i for line in log.lines)
 
 
+def test_within_a_decade_there_is_no_logarithmic_panel(example_result, wide):
+    for result, rows in ((example_result, 2), (wide, 3)):
+        figure = cut_figure(result, 550.0, "R")
+        assert len(figure.axes) == 5 * rows
+        assert sum(axes.get_yscale() == "log" for axes in figure.axes) == 5 * (rows - 2)
+
+
+def test_all_incidences_have_one_linear_scale(example_result, wide):
+    for result, rows in ((example_result, 2), (wide, 3)):
+        linear = [axes[rows - 2] for axes in panels(cut_figure(result, 550.0, "R"), rows)]
+        (ends,) = {axes.get_ylim() for axes in linear}
+        assert ends[0] == 0
+        assert ends[1] > result.data.bsdf_per_sr[~result.data.is_transmission].max()
+
+
+def test_a_residual_beyond_the_axis_is_explained(example_result):
+    residual = np.array(example_result.whitened)
+    assert "beyond" not in legend_of(cut_figure(example_result, 550.0, "R"))
+    residual[np.flatnonzero(~example_result.data.is_transmission)[7]] = 50.0
+    figure = cut_figure(dataclasses.replace(example_result, whitened=residual), 550.0, "R")
+    assert "beyond" in legend_of(figure)
+    drawn = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "^"]
+    assert sum(line.get_xdata().size for line in drawn) == 1
+
+
+def legend_of(figure):
+    return " ".join(text.get_text() for text in figure.legends[0].get_texts())
+
+
 def test_line_is_broken_at_the_peak(example_result):
-    axes = panels(cut_figure(example_result, 550.0, "T"))[2][1]
+    axes = panels(cut_figure(example_result, 550.0, "T"))[2][0]
     fitted = lines(axes, FITTED)
     gap = np.flatnonzero(np.isnan(fitted[:, 0]))
     assert [(fitted[i - 1, 0], fitted[i + 1, 0]) for i in gap] == [(25.0, 35.0)]
@@ -101,7 +143,7 @@ def test_title_and_legend_say_what_is_drawn(example_result, told):
     told(title, "SIMULATED", "simulated_plate_and_ink.csv", "550 nm", numbers=False)
     for entry in figure.legends[0].get_texts():
         told(entry.get_text())
-    told(panels(figure)[0][2].get_ylabel(), "[σ]")
+    told(panels(figure)[0][1].get_ylabel(), "[σ]")
 
 
 def test_real_data_are_not_called_simulated(example_result, ball, told):
@@ -119,9 +161,9 @@ def test_masked_points_are_shown_but_not_fitted(example_result, told):
         whitened=example_result.whitened[~off],
     )
     figure = cut_figure(masked, 550.0, "R")
-    log = panels(figure)[2][0]
-    assert sorted(lines(log, MASKED)[:, 0]) == [-85, -82.5, 82.5, 85]
-    assert np.nanmax(lines(log, FITTED)[:, 0]) == 80
+    values = panels(figure)[2][0]
+    assert sorted(lines(values, MASKED)[:, 0]) == [-85, -82.5, 82.5, 85]
+    assert np.nanmax(lines(values, FITTED)[:, 0]) == 80
     told(" ".join(t.get_text() for t in figure.legends[0].get_texts()))
 
 
@@ -162,11 +204,52 @@ def test_a_scan_without_a_cut_says_so_on_the_page(example_result, ball, told):
 def test_unknown_noise_gives_residuals_in_per_cent(example_result, told):
     data = example_result.data
     result = dataclasses.replace(example_result, whitened=None)
-    residual = panels(cut_figure(result, 550.0, "R"))[0][2]
+    residual = panels(cut_figure(result, 550.0, "R"))[0][1]
     told(residual.get_ylabel(), "[%]")
     here = (data.theta_i_deg == 0) & ~data.is_transmission
     expected = 100 * (data.bsdf_per_sr / result.predicted_per_sr - 1)[here]
     np.testing.assert_allclose(np.sort(lines(residual, MEASURED)[:, 1]), np.sort(expected), rtol=1e-12)
+
+
+def test_corner_holds_the_covariance(example_result):
+    figure, found = corner_figure(example_result), example_result.covariance
+    assert len(figure.axes) == 6
+    # Second row, first column: absorption over scattering; the outer ellipse is two standard deviations.
+    axes = figure.axes[1]
+    outer = max(
+        (line.get_xydata() for line in axes.lines), key=lambda xy: np.ptp(xy[:, 0]) * np.ptp(xy[:, 1])
+    )
+    errors = np.sqrt(np.diag(found.matrix))
+    np.testing.assert_allclose(np.ptp(outer, axis=0), 4 * errors[:2], rtol=1e-3)
+    centre = [example_result[name].value for name in found.names[:2]]
+    np.testing.assert_allclose((outer.max(axis=0) + outer.min(axis=0)) / 2, centre, rtol=1e-6)
+    assert axes.get_ylabel() == "ink.absorption_per_mm [1/mm]"
+
+
+def test_corner_of_samples_draws_them(example_result, refused):
+    names = example_result.covariance.names[:2]
+    values = {name: example_result[name].value * np.linspace(0.99, 1.01, 50) for name in names}
+    figure = corner_figure(example_result, names, values)
+    assert len(figure.axes) == 3
+    dots = next(line for line in figure.axes[1].lines if line.get_marker() == ".")
+    np.testing.assert_array_equal(dots.get_xdata(), values[names[0]])
+    with refused("ink.haze"):
+        corner_figure(example_result, ["ink.haze"])
+    with refused(names[1]):
+        corner_figure(example_result, names, {names[0]: values[names[0]]})
+
+
+def test_lobes_are_those_in_the_plane(example_result, refused):
+    data = example_result.data
+    (axes,) = lobe_figure(example_result, 550.0, "R").axes
+    shown = [line.get_xydata() for line in axes.lines if line.get_marker() == MEASURED["marker"]]
+    assert len(shown) == 5
+    here = (data.theta_i_deg == 30) & ~data.is_transmission
+    signed = np.deg2rad(np.where(data.phi_deg[here] == 180, 1, -1) * data.theta_o_deg[here])
+    expected = {tuple(p) for p in np.column_stack([signed, data.bsdf_per_sr[here]])}
+    assert {tuple(p) for p in shown[2]} == expected
+    with refused("633"):
+        lobe_figure(example_result, 633.0, "R")
 
 
 def test_many_incidences_share_pages_of_equal_bands(example_result):

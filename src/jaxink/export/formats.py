@@ -205,5 +205,9 @@ def _require_bins_fit(chosen: Format, options: ExportOptions) -> None:
 
 def _with_losses(table: InkTable, losses: list[Loss]) -> InkTable:
     """The table with what is lost among its attributes, which all files contain."""
-    lost = "; ".join(map(str, losses))
-    return dataclasses.replace(table, attrs=table.attrs | {"lost": lost}) if lost else table
+    if not losses:
+        return table
+    attrs = table.attrs | {"lost": "; ".join(map(str, losses))}
+    if any(loss.name == "standard_errors" for loss in losses):
+        attrs.pop("standard_error", None)
+    return dataclasses.replace(table, attrs=attrs)

@@ -1,5 +1,30 @@
 """Figures of a fit result; matplotlib is imported on demand and its global state is not changed."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from jaxink.plots.fit_figures import FIGURE_FOLDER, cut_figure, figures, residual_map, save_figures
 
-__all__ = ["FIGURE_FOLDER", "cut_figure", "figures", "residual_map", "save_figures"]
+if TYPE_CHECKING:
+    from jaxink.plots.corner import corner_figure
+    from jaxink.plots.lobe_figures import lobe_figure, table_lobe_figure
+
+# Their modules import matplotlib.
+_LATER = {"corner_figure": "corner", "lobe_figure": "lobe_figures", "table_lobe_figure": "lobe_figures"}
+
+__all__ = [
+    "FIGURE_FOLDER",
+    "corner_figure",
+    "cut_figure",
+    "figures",
+    "lobe_figure",
+    "residual_map",
+    "save_figures",
+    "table_lobe_figure",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module 'jaxink.plots' has no attribute {name!r}")
+    return getattr(import_module(f"jaxink.plots.{_LATER[name]}"), name)

@@ -1,14 +1,14 @@
 """Figures of a diagnosis: residuals and in-plane scans before and after, candidates, and the ink's BSDF."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jaxink.numerics.digits import rounded
 from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
-from jaxink.plots.cuts import CutLayout, draw_cuts
+from jaxink.plots.cuts import ResidualRow, cut_page
 from jaxink.plots.discs import DiscLayout, draw_discs
 from jaxink.plots.figure import PageFigure, blank_figure
 from jaxink.plots.ink_table import InsideLayout, draw_inside
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 # With more, the report would become too long.
 MOST_WAVELENGTHS = 3
+# Residuals after a correction are also drawn on their own scale if it is finer by this factor.
+_FINER = 1.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -93,9 +95,15 @@ class _Pages:
         views = views_of(data, summary.predicted_per_sr, summary.whitened, self.wavelength_nm, side)
         return [view for view in views if view.used.any()]
 
-    def _limit(self, sides, in_plane: bool) -> float:
-        views = [view for side in sides for state in self.views[side] for view in state]
+    def _limit(self, sides, in_plane: bool, first: int = 0) -> float:
+        """Half-width of the scale of the residuals, from one of the states on."""
+        views = [view for side in sides for state in self.views[side][first:] for view in state]
         return residual_limit(views, in_plane)
+
+    def _own_limit(self, sides, in_plane: bool) -> float | None:
+        """That of the residuals after the correction alone; None if it is hardly smaller."""
+        own = self._limit(sides, in_plane, -1)
+        return own if self._limit(sides, in_plane) > _FINER * own else None
 
     def _title(self, what: str) -> str:
         return _title(self.diagnosis, f"{what} at {self.wavelength_nm:g} nm")
@@ -104,48 +112,64 @@ class _Pages:
         return " ".join([text, *_spectrum_words(self.diagnosis), *_once_words(self.diagnosis)])
 
     def residuals(self) -> Iterator[CaptionedFigure]:
-        """Strips for sides with in-plane data only, discs for the others."""
+        """Strips for sides with in-plane data only, discs for the others; after a correction also alone."""
         flat = [s for s, states in self.views.items() if all(np.all(v.in_plane[v.used]) for v in states[0])]
+        everything = range(len(self.states))
         if flat:
-            yield self._strips(flat)
+            yield self._strips(flat, everything, self._limit(flat, True))
+            own = self._own_limit(flat, True)
+            if own is not None:
+                yield self._strips(flat, everything[-1:], own)
         for side in (s for s in self.views if s not in flat):
-            yield self._discs(side)
+            yield self._discs(side, everything, self._limit([side], False))
+            own = self._own_limit([side], False)
+            if own is not None:
+                yield self._discs(side, everything[-1:], own)
 
-    def _strips(self, sides: list[str]) -> CaptionedFigure:
-        rows = [
-            [(f"{SIDES[s]}, {name}", views) for name, views in zip(self.states, self.views[s], strict=True)]
-            for s in sides
-        ]
-        layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(self.states))
-        limit, label = self._limit(sides, True), residual_label(self.diagnosis.declared)
+    def _strips(self, sides: list[str], shown: Sequence[int], limit: float) -> CaptionedFigure:
+        rows = [[(f"{SIDES[s]}, {self.states[i]}", self.views[s][i]) for i in shown] for s in sides]
+        layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(shown))
         with blank_figure(*layout.size) as page:
-            draw_strips(page, rows, self._title("residuals"), limit, label)
-        text = "Residuals, measured minus model, in standard deviations of the noise."
-        return CaptionedFigure(f"residuals_{self.wavelength_nm:g}nm", self._caption(text), page)
+            draw_strips(page, rows, self._title("residuals"), limit, residual_label(self.diagnosis.declared))
+        text = f"Residuals{self._of(shown)}, measured minus model, in standard deviations of the noise."
+        name = f"residuals{self._tag(shown)}_{self.wavelength_nm:g}nm"
+        return CaptionedFigure(name, self._caption(text), page)
 
-    def _discs(self, side: str) -> CaptionedFigure:
-        views = [view for scan in zip(*self.views[side], strict=True) for view in scan]
-        limit, label = self._limit([side], False), residual_label(self.diagnosis.declared)
-        title = self._title(f"residuals in {SIDES[side]}")
-        with blank_figure(*DiscLayout(len(views), len(self.states)).size) as page:
-            draw_discs(page, views, title, limit, label, self.states)
-        text = f"Residuals in {SIDES[side]} over all viewing directions."
-        return CaptionedFigure(f"residual_discs_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
+    def _discs(self, side: str, shown: Sequence[int], limit: float) -> CaptionedFigure:
+        views = [scan[i] for scan in zip(*self.views[side], strict=True) for i in shown]
+        title, label = self._title(f"residuals in {SIDES[side]}"), residual_label(self.diagnosis.declared)
+        states = tuple(self.states[i] for i in shown)
+        with blank_figure(*DiscLayout(len(views), len(states)).size) as page:
+            draw_discs(page, views, title, limit, label, states)
+        text = f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions."
+        name = f"residual_discs{self._tag(shown)}_{side}_{self.wavelength_nm:g}nm"
+        return CaptionedFigure(name, self._caption(text), page)
+
+    def _is_part(self, shown: Sequence[int]) -> bool:
+        return len(shown) < len(self.states)
+
+    def _of(self, shown: Sequence[int]) -> str:
+        return " after the correction, on their own scale" if self._is_part(shown) else ""
+
+    def _tag(self, shown: Sequence[int]) -> str:
+        return "_after" if self._is_part(shown) else ""
 
     def cuts(self) -> Iterator[CaptionedFigure]:
-        """In-plane scans of each side, on one residual scale."""
+        """In-plane scans of each side, on one residual scale, and after a correction also on its own."""
         cut = [side for side, states in self.views.items() if any(view.has_cut for view in states[0])]
         for side in cut:
-            first, *later = self.views[side]
-            limit = self._limit(cut, True)
-            labels = tuple(f"{state} [σ]" for state in self.states)
+            limit, own = self._limit(cut, True), self._own_limit(cut, True)
+            rows = [ResidualRow(f"{state} [σ]", i, limit) for i, state in enumerate(self.states)]
+            if own is not None:
+                rows.append(ResidualRow("after [σ], enlarged", len(self.states) - 1, own))
             title = self._title(f"in-plane scans in {SIDES[side]}")
-            with blank_figure(*CutLayout(len(first), len(self.states)).size) as page:
-                draw_cuts(page, first, title, limit, labels, later[0] if later else None)
+            page = cut_page(self.views[side], rows, title)
             text = (
                 f"Measured and modelled BSDF in {SIDES[side]}, with the residuals in standard deviations of "
                 "the noise below; a triangle marks a residual beyond the edge."
             )
+            if own is not None:
+                text += " The last row shows the residuals after the correction on their own scale."
             yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
 
 

@@ -40,19 +40,16 @@ def cut_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure"
     InputRefusedError
         If the result has no such scan, or fewer than five in-plane points at every incidence.
     """
-    from jaxink.plots.cuts import CutLayout, draw_cuts
-    from jaxink.plots.figure import blank_figure
+    from jaxink.plots.cuts import ResidualRow, cut_page
 
-    views = _views(result, wavelength_nm, side)
+    views = used_views(result, wavelength_nm, side)
     if not any(view.has_cut for view in views):
         raise InputRefusedError(
             f"{side} at {wavelength_nm:g} nm: no scan has five points in the plane of incidence; use "
             "residual_map instead."
         )
     title = _title(result, wavelength_nm, side, "in-plane scans")
-    with blank_figure(*CutLayout(len(views)).size) as page:
-        draw_cuts(page, views, title, residual_limit(views, True), (residual_label(result),))
-    return page
+    return cut_page([views], [ResidualRow(residual_label(result), 0, residual_limit(views, True))], title)
 
 
 def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
@@ -71,7 +68,7 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
     from jaxink.plots.discs import DiscLayout, draw_discs
     from jaxink.plots.figure import blank_figure
 
-    views = _views(result, wavelength_nm, side)
+    views = used_views(result, wavelength_nm, side)
     what = "residuals over all viewing directions"
     if not any(view.has_cut for view in views):
         what += " (too few in-plane points)"
@@ -91,7 +88,7 @@ def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
     """
     pages = sorted({(s.wavelength_nm, s.side) for s in result.data.scans if s.used})
     for wavelength_nm, side in pages:
-        views = _views(result, wavelength_nm, side)
+        views = used_views(result, wavelength_nm, side)
         name = f"{side}_{wavelength_nm:g}nm"
         has_cut = any(view.has_cut for view in views)
         if has_cut:
@@ -134,7 +131,8 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
     return files
 
 
-def _views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanView]:
+def used_views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanView]:
+    """Scans of one wavelength and side that have used points; rejected if there is none."""
     views = [view for view in scan_views(result, wavelength_nm, side) if view.used.any()]
     if not views:
         held = sorted({f"{s.side} at {s.wavelength_nm:g} nm" for s in result.data.scans if s.used})
