@@ -54,7 +54,7 @@ def _sample_toml(declared: dict) -> str:
         "[noise]",
         f"relative = {noise['rel']}",
         f"floor_per_sr = {noise['floor']}",
-        f"scan_relative = {noise['scan_rel']}",
+        f"scan_relative = {noise.get('scan_rel', 0.0)}",
         "",
         "# The rows near the regular peaks and near the source are absent from the file.",
         "[masks]",
@@ -62,6 +62,15 @@ def _sample_toml(declared: dict) -> str:
         "undeviated_half_angle_deg = 0",
         "retro_half_angle_deg = 0",
     ]
+    if "detector" in declared:
+        light = declared["detector"]["illumination"]
+        nm, power = light["wavelength_nm"], light["power_per_nm"]
+        lines += [
+            "",
+            "[instrument]",
+            f'detector_mode = "{declared["detector"]["mode"]}"',
+            f"illumination = {{ wavelength_nm = {nm}, power = {power} }}",
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -89,7 +98,8 @@ def _layer(layer: dict, declared: dict, is_spectrum: bool) -> list[str]:
         if key in declared["unknown_parameters"]:
             low, high = declared["parameter_ranges"][key]
             # A dye absorbs differently at each wavelength; everything else is shared.
-            each = ", per_wavelength = true" if is_spectrum and key == "n_im" else ""
+            separate = declared.get("per_wavelength", ["n_im"])
+            each = ", per_wavelength = true" if is_spectrum and key in separate else ""
             lines.append(f"{_NAMES[key]} = {{ free = true, min = {low}, max = {high}{each} }}")
         else:
             lines.append(f"{_NAMES[key]} = {model[key]}")

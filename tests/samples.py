@@ -33,6 +33,31 @@ floor_per_sr = 1e-4
 scan_relative = 0.002
 """
 
+# An ink with a gap of air between it and its plate, declared as a layer.
+BEHIND_AIR = """
+schema_version = 1
+wavelength_nm = [550]
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 2.0
+[[layers]]
+name = "air_gap"
+kind = "clear"
+refractive_index = 1.0
+thickness_mm = 0.01
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.5
+thickness_um = 30
+scattering_per_mm = 60
+absorption_per_mm = 1
+asymmetry_parameter = 0.3
+"""
+
 # What bad sample files are made from.
 GOOD_SAMPLE = """\
 schema_version = 1

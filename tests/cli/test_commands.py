@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import jaxink
 from jaxink.cli.app import app
-from jaxink.data import SIMULATED_TRUTH, simulated_example
+from jaxink.data import SIMULATED_TRUTH, STRAY_LIGHT_TRUTH, simulated_example
 from jaxink.fitting.simplex import SimplexSearch
 
 DATA, SAMPLE = map(str, simulated_example())
@@ -113,18 +113,35 @@ def test_simplex_that_does_not_converge_says_so(run, tmp_path, monkeypatch, told
     assert not jaxink.load_result(tmp_path / "out").converged
 
 
-def test_demo_shows_both_fits_beside_the_truth(run, tmp_path, told):
-    done = run("demo", "--out", tmp_path / "demo")
+@pytest.mark.slow
+def test_demo_leads_from_a_misfit_to_a_corrected_ink(run, tmp_path, told):
+    out = tmp_path / "demo"
+    done = run("demo", "--out", out)
     assert done.exit_code == 0
     assert "SIMULATED" in told(done.stdout, numbers=False).splitlines()[0]
-    rows = {line.split("  ")[0].strip(): line.split() for line in map(str.strip, done.stdout.splitlines())}
-    for name, truth in SIMULATED_TRUTH.items():
-        assert float(rows[name][1]) == truth
-    assert rows["Jacobians"][2] == "0"
-    assert int(rows["evaluations"][2]) > int(rows["Jacobians"][1]) > 0
-    for folder in ("", "simplex"):
-        assert jaxink.load_result(tmp_path / "demo" / folder).converged
-    assert {"simulated_plate_and_ink.csv", "simulated_plate_and_ink.toml"} <= set(files(tmp_path / "demo"))
+    first, second = done.stdout.split("2. The diagnosis")
+    fits, models = (
+        {line.split()[0]: line.split()[1:] for line in part.splitlines() if len(line.split()) > 2}
+        for part in (first, second)
+    )
+    for name, truth in STRAY_LIGHT_TRUTH.items():
+        assert float(models[name][0]) == truth
+    assert fits["Jacobians"][1] == "0"
+    assert int(fits["evaluations"][1]) > int(fits["Jacobians"][0]) > 0
+    declared, found = jaxink.load_result(out / "fit"), jaxink.load_diagnosis(out / "report")
+    assert jaxink.load_result(out / "fit" / "simplex").converged
+    assert declared.verdict.is_misfit
+    assert not found.corrected.verdict.is_misfit
+    for name, truth in STRAY_LIGHT_TRUTH.items():
+        p = found.corrected[name]
+        assert abs(p.value - truth) < 3 * p.standard_error
+    # The folder of the diagnosis stands for the corrected model.
+    again = jaxink.load_result(out / "report")
+    np.testing.assert_allclose(again.predict()[again.data.used], again.predicted_per_sr, rtol=1e-9)
+    assert jaxink.load_sample(out / "report").effects == again.sample.effects
+    assert jaxink.load_sample(out / "report" / "sample.toml").parameters["stray_light.level_per_sr"].free
+    assert {"ink_README.txt", "ink_bsdf.csv"} <= set(files(out / "ink"))
+    assert "stray_light" in (out / "ink" / "ink_README.txt").read_text()
 
 
 def test_predict_from_a_result_and_from_a_sample(run, tmp_path, example_result, told):

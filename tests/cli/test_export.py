@@ -15,6 +15,7 @@ from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.ink import TableOptions
 from jaxink.ink.uncertainty import ParameterCovariance
 from tests.ink.analytic_tables import smooth_table
+from tests.samples import BEHIND_AIR
 
 
 def run(*arguments):
@@ -112,29 +113,6 @@ def test_a_result_is_tabulated_with_the_named_layers(tmp_path, monkeypatch, exam
     assert values == pytest.approx(example_result.values)
 
 
-GAP = """
-schema_version = 1
-wavelength_nm = [550]
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 2.0
-[[layers]]
-name = "air_gap"
-kind = "clear"
-refractive_index = 1.0
-thickness_mm = 0.01
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 30
-scattering_per_mm = 60
-absorption_per_mm = 1
-asymmetry_parameter = 0.3
-"""
 SMALL = ("--n-theta", "25", "--n-phi", "9")
 
 
@@ -166,7 +144,7 @@ def commands(done):
 
 
 def test_an_air_gap_is_not_taken_for_the_plate(saved, tmp_path):
-    result, out = saved(GAP), tmp_path / "the files"
+    result, out = saved(BEHIND_AIR), tmp_path / "the files"
     asked = [result, "--format", "csv", "--out", out, *SMALL]
     from_air, from_plate = commands(run(*asked))
     assert not out.exists()
@@ -186,14 +164,24 @@ def test_an_air_gap_is_not_taken_for_the_plate(saved, tmp_path):
 @pytest.fixture(scope="module")
 def gap_table():
     options = TableOptions(n_theta=45, n_phi=37, inside="plate", accuracy=1e-3)
-    return jaxink.ink_table(jaxink.parse_sample(GAP), ["air_gap", "ink"], options=options)
+    return jaxink.ink_table(jaxink.parse_sample(BEHIND_AIR), ["air_gap", "ink"], options=options)
 
 
 @pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance"])
 def test_every_command_of_a_refusal_works(format, saved, tmp_path, gap_table, monkeypatch):
     """First the medium is chosen; its commands already allow the losses. Then the losses alone."""
     monkeypatch.setattr("jaxink.ink_table", lambda *_, options: gap_table, raising=False)
-    asked = (saved(GAP), "--format", format, "--out", tmp_path / "files", "--n-theta", "45", "--name", "red")
+    asked = (
+        saved(BEHIND_AIR),
+        "--format",
+        format,
+        "--out",
+        tmp_path / "files",
+        "--n-theta",
+        "45",
+        "--name",
+        "red",
+    )
     _, from_plate = commands(run(*asked))
     at = from_plate.index("--allow-loss")
     leave_out, spread = commands(run(*from_plate[:at], *from_plate[at + 2 :]))
@@ -215,7 +203,7 @@ done = CliRunner().invoke(app, ["export", *sys.argv[1:]])
 assert done.exit_code == 5 and "--from plate" in done.stderr, done.stderr
 assert not {"jax", "equinox", "xarray"} & set(sys.modules)
 """
-    arguments = (saved(GAP), "--format", "zemax", "--out", tmp_path / "files")
+    arguments = (saved(BEHIND_AIR), "--format", "zemax", "--out", tmp_path / "files")
     done = subprocess.run(
         [sys.executable, "-c", code, *arguments], check=False, capture_output=True, text=True
     )

@@ -94,7 +94,7 @@ def forms_by_program():
             )
             if not form.is_screened or seen or form.carrier != form:
                 continue
-            # Readings and values share a program; what changes the structure, or a layer's own key, has its own.
+            # Readings and values share a program; what changes the structure has its own.
             shared = isinstance(form, ReadingEffect) or form.program == "areas with other values"
             key = (name, "readings" if shared else str(form))
             found.setdefault(key, []).append(form)

@@ -140,6 +140,26 @@ def test_rounding_below_zero_is_written_as_zero(tmp_path):
     assert lighttools(tmp_path).blocks["back", "btdf"][1]["values"].min() == 0
 
 
+def test_zemax_axes_that_are_not_given_are_as_fine_as_the_table_needs(tmp_path):
+    width = np.deg2rad(2.0)
+
+    def lobe(component, wavelength_nm, theta_i, theta_o, phi):
+        t, o, p = np.deg2rad(50.0), np.deg2rad(theta_o), np.deg2rad(phi)
+        cosine = np.cos(t) * np.cos(o) - np.sin(t) * np.sin(o) * np.cos(p)
+        angle = np.arccos(np.clip(cosine, -1, 1))
+        return (component == "R_AA") * np.exp(-0.5 * (angle / width) ** 2) / (2 * np.pi * width**2)
+
+    table = table_of(lobe, np.linspace(0, 90, 61), np.linspace(0, 180, 73), index_inside=1.0)
+    paths = write(table, "zemax", tmp_path)
+    azimuths = {
+        path.name: read_zemax(path)["scatterazimuth"].size for path in paths if path.suffix == ".bsdf"
+    }
+    assert azimuths["ink_550nm_R_II.bsdf"] == 37
+    assert azimuths["ink_550nm_R_AA.bsdf"] in (73, 145)
+    total = read_zemax(tmp_path / "ink_550nm_R_AA.bsdf")["tis"]
+    np.testing.assert_allclose(total, np.cos(np.deg2rad(50)), rtol=0.1)
+
+
 def test_coarse_zemax_axes_are_refused(refused_table):
     table = table_of(
         lambda c, w, i, o, p: np.exp(-0.5 * (np.hypot(o - 40, p - 60) / 8) ** 2),

@@ -7,7 +7,7 @@ import pytest
 
 import jaxink
 from jaxink.data import simulated_example
-from jaxink.fitting import check_input
+from jaxink.fitting import Mistake, check_input
 from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
 from jaxink.measurement.balance import balances
 from jaxink.sample.turning import turned_over
@@ -58,7 +58,8 @@ def test_a_mistake_is_named_and_not_repaired(name, inputs, coarsely, told):
     assert checked.values == result.values
     told(checked.verdict.sentence)
     if result.verdict.is_misfit:
-        fall = (result.verdict.reduced_chi_square - found.reduced_chi_square) * 645
+        freedom = result.merit.degrees_of_freedom
+        fall = (result.verdict.reduced_chi_square - found.reduced_chi_square) * freedom
         assert found.delta_chi_square == pytest.approx(fall, rel=1e-3)
 
 
@@ -152,3 +153,16 @@ def test_a_turned_sample_transmits_with_exchanged_angles(coarse):
     # But not with the angles as they are: the media are not matched.
     same = jaxink.predict(turned, jaxink.GonioData(*here, np.ones(1)))
     assert abs(same[0] / forward[0] - 1) > 1e-3
+
+
+def test_mistakes_are_saved_with_the_result(example_result, tmp_path):
+    named = Mistake("times_pi", "The values read like pi x BSDF", "divide by pi", 0.94, 2e6, is_named=True)
+    certain = Mistake("more_light_than_arrives", "More light leaves", "normalise", None, None, is_named=True)
+    result = dataclasses.replace(example_result, mistakes=(certain, named))
+    result.save(tmp_path)
+    loaded = jaxink.load_result(tmp_path)
+    assert loaded.mistakes == (certain, named)
+    assert loaded.verdict == result.verdict
+    # The refit says what to do; what needs no refit is its support.
+    assert "divide by pi" in loaded.verdict.sentence
+    assert "normalise" not in loaded.verdict.sentence

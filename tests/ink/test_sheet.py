@@ -8,7 +8,9 @@ import pytest
 import jaxink
 from benchmarks import montecarlo
 from jaxink.ink import TableOptions, verify_sheet
+from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.ink.sheet import sheets
+from tests.samples import BEHIND_AIR
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +67,22 @@ def test_a_table_of_another_sample_is_refused(unmatched_table, unmatched, refuse
     named = dataclasses.replace(unmatched_table, attrs={"layers": "paint"})
     with refused("paint"):
         verify_sheet(named, unmatched)
+
+
+@pytest.mark.parametrize(
+    ("layers", "inside", "tolerance"), [(["air_gap", "ink"], "plate", 4e-3), (["ink"], "air_gap", 1e-3)]
+)
+def test_an_ink_behind_air_is_one_surface_with_its_gap_or_is_seen_from_the_air(layers, inside, tolerance):
+    """The critical angle of the plate is on the grid, and no light is gained there."""
+    sample = jaxink.parse_sample(BEHIND_AIR)
+    options = TableOptions(n_theta=61, n_phi=25, inside=inside, accuracy=1e-3)
+    table = jaxink.ink_table(sample, layers, options=options)
+    # At the last angles before 90 degrees, the table is its own limit, not that of the ink.
+    assert np.max(power_sent_out(table)[:, :, :-2]) < 1 + 1e-3
+    if inside == "plate":
+        critical = np.argmin(np.abs(table.theta_deg - np.rad2deg(np.arcsin(1 / 1.5))))
+        assert table.theta_deg[critical] == pytest.approx(np.rad2deg(np.arcsin(1 / 1.5)), abs=1e-9)
+        np.testing.assert_allclose(power_sent_out(table)[0, 0, critical:], 1.0, rtol=1e-12)
+    checks = verify_sheet(table, sample, (0.0, 30.0, 60.0)).checks
+    assert max(check.largest_away_from_grazing for check in checks) < tolerance
+    assert max(check.largest_difference for check in checks) < 4 * tolerance

@@ -419,6 +419,16 @@ def test_files_that_do_not_belong_together(one, other, named, tmp_path, refused)
         read(files(tmp_path, one=one, two=other))
 
 
+def test_files_of_the_same_name_in_two_folders(tmp_path):
+    paths = [tmp_path / day / "scan.csv" for day in ("monday", "tuesday")]
+    for path, lines in zip(paths, (GOOD, TRANSMITTED), strict=True):
+        path.parent.mkdir()
+        path.write_text("\n".join(lines))
+    data = read(paths)
+    assert data.source == f"{paths[0]} + {paths[1]}"
+    assert data.place(7) == f"row 4 of {paths[1]}"
+
+
 def test_a_file_twice_and_none(tmp_path, refused):
     (path,) = files(tmp_path, R=GOOD)
     with refused("R.csv"):

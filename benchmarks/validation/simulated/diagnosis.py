@@ -52,7 +52,15 @@ def true_values(truth: dict) -> dict[str, float]:
     phase = ink["phase"]
     if phase["type"] == "mie":
         return {f"ink.{name}": phase[key] for key, name in _PARTICLES.items() if key in phase}
-    return {f"ink.{name}": ink.get(key, phase.get(key)) for key, name in _QUANTITIES.items()}
+    values = {f"ink.{name}": ink.get(key, phase.get(key)) for key, name in _QUANTITIES.items()}
+    waves = [here["wavelength_nm"] for here in truth["optics"]]
+    several = {name: value for name, value in values.items() if isinstance(value, list)}
+    each = {
+        f"{name}@{wave:g}": one
+        for name, value in several.items()
+        for wave, one in zip(waves, value, strict=True)
+    }
+    return {name: value for name, value in values.items() if name not in several} | each
 
 
 def true_strengths(truth: dict) -> dict[str, float]:

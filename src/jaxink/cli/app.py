@@ -6,6 +6,16 @@ from typing import Annotated, Any
 
 import typer
 
+from jaxink.cli.export_options import (
+    AllowLoss,
+    Basis,
+    Files,
+    Format,
+    InterpolationError,
+    Name,
+    RegularBinDeg,
+    choices_of,
+)
 from jaxink.cli.reading_options import (
     DATA_HELP,
     Data,
@@ -243,7 +253,7 @@ def predict(
     data: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="DATA...",
+            metavar="DATA",
             help=f"Measurement whose rows are predicted: {DATA_HELP} A result has its own.",
         ),
     ] = None,
@@ -271,53 +281,6 @@ def predict(
         raise typer.Exit(run_predict(source, data or (), out, accuracy, columns, quiet))
 
 
-Format = Annotated[
-    str, typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="Output format.")
-]
-Files = Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")]
-Name = Annotated[str, typer.Option(metavar="NAME", help="Prefix of the file names.")]
-AllowLoss = Annotated[
-    str,
-    typer.Option(
-        metavar="LOSS,...",
-        help="What may be lost if the format cannot represent it: regular, beyond_critical, narrow_lobes, "
-        "standard_errors, index_step.",
-    ),
-]
-RegularBinDeg = Annotated[
-    float | None,
-    typer.Option(
-        metavar="DEG",
-        help="Spread the regular part over cones of this full width at half maximum.",
-    ),
-]
-Basis = Annotated[str, typer.Option(metavar="klems|tensor_tree", help="Angular basis of Radiance files.")]
-
-
-InterpolationError = Annotated[
-    float,
-    typer.Option(
-        metavar="X",
-        help="Largest error of linear interpolation, over the largest BSDF of an incidence, that leaving out "
-        "angles may cause in Mitsuba's files.",
-    ),
-]
-
-
-def _choices(
-    name: str, allow_loss: str, regular_bin_deg: float | None, basis: str, interpolation_error: float
-) -> dict[str, Any]:
-    """Fields of `ExportOptions`."""
-    drop = tuple(loss.strip() for loss in allow_loss.split(",") if loss.strip())
-    return {
-        "name": name,
-        "drop": drop,
-        "regular_bin_deg": regular_bin_deg,
-        "basis": basis,
-        "interpolation_error": interpolation_error,
-    }
-
-
 def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
     """Options of `_choices` as they are typed; ``name`` is the default of the name."""
     return {
@@ -336,7 +299,8 @@ def export(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="RESULT", help="Folder or result.json of a fit, or an ink table written by jaxink (.nc)."
+            metavar="RESULT",
+            help="Folder of a fit or of a diagnosis, or an ink table written by jaxink (.nc).",
         ),
     ],
     format: Format,
@@ -373,7 +337,7 @@ def export(
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_export
 
-        choices = _choices(name, allow_loss, regular_bin_deg, basis, interpolation_error)
+        choices = choices_of(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
         given = {
             "--format": format,
@@ -417,7 +381,7 @@ def boundary(
         from jaxink.cli.export import Target, run_boundary
 
         sampling = {"n_theta": n_theta, "n_phi": n_phi, "limit_power": limit_power}
-        choices = _choices(name, allow_loss, regular_bin_deg, basis, interpolation_error)
+        choices = choices_of(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         given = {
             "--format": format,
             "--out": out,

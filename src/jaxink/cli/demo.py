@@ -1,4 +1,4 @@
-"""``jaxink demo``: fits the embedded simulated measurement twice and compares the fits."""
+"""``jaxink demo``: from a simulated measurement, through an undeclared effect, to an ink in a ray tracer."""
 
 import shlex
 from collections.abc import Iterable, Sequence
@@ -10,59 +10,83 @@ from rich.table import Table
 
 import jaxink
 from jaxink.cli import session
-from jaxink.cli.fit import OWNED, write_result
-from jaxink.cli.fit_tables import console, merit_lines, parameter_notes, show_files
+from jaxink.cli.fit import write_result
+from jaxink.cli.fit_tables import console, show_files, show_lines
 from jaxink.cli.session import ExitCode
-from jaxink.data import SIMULATED_TRUTH, simulated_example
-from jaxink.files.writing import require_folder
-from jaxink.numerics.digits import with_uncertainty
+from jaxink.data import STRAY_LIGHT_TRUTH, stray_light_example
+from jaxink.files.writing import require_folder, whole_folder
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
-    from jaxink import FitResult
+    from jaxink import Diagnosis, FitResult
+    from jaxink.ink.comparison import TableComparison
+
+FIT, REPORT, INK = "fit", "report", "ink"
 
 
 def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
-    """Fit the embedded simulated measurement with both methods; write inputs and results to ``out``."""
-    require_folder(out, OWNED)
-    inputs = simulated_example()
+    """Fit by both methods, diagnose, correct and export the embedded example; all files go to ``out``."""
+    require_folder(out)
+    inputs = stray_light_example()
     data, sample = jaxink.read(inputs[0]), jaxink.load_sample(inputs[1])
     session.prepare_jax()
+    to = None if quiet else console()
     with session.progress(quiet) as follow:
         gradient, simplex = (
-            jaxink.fit(data, sample, jaxink.FitOptions(method=method), follow)
+            jaxink.fit(data, sample, jaxink.FitOptions(method=method, profile="none"), follow)
             for method in ("gradient", "simplex")
         )
-    files = write_result(gradient, out, formats, inputs, simplex)
-    if not quiet:
-        _show_fits(gradient, simplex, files)
-    return ExitCode.FITTED if gradient.converged and simplex.converged else ExitCode.NOT_CONVERGED
+    files = _write_fits(out, inputs, gradient, simplex, formats)
+    if to is not None:
+        _show_fits(to, gradient, simplex)
+    with session.progress(quiet) as follow:
+        found = jaxink.diagnose(data, sample, progress=follow, fitted=gradient)
+    from jaxink.export import ExportOptions
+    from jaxink.export.formats import write_folder
+    from jaxink.report import write_report
+    from jaxink.report.ink_table import inside_change
+
+    change = inside_change(found)
+    files += write_report(found, out / REPORT, with_figures=bool(formats))
+    if not isinstance(change, str):
+        files += write_folder(change.after, "csv", out / INK, ExportOptions())[0]
+    if to is not None:
+        _show_correction(to, found, change)
+        show_files(to, sorted(files))
+        _show_next(to, out)
+    return ExitCode.FITTED if gradient.converged and not found.structure_remains else ExitCode.NOT_CONVERGED
 
 
-def _show_fits(gradient: "FitResult", simplex: "FitResult", files: Iterable[Path]) -> None:
+def _write_fits(
+    out: Path, inputs: Iterable[Path], gradient: "FitResult", simplex: "FitResult", formats: Sequence[str]
+) -> list[Path]:
+    """Copies of the inputs, and both fits."""
+    with whole_folder(out) as folder:
+        for file in inputs:
+            (folder / file.name).write_bytes(file.read_bytes())
+    copies = [out / file.name for file in inputs]
+    return [*copies, *write_result(gradient, out / FIT, formats, simplex=simplex)]
+
+
+def _show_fits(to: Console, gradient: "FitResult", simplex: "FitResult") -> None:
     """Print both fits beside the values with which the measurement was simulated."""
-    to = console()
     to.print(f"SIMULATED measurement ({gradient.data.source}), {gradient.merit.points} points:", style="bold")
-    to.print("a known ink, computed by an independent Monte Carlo program, with added noise.")
-    to.print("Both fits start from the same values and minimise the same chi-square.")
-    to.print(_comparison_table(gradient, simplex))
-    for line in (*parameter_notes(gradient), *(f"gradient: {line}" for line in merit_lines(gradient)[:3])):
-        to.print(line, soft_wrap=True)
+    to.print("a known ink, computed by an independent Monte Carlo program, with noise, and with an effect")
+    to.print("that the sample file does not declare.")
     to.print()
-    files = list(files)
-    show_files(to, files)
-    _show_next(to, files)
+    to.print("1. The fit. Both methods minimise the same chi-square from the same start.", style="bold")
+    to.print(_comparison_table(gradient, simplex))
+    to.print(f"Something is missing. {gradient.verdict.sentence}", soft_wrap=True)
+    to.print()
 
 
 def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
     """Values and effort of both fits, one column each."""
-    from rich.box import SIMPLE_HEAD
-
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    for head in ("", "true value", "start", "gradient", "simplex"):
-        table.add_column(head, justify="right" if head else "left", no_wrap=True)
-    for name, truth in SIMULATED_TRUTH.items():
-        fitted = (with_uncertainty(r[name].value, r[name].standard_error) for r in (gradient, simplex))
-        table.add_row(name, f"{truth:g}", f"{gradient[name].start:.4g}", *fitted)
+    table = _table("", "true value", "start", "gradient", "simplex")
+    for name, truth in STRAY_LIGHT_TRUTH.items():
+        if name in gradient.parameters:
+            fitted = (f"{r[name].value:.5g}" for r in (gradient, simplex))
+            table.add_row(name, f"{truth:g}", f"{gradient[name].start:.4g}", *fitted)
     table.add_section()
     efforts = [r.searches[0] for r in (gradient, simplex)]
     for label, text in (
@@ -77,9 +101,53 @@ def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
     return table
 
 
-def _show_next(to: Console, files: list[Path]) -> None:
-    """Print the command that repeats the gradient fit."""
-    data, sample = (str(next(f for f in files if f.suffix == suffix)) for suffix in (".csv", ".toml"))
-    to.print("To repeat the gradient fit:")
-    line = shlex.join([session.program(), "fit", data, "--sample", sample, "--out", "my-fit"])
-    to.print(f"  {line}", soft_wrap=True)
+def _show_correction(to: Console, found: "Diagnosis", change: "TableComparison | str") -> None:
+    """Print the verdict, both models beside the truth, and what the correction changes in the export."""
+    to.print("2. The diagnosis.", style="bold")
+    to.print(found.verdict.sentence, soft_wrap=True)
+    to.print()
+    to.print("3. The corrected model.", style="bold")
+    table = _table("", "true value", "declared model", "corrected model")
+    models = found.declared, found.corrected
+    for name, truth in STRAY_LIGHT_TRUTH.items():
+        rows = [model.parameters.get(name) for model in models]
+        cells = ("-" if p is None else with_uncertainty(p.value, p.standard_error) for p in rows)
+        table.add_row(name, f"{truth:g}", *cells)
+    table.add_section()
+    table.add_row("reduced chi-square", "", *(rounded(m.merit.reduced_chi_square, 4) for m in models))
+    table.add_row("rms of s/m - 1", "", *(percent(m.merit.relative_rms) for m in models))
+    to.print(table)
+    to.print("4. The ink, as seen from inside the plate, for a ray tracer.", style="bold")
+    if isinstance(change, str):
+        to.print(change, soft_wrap=True)
+    else:
+        of = change.of("R_II")
+        to.print(
+            f"The correction changes the BSDF inside the plate (R_II) by {of.rms_percent:.2g} % rms, by "
+            f"{of.largest_percent:+.2g} % at most.",
+            soft_wrap=True,
+        )
+    to.print()
+
+
+def _table(*heads: str) -> Table:
+    from rich.box import SIMPLE_HEAD
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for head in heads:
+        table.add_column(head, justify="right" if head else "left", no_wrap=True)
+    return table
+
+
+def _show_next(to: Console, out: Path) -> None:
+    """Print commands that go on from here."""
+    data, sample = (str(out / file.name) for file in stray_light_example())
+    lossy = "regular,beyond_critical,standard_errors"
+    lines = [
+        ["fit", data, "--sample", sample, "--out", "my-fit"],
+        ["diagnose", data, "--sample", sample, "--out", "my-report"],
+        ["export", str(out / REPORT), "--format", "zemax", "--allow-loss", lossy, "--out", "my-ink"],
+        ["init", "your-measurement.csv", "--out", "your-sample.toml"],
+    ]
+    to.print()
+    show_lines(to, "Next", [shlex.join([session.program(), *line]) for line in lines])

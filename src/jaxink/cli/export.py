@@ -60,7 +60,7 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
     Parameters
     ----------
     source
-        Folder or ``result.json`` of a fit, or the file of a table.
+        Folder of a fit or of a diagnosis, or the file of a table.
     layers
         Layers that form the ink; empty: the only scattering one.
     sampling
@@ -124,7 +124,8 @@ def _foresee(
             refuse(choice.layers, choice.inside)
         except LossRefusedError as problem:
             changes["--allow-loss"] = _allowing(options, problem.losses)
-        what = f"The ink {' and '.join(choice.layers)}, seen from {choice.inside}"
+        noun = "Layer" if len(choice.layers) == 1 else "Layers"
+        what = f"{noun} {' and '.join(choice.layers)}, seen from {choice.inside}"
         return what, target.command.changed(changes)
 
     try:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 DATA_HELP = "CSV, workbook (.xlsx, .ods), or netCDF written by jaxink; several files are joined."
-Data = Annotated[list[Path], typer.Argument(metavar="DATA...", help=f"Measurement: {DATA_HELP}")]
+Data = Annotated[list[Path], typer.Argument(metavar="DATA", help=f"Measurement: {DATA_HELP}")]
 WavelengthNm = Annotated[
     float | None,
     typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),

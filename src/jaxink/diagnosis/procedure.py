@@ -11,7 +11,7 @@ from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.errors import require_kind
-from jaxink.fitting import check_input, fit
+from jaxink.fitting import FitResult, check_input, fit
 from jaxink.fitting.inputs import read_inputs
 from jaxink.fitting.objective import weights_of
 from jaxink.measurement import GonioData
@@ -26,6 +26,7 @@ def diagnose(
     sample: Sample | str | Path,
     options: DiagnosisOptions | None = None,
     progress: Progress | None = None,
+    fitted: FitResult | None = None,
 ) -> Diagnosis:
     """Test whether a model lacks something, identify and add it, and report the error before and after.
 
@@ -39,6 +40,8 @@ def diagnose(
         None for the defaults.
     progress
         Called with the task, the step and the misfit.
+    fitted
+        Fit of this measurement and sample, if there is one already.
 
     Raises
     ------
@@ -48,9 +51,11 @@ def diagnose(
     options = DiagnosisOptions() if options is None else options
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
-    data = _without_weightless(data, sample)
     follow = progress or log_progress
-    result = check_input(fit(data, sample, options.fit, progress), follow)
+    if fitted is None:
+        data = _without_weightless(data, sample)
+        fitted = fit(data, sample, options.fit, progress)
+    result = fitted if fitted.mistakes else check_input(fitted, follow)
     if any(mistake.is_named for mistake in result.mistakes):
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)

@@ -11,7 +11,7 @@ from jaxink.export.flat_csv import write_csv
 from jaxink.export.guide import Guide, guide_to
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.limitations import ExportOptions, LossRefusedError
-from jaxink.export.losses import Loss, expected_losses, losses_of
+from jaxink.export.losses import LOSSES, Loss, expected_losses, losses_of
 from jaxink.export.mitsuba import write_mitsuba
 from jaxink.export.preparation import regular_in_bins, writable
 from jaxink.export.radiance import write_radiance
@@ -116,7 +116,7 @@ def refuse_expected(table: ExpectedTable, format: str, options: ExportOptions) -
     """
     chosen = _FORMATS[format]
     _require_bins_fit(chosen, options)
-    _refuse_losses(expected_losses(table, chosen.lost), chosen, options)
+    _refuse_losses(expected_losses(table, LOSSES), chosen, options)
 
 
 def write(
@@ -158,8 +158,9 @@ def write_folder(table: InkTable, format: str, directory: str | Path, options: E
     chosen = _FORMATS[format]
     table = writable(table)
     _require_bins_fit(chosen, options)
-    losses = losses_of(table, chosen.lost)
-    _refuse_losses(losses, chosen, options)
+    found = losses_of(table, LOSSES)
+    _refuse_losses(found, chosen, options)
+    losses = [loss for loss in found if loss.name in chosen.lost]
     if options.regular_bin_deg is not None:
         table = regular_in_bins(table, options.regular_bin_deg)
         losses = [loss for loss in losses if loss.name != "regular"]
@@ -182,13 +183,16 @@ def _headline(table: InkTable, chosen: Format) -> str:
     return f"{', '.join(known)}, written by jaxink {version('jaxink')}."
 
 
-def _refuse_losses(losses: Sequence[Loss], chosen: Format, options: ExportOptions) -> None:
-    """Reject an export that would lose something that the options do not allow."""
+def _refuse_losses(found: Sequence[Loss], chosen: Format, options: ExportOptions) -> None:
+    """Reject an export that would lose something that the options do not allow.
+
+    ``found`` is what some format would lose of the table.
+    """
     spread = ("regular",) if options.regular_bin_deg is not None else ()
-    refused = [loss for loss in losses if loss.name not in (*options.drop, *spread)]
+    by_name = {loss.name: loss for loss in found}
+    refused = [by_name[n] for n in chosen.lost if n in by_name and n not in (*options.drop, *spread)]
     if refused:
-        names = {loss.name for loss in refused}
-        able = [name for name, format in _FORMATS.items() if not names & set(format.lost)]
+        able = [name for name, format in _FORMATS.items() if not by_name.keys() & set(format.lost)]
         raise LossRefusedError(chosen.title, refused, able)
 
 
@@ -201,5 +205,9 @@ def _require_bins_fit(chosen: Format, options: ExportOptions) -> None:
 
 def _with_losses(table: InkTable, losses: list[Loss]) -> InkTable:
     """The table with what is lost among its attributes, which all files contain."""
-    lost = "; ".join(map(str, losses))
-    return dataclasses.replace(table, attrs=table.attrs | {"lost": lost}) if lost else table
+    if not losses:
+        return table
+    attrs = table.attrs | {"lost": "; ".join(map(str, losses))}
+    if any(loss.name == "standard_errors" for loss in losses):
+        attrs.pop("standard_error", None)
+    return dataclasses.replace(table, attrs=attrs)

@@ -51,12 +51,14 @@ class Guide(NamedTuple):
 def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss], use: str) -> Guide:
     """Guide to the files of a table."""
     inside, outside = media(table)
-    layers = str(table.attrs.get("layers", "")).replace(" ", ", ")
-    whole = f" It stands for {layers} and their faces: do not model these again." if layers else ""
+    layers = str(table.attrs.get("layers", "")).split()
+    noun = "the layer" if len(layers) == 1 else "the layers"
+    included = f"They include {noun} {', '.join(layers)} with all faces: do not model these again."
     surface = [
         f"Side I, from which the ink is seen: {inside}, refractive index {_range(table.index_inside)}.",
         f"Side A, the other side: {outside}, refractive index {_range(table.index_outside)}.",
-        f"The files describe the face between the two; its normal points from side I to side A.{whole}",
+        "The files describe the face between the two; its normal points from side I to side A.",
+        *([included] if layers else []),
         "R: reflection, T: transmission; then the side that the light comes from, and the side that it "
         "leaves to.",
     ]
@@ -72,7 +74,7 @@ def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss
 def media(table: InkTable) -> tuple[str, str]:
     """The media of side I and of side A, in words."""
     named = (table.attrs.get("medium_inside"), table.attrs.get("medium_outside"))
-    return named[0] or "inside of the plate", named[1] or "other side"
+    return named[0] or "the inside of the plate", named[1] or "the outside"
 
 
 def in_words(component: str) -> str:

@@ -10,6 +10,7 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.losses import LOSSES, Loss
 
 _LARGEST_ERROR = 0.1
+WIDEST_BIN_DEG = 30
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +56,11 @@ class ExportOptions:
             raise InputRefusedError(
                 f"name is {self.name!r}; as a prefix of file names it must not be empty or contain spaces or "
                 'any of / \\ : * ? " < > |.'
+            )
+        width = self.regular_bin_deg
+        if width is not None and not 0 < width <= WIDEST_BIN_DEG:
+            raise InputRefusedError(
+                f"regular_bin_deg is {width:g}; it must be between 0 and {WIDEST_BIN_DEG} degrees."
             )
         if not 0 <= self.interpolation_error <= _LARGEST_ERROR:
             raise InputRefusedError(

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from jaxink.errors import InputRefusedError
+from jaxink.export.limitations import WIDEST_BIN_DEG
 from jaxink.ink.hemispherical_totals import (
     azimuth_weights,
     excess_of_power,
@@ -16,7 +17,6 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 # Negative values smaller than this share of the largest are rounding errors, written as zero.
 _ROUNDING = 1e-6
-_WIDEST_BIN_DEG = 30
 # The coarsest default axes of a table.
 _FEWEST_THETA, _FEWEST_PHI = 61, 37
 
@@ -61,10 +61,6 @@ def regular_in_bins(table: InkTable, width_deg: float) -> InkTable:
     InputRefusedError
         If the table's angles are too coarse for the cone.
     """
-    if not 0 < width_deg <= _WIDEST_BIN_DEG:
-        raise InputRefusedError(
-            f"regular_bin_deg is {width_deg:g}; it must be between 0 and {_WIDEST_BIN_DEG} degrees."
-        )
     step = max(np.diff(table.theta_deg).max(), np.diff(table.phi_deg).max())
     if width_deg < step:
         raise InputRefusedError(
@@ -111,4 +107,4 @@ def least_bin_deg(table: InkTable | None, n_theta: int | None = None, n_phi: int
         polar = np.pi / 2 * 90 / max((n_theta or _FEWEST_THETA) - 1, 1)
         step = max(polar, 180 / max((n_phi or _FEWEST_PHI) - 1, 1))
     width = math.ceil(step - 1e-9)
-    return width if width <= _WIDEST_BIN_DEG else None
+    return width if width <= WIDEST_BIN_DEG else None

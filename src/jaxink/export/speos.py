@@ -41,9 +41,9 @@ def _lines(table: InkTable, w: int, side: str) -> list[str]:
     present = [c for c in components if totals[c, w].max() > 0]
     description = "\n".join(
         [
-            *provenance(table, w),
+            *provenance(table, w, "radiance over irradiance, times |cos(theta)|, in 1/sr"),
             f"light from side {side}; transmission: theta beyond 90, towards the other side",
-            "values in the tables: BSDF times |cos(theta)|; phi 0: specular or undeviated direction",
+            "phi 0: specular or undeviated direction",
         ]
     )
     lines = [

@@ -10,6 +10,7 @@ from jaxink.ink.table import InkTable
 
 # Relative rounding error below 1e-8.
 _DIGITS = "%.9g"
+_VALUES = "radiance over irradiance in 1/sr, cosine not included"
 
 
 def row(values: Iterable[float], separator: str = " ") -> str:
@@ -22,14 +23,14 @@ def block(values: np.ndarray) -> str:
     return "\n".join([row(line) for line in values.tolist()])
 
 
-def provenance(table: InkTable, wavelength: int) -> list[str]:
-    """Contents and origin of a file, for its comments."""
+def provenance(table: InkTable, wavelength: int, values: str = _VALUES) -> list[str]:
+    """Contents and origin of a file, for its comments; ``values`` is the quantity."""
     inside, outside = media(table)
     lines = [
         f"BSDF by jaxink, {table.wavelength_nm[wavelength]:.10g} nm; I: {inside}, index "
         f"{table.index_inside[wavelength]:.9g}; A: {outside}, index {table.index_outside[wavelength]:.9g}",
         "the surface is the face between I and A; its normal points from I to A",
-        "values: radiance over irradiance in 1/sr, cosine not included",
+        f"values: {values}",
     ]
     for key, value in table.attrs.items():
         lines.append(f"{key}: {' '.join(str(value).split())}")

@@ -20,6 +20,8 @@ from jaxink.ink.table import COMPONENTS, InkTable
 
 _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
 _AZIMUTH_DEG = np.linspace(0, 180, 37)
+# Divisions of the steps of axes that are not given, tried one after the other.
+_REFINEMENTS = (1, 2, 4)
 # Cones of regular light reach one width from their direction, and a step of the table further.
 _CONE_WIDTHS = 3
 # Largest difference between the hemispherical totals of table and file, over the incident power.
@@ -36,22 +38,45 @@ def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> dict[s
     Raises
     ------
     InputRefusedError
-        If the axes are too coarse for the table.
+        If the axes are too coarse for the table. Axes that are not given are first refined up to four times.
 
     Notes
     -----
     ``AngleOfIncidence`` is the angle of the specular or refracted direction, from which the scatter angles
     are measured; a transmission from the denser side only has rows up to the critical angle.
     """
-    radial = _radial_deg(options)
-    azimuth = np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
     contents = {}
     for w in range(len(table.wavelength_nm)):
         for component in COMPONENTS:
             name = f"{stem(table, w, options.name)}_{component}.bsdf"
-            write_lines(folder / name, _lines(table, component, w, radial, azimuth))
+            write_lines(folder / name, _lines_as_fine_as_needed(table, component, w, options))
             contents[name] = in_words(component)
     return contents
+
+
+def _lines_as_fine_as_needed(table: InkTable, component: str, w: int, options: ExportOptions) -> list[str]:
+    """Lines of a file with the coarsest axes that reproduce the table's totals."""
+    radial, azimuth = _radial_deg(options), _azimuth_deg(options)
+    for refinement in _REFINEMENTS:
+        axes = (
+            radial if options.radial_deg is not None else _divided(radial, refinement),
+            azimuth if options.azimuth_deg is not None else _divided(azimuth, refinement),
+        )
+        try:
+            return _lines(table, component, w, *axes)
+        except _CoarseAxesError as problem:
+            sentence = str(problem)
+            if options.radial_deg is not None and options.azimuth_deg is not None:
+                break
+    raise InputRefusedError(sentence)
+
+
+class _CoarseAxesError(Exception):
+    """The axes do not reproduce the table's totals."""
+
+
+def _azimuth_deg(options: ExportOptions) -> Float[np.ndarray, " azimuths"]:
+    return np.asarray(_AZIMUTH_DEG if options.azimuth_deg is None else options.azimuth_deg, float)
 
 
 def _radial_deg(options: ExportOptions) -> Float[np.ndarray, " radial"]:
@@ -128,24 +153,25 @@ def _totals(table: InkTable, component: str, w: int, incidence) -> Float[np.ndar
 
 
 def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, file) -> None:
-    """Reject axes that do not reproduce the table's totals."""
+    """Raise `_CoarseAxesError` if the axes do not reproduce the table's totals."""
     from scipy.interpolate import RegularGridInterpolator
 
     azimuth, radial, values = file
-    axes = _refined(table.theta_deg), _refined(table.phi_deg)
+    # The file's values vary between the entries of the table.
+    axes = _divided(table.theta_deg, 3), _divided(table.phi_deg, 3)
     theta, phi = np.meshgrid(*axes, indexing="ij")
     weights = np.outer(projected_weights(axes[0]), azimuth_weights(axes[1]))
     for angle, total, rows in zip(leaving, totals, values, strict=True):
         r, a = _scatter_deg(angle, theta, phi)
         back = np.sum(weights * RegularGridInterpolator((azimuth, radial), rows)((a, r)))
         if abs(back - total) > _TOTAL_TOLERANCE:
-            raise InputRefusedError(
+            raise _CoarseAxesError(
                 f"Zemax: with {len(azimuth)} azimuths and {len(radial)} radial angles, {component} at "
                 f"{table.wavelength_nm[w]:g} nm would scatter {back:.4g} instead of {total:.4g} of the "
                 f"incident power around {angle:.4g} degrees; choose finer axes (radial_deg, azimuth_deg)."
             )
 
 
-def _refined(axis: np.ndarray) -> np.ndarray:
-    """Every step divided into three: the file's values vary between the entries of the table."""
-    return np.interp(np.arange(3 * len(axis) - 2) / 3, np.arange(len(axis)), axis)
+def _divided(axis: np.ndarray, parts: int) -> np.ndarray:
+    """The axis with every step divided into equal parts."""
+    return np.interp(np.arange(parts * (len(axis) - 1) + 1) / parts, np.arange(len(axis)), axis)

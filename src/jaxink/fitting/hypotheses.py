@@ -107,13 +107,27 @@ def _sides_exchanged(data: GonioData, sample: Sample) -> Corrected:
     return Corrected(data.replace(is_transmission=~data.is_transmission), sample)
 
 
-def _angles_exchanged(data: GonioData, sample: Sample) -> Corrected:
+def _numbers_of_angles(data: GonioData) -> tuple[int, int]:
+    """Number of different values of theta_i and of theta_o."""
+    return np.unique(data.theta_i_deg).size, np.unique(data.theta_o_deg).size
+
+
+def source_is_scanned(data: GonioData) -> bool:
+    """Whether theta_i takes many values and theta_o few, which is usual the other way round."""
+    incidences, views = _numbers_of_angles(data)
+    return incidences >= max(_FEWEST_SCANNED, _MORE_SCANNED * views)
+
+
+def _angles_exchanged(data: GonioData, sample: Sample) -> Corrected | None:
     """Reflection is reciprocal, so that only transmission shows it, through a sample without symmetry."""
+    incidences, views = _numbers_of_angles(data)
+    if views > _MORE_SCANNED * incidences:
+        # As a goniometer scans: the detector.
+        return None
     exchanged = data.replace(theta_i_deg=data.theta_o_deg, theta_o_deg=data.theta_i_deg)
     grazing = np.cos(np.deg2rad(exchanged.theta_i_deg)) < _LEAST_COSINE
-    return Corrected(
-        exchanged.replace(mask=data.mask | np.where(grazing, USER.bit, 0).astype(np.uint32)), sample
-    )
+    mask = data.mask | np.where(grazing, USER.bit, 0).astype(np.uint32)
+    return Corrected(exchanged.replace(mask=mask), sample)
 
 
 def _other_side(data: GonioData, sample: Sample) -> Corrected | None:
@@ -216,12 +230,6 @@ ANGLES_EXCHANGED = Hypothesis(
     "exchange the columns theta_i_deg and theta_o_deg",
     _angles_exchanged,
 )
-
-
-def source_is_scanned(data: GonioData) -> bool:
-    """Whether theta_i takes many values and theta_o few, which is usual the other way round."""
-    incidences, views = (np.unique(angle).size for angle in (data.theta_i_deg, data.theta_o_deg))
-    return bool(incidences >= max(_FEWEST_SCANNED, _MORE_SCANNED * views))
 
 
 def of_lengths(sample: Sample) -> Iterator[Hypothesis]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.exclusion import without
-from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.gradient import GradientSearch, scan
 from jaxink.fitting.hypotheses import (
     ANGLES_EXCHANGED,
     LIT_FROM_OTHER_SIDE,
@@ -23,8 +23,10 @@ from jaxink.fitting.hypotheses import (
 from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.refitted_hypothesis import RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise, falls_short_of_noise
+from jaxink.fitting.verdict import FitVerdictCode
 from jaxink.measurement import GonioData, noise_of
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
@@ -44,11 +46,11 @@ _LEFT, _LEFT_NEARLY, _NEAR, _CLEARLY = 0.1, 0.01, 3.0, 10.0
 # With values and standard deviations both corrected, relative errors are those of the file: the misfit must
 # decrease then, too. A larger relative noise alone would hide any misfit.
 _LEFT_AT_EQUAL_NOISE = 0.25
-# Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
-_ORDERED = 4.0
 # Minus twice the logarithm of a likelihood ratio that is decisive.
 _CLEAR_EVIDENCE = 10.0
 _JACOBIANS = 30
+# Number of hypotheses that are refitted with a scan along a parameter with many minima.
+_SCANNED = 2
 # Programs compiled at the same time.
 _COMPILING = 2
 # Above this reduced chi-square the fit may have ended at a resolution that a narrow peak required.
@@ -107,29 +109,6 @@ def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
     )
 
 
-@dataclasses.dataclass(frozen=True)
-class _Tried:
-    """A hypothesis after its refit; `left` is the excess of reduced chi-square over 1 as a share."""
-
-    hypothesis: Hypothesis
-    chi_square: float
-    freedom: int
-    left: float
-    is_possible: bool
-    is_ordered: bool
-    log_determinant: float
-
-    @property
-    def reduced(self) -> float:
-        return self.chi_square / self.freedom
-
-    @property
-    def is_noise(self) -> bool:
-        """Whether the rest is what the stated noise leaves, neither more nor less."""
-        below = falls_short_of_noise(self.chi_square, self.freedom, SIGMA_TOLERANCE)
-        return not (below or exceeds_noise(self.chi_square, self.freedom))
-
-
 class _Check:
     """The hypotheses about the input of one fit, and their refits."""
 
@@ -141,6 +120,7 @@ class _Check:
         self.sample = dataclasses.replace(result.sample, parameters=table)
         self.before = result.verdict.reduced_chi_square or 0.0
         self.config = self._config()
+        self.rugged = [p.name for p in self.sample.parameters.free if p.multimodal]
 
     def _config(self) -> SolverConfig:
         """Resolution of the fit, or of its start if it is far off: the fit has compiled programs of both."""
@@ -158,19 +138,35 @@ class _Check:
             return self._judged(list(self._tried((ANGLES_EXCHANGED,))))
         if code is FitVerdictCode.OVERSTATED_NOISE:
             return self._judged(list(self._tried(OF_SIGMA)))
-        tried = list(self._tried((*OF_DATA, *OF_SIGMA)))
-        if not any(mistake.is_named for mistake in self._judged(tried)):
+        tried = self._scanned(list(self._tried((*OF_DATA, *OF_SIGMA))))
+        if not self._is_any_named(tried):
             groups = (LIT_FROM_OTHER_SIDE,), (ANGLES_EXCHANGED,), tuple(of_lengths(self.sample))
             # Most of the time is compilation, of one program for each group.
             with ThreadPoolExecutor(_COMPILING) as pool:
-                tried += [one for group in pool.map(self._tried_in_thread, groups) for one in group]
+                more = [one for group in pool.map(self._tried_in_thread, groups) for one in group]
+            tried += self._scanned(more)
         return self._judged(tried)
 
-    def _tried_in_thread(self, hypotheses: tuple[Hypothesis, ...]) -> list[_Tried]:
+    def _is_any_named(self, tried: list[RefittedHypothesis]) -> bool:
+        return any(mistake.is_named for mistake in self._judged(tried))
+
+    def _scanned(self, tried: list[RefittedHypothesis]) -> list[RefittedHypothesis]:
+        """The best hypotheses again, with a scan: one refit may end in the wrong one of many minima."""
+        if not self.rugged or self._is_any_named(tried):
+            return tried
+        promising = sorted((t for t in tried if not t.hypothesis.about_noise), key=lambda t: t.reduced)
+        for one in promising[:_SCANNED]:
+            again = self._tried((one.hypothesis,), is_thorough=True)
+            tried = [t for t in tried if t is not one] + list(again)
+            if self._is_any_named(tried):
+                break
+        return tried
+
+    def _tried_in_thread(self, hypotheses: tuple[Hypothesis, ...]) -> list[RefittedHypothesis]:
         with computing():
             return list(self._tried(hypotheses))
 
-    def _judged(self, tried: list[_Tried]) -> tuple[Mistake, ...]:
+    def _judged(self, tried: list[RefittedHypothesis]) -> tuple[Mistake, ...]:
         best = sorted(tried, key=lambda t: t.left)
         fits = self.result.verdict.code is FitVerdictCode.CONSISTENT
         named = [t for t in best if t.is_possible and t.left <= _LEFT and t.is_noise and not fits]
@@ -182,8 +178,9 @@ class _Check:
         rest = [t for t in best if not any(t is one for one in named)]
         return tuple(self._mistake(t, True) for t in named) + tuple(self._mistake(t, False) for t in rest)
 
-    def _mistake(self, tried: _Tried, is_named: bool) -> Mistake:
-        of, fall = tried.hypothesis, self._chi_square - tried.chi_square
+    def _mistake(self, tried: RefittedHypothesis, is_named: bool) -> Mistake:
+        # A corrected input may mask other points: of those that the refit uses.
+        of, fall = tried.hypothesis, (self.before - tried.reduced) * tried.freedom
         return Mistake(of.name, of.statement, of.remedy, tried.reduced, fall, is_named)
 
     @property
@@ -192,7 +189,7 @@ class _Check:
         assert whitened is not None, "without known noise no input is doubtful"
         return float(np.sum(whitened[weights_of(self.result.data, self.sample) > 0] ** 2))
 
-    def _is_likelier_design(self, tried: _Tried) -> bool:
+    def _is_likelier_design(self, tried: RefittedHypothesis) -> bool:
         """Whether exchanged angles explain the noise of the scans better, where the source seems scanned.
 
         Through a symmetric sample the exchange changes no value, only which points share a scan's factor.
@@ -200,17 +197,19 @@ class _Check:
         if tried.hypothesis is not ANGLES_EXCHANGED or not source_is_scanned(self.result.data):
             return False
         _, objective = self._objective(self.result.data, self.sample)
-        before = self._chi_square + _log_determinant(objective, self.result.predicted_per_sr)
+        before = self._chi_square + log_determinant(objective, self.result.predicted_per_sr)
         gain = before - (tried.chi_square + tried.log_determinant)
         return tried.is_noise and bool(gain > _CLEAR_EVIDENCE)
 
-    def _tried(self, hypotheses: Iterable[Hypothesis]) -> Iterator[_Tried]:
+    def _tried(
+        self, hypotheses: Iterable[Hypothesis], is_thorough: bool = False
+    ) -> Iterator[RefittedHypothesis]:
         for hypothesis in hypotheses:
             corrected = hypothesis.correct(self.result.data, self.sample)
             if corrected is None:
                 continue
             try:
-                tried = self._refitted(hypothesis, corrected)
+                tried = self._refitted(hypothesis, corrected, is_thorough)
             except InputRefusedError:
                 # The corrected input is no input at all, so the mistake cannot have been made.
                 continue
@@ -218,37 +217,60 @@ class _Check:
             self.progress(f"input check, {hypothesis.name}", self.count, tried.reduced)
             yield tried
 
-    def _refitted(self, hypothesis: Hypothesis, corrected: Corrected) -> _Tried:
-        tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held)
+    def _refitted(
+        self, hypothesis: Hypothesis, corrected: Corrected, is_thorough: bool
+    ) -> RefittedHypothesis:
+        tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held, is_thorough)
         if corrected.noise_as_stated is None or not tried.reduced < self.before:
             return tried
         # The mistake may have been made with the values alone.
-        kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held)
+        kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held, is_thorough)
         is_possible = not kept.is_ordered and tried.left <= _LEFT_AT_EQUAL_NOISE
         kept = dataclasses.replace(kept, is_possible=is_possible)
         return min(tried, kept, key=lambda t: abs(np.log(max(t.reduced, 1e-300))))
 
     def _tested(
-        self, hypothesis: Hypothesis, data: GonioData, sample: Sample, values_held: Mapping[str, float]
-    ) -> _Tried:
+        self,
+        hypothesis: Hypothesis,
+        data: GonioData,
+        sample: Sample,
+        values_held: Mapping[str, float],
+        is_thorough: bool,
+    ) -> RefittedHypothesis:
         """One refit from the declared start, judged by the points that the corrected input would use."""
         data, objective = self._objective(data, sample)
         free = sample.parameters.free
         values = np.array([values_held.get(p.name, p.value) for p in free])
         start = objective.scale.to_unit(values)
         held = {i: float(start[i]) for i, p in enumerate(free) if p.name in values_held}
-        search = GradientSearch(objective, _JACOBIANS).run(start, held)
+        search = self._search(objective, start, held, is_thorough)
         whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
         weighted = objective.weight > 0
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
         chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
         # Chi-square itself is known to its standard deviation only.
-        excess = max(abs(chi_square / freedom - 1) - np.sqrt(2 / freedom), 0.0)
+        excess = max(abs(chi_square / freedom - 1) - float(np.sqrt(2 / freedom)), 0.0)
         left = excess / max(abs(self.before - 1), 1e-300)
-        is_ordered = _is_ordered(data, whitened, weighted)
-        is_possible = not (hypothesis.about_noise and is_ordered)
-        spread = _log_determinant(objective, search.predicted)
-        return _Tried(hypothesis, chi_square, freedom, left, is_possible, is_ordered, spread)
+        ordered = is_ordered(data, whitened, weighted)
+        return RefittedHypothesis(
+            hypothesis=hypothesis,
+            chi_square=chi_square,
+            freedom=freedom,
+            left=left,
+            is_possible=not (hypothesis.about_noise and ordered),
+            is_ordered=ordered,
+            log_determinant=log_determinant(objective, search.predicted),
+        )
+
+    def _search(
+        self, objective: Objective, start: np.ndarray, held: dict[int, float], is_thorough: bool
+    ) -> Search:
+        engine = GradientSearch(objective, _JACOBIANS)
+        if not is_thorough:
+            return engine.run(start, held)
+        starts, _ = scan(engine, start, objective.free.index(self.rugged[0]))
+        searches = [engine.run(there, held) for there in starts]
+        return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
 
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.
@@ -261,23 +283,3 @@ class _Check:
         noise = noise_of(data, sample.noise)
         objective = make_objective(data, sample, "chi_square", self.config, noise)
         return data, without(objective, masked) if masked.any() else objective
-
-
-def _log_determinant(objective: Objective, predicted: np.ndarray) -> float:
-    """Logarithm of the determinant of the noise covariance in units of the independent variances."""
-    common = objective.scan_relative * predicted / objective.sigma
-    return float(np.sum(np.log1p(np.bincount(objective.scan, weights=common**2))))
-
-
-def _is_ordered(data: GonioData, whitened: np.ndarray, weighted: np.ndarray) -> bool:
-    """Whether weighted residuals of neighbouring angles of view in a scan are correlated."""
-    used = np.flatnonzero(data.used)[weighted]
-    towards_peak = np.where(np.abs(data.phi_deg[used]) > 90, 1.0, -1.0)
-    order = np.lexsort((towards_peak * data.theta_o_deg[used], data.scan_index[used]))
-    residual, scan = whitened[weighted][order], data.scan_index[used][order]
-    same = scan[1:] == scan[:-1]
-    power = float(np.sum(residual**2))
-    if not same.any() or not power > 0:
-        return False
-    correlation = float(np.sum((residual[1:] * residual[:-1])[same])) / power
-    return bool(correlation * np.sqrt(np.sum(same)) > _ORDERED)

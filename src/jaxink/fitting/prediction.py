@@ -1,5 +1,6 @@
 """Predict a measurement from a sample, without a fit."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from jaxink.solver.config import SolverConfig
 
 def predict(
     sample: Sample | str | Path,
-    data: GonioData | str | Path,
+    data: GonioData | str | Path | Sequence[str | Path],
     config: SolverConfig | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> np.ndarray:

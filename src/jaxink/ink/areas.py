@@ -127,11 +127,14 @@ def areas_of(ink: InkLayers) -> Areas:
             parts.append(Area(_in(ink, dataclasses.replace(other, effects=())), _strength(effect)))
         elif isinstance(effect, Pinholes):
             parts.append(Area(None, _strength(effect)))
+    return Areas(sample, tuple(parts), *apart_from_the_ink(sample))
+
+
+def apart_from_the_ink(sample: Sample) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Declared effects that no table of an ink contains: properties of the sample, and of the measurement."""
     within = (SampleEffect, AreaWithOtherValues, AreaWithOtherSample, Pinholes)
-    rest = [effect for effect in effects if not isinstance(effect, within)]
-    return Areas(
-        sample,
-        tuple(parts),
+    rest = [effect for effect in declared_effects(sample) if not isinstance(effect, within)]
+    return (
         tuple(e.name for e in rest if e.group not in _OF_THE_MEASUREMENT),
         tuple(e.name for e in rest if e.group in _OF_THE_MEASUREMENT),
     )

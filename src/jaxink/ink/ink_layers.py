@@ -229,7 +229,7 @@ def _side_named(sample: Sample, first: int, last: int, inside: str) -> str:
         return inside
     adjacent = ", ".join(f"'{name}'" for name in sides) or "none"
     sentence = (
-        f"inside is {inside!r}; it must be the medium that the ink is seen from: an adjacent layer "
+        f"the ink cannot be seen from {inside!r} (inside, --from); it must be an adjacent layer "
         f'({adjacent}), "front" or "back".'
     )
     if inside not in known or first <= known.index(inside) <= last:

@@ -25,6 +25,8 @@ from jaxink.sample import Sample
 _BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
 # Azimuthal orders of lobes, azimuths from which they are computed, and parts of a channel for averages.
 _LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
+# Keeps light that is trapped without loss, which nothing excites, from dividing by zero.
+_KEPT = 1 - 1e-12
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,7 +142,8 @@ class Sheet:
         straight = np.block([[np.diag(at_nodes.sheet[o, i]) for i in range(2)] for o in range(2)])
         between = self._with_lobes((nodes, nodes), (_whole(nodes), _whole(nodes)))
         step = between * self._weight + straight
-        return at_nodes, np.linalg.inv(np.eye(2 * len(nodes)) - step * at_nodes.reflected.ravel())
+        returned = _KEPT * at_nodes.reflected.ravel()
+        return at_nodes, np.linalg.inv(np.eye(2 * len(nodes)) - step * returned)
 
     @cached_property
     def _series(self) -> np.ndarray:

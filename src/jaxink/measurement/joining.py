@@ -28,8 +28,7 @@ def join(parts: Sequence[GonioData]) -> GonioData:
     names = [part.source for part in parts]
     for name in names:
         if names.count(name) > 1:
-            text = "is given twice; give each file once, and different names to different files"
-            raise refusal(name, text)
+            raise refusal(name, "is given twice; give each file once")
     _refuse_partial_sigma(parts)
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in (*_COLUMNS, "row")

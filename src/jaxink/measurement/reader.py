@@ -59,7 +59,16 @@ def read(path: Paths, **overrides: Any) -> GonioData:
         _read_one(file, **overrides, **({} if side is None else {"side": side}))
         for file, side in zip(paths, each, strict=True)
     ]
-    return parts[0] if len(parts) == 1 else join(parts)
+    if len(parts) == 1:
+        return parts[0]
+    names = [file.name for file in paths]
+    # Files with the same name are told apart by their folders.
+    return join(
+        [
+            part.replace(source=str(file)) if names.count(file.name) > 1 else part
+            for file, part in zip(paths, parts, strict=True)
+        ]
+    )
 
 
 def _side_of_each(sides: str | Sequence[str] | None, n_files: int) -> Sequence[str | None]:

@@ -1,11 +1,15 @@
 """Effect of a diagnosis on the exported BSDF."""
 
+import itertools
 from typing import TYPE_CHECKING
 
-from jaxink.effects import Effect, SampleEffect
+from jaxink.effects import Effect
 from jaxink.errors import InputRefusedError
+from jaxink.ink.areas import apart_from_the_ink
 from jaxink.ink.comparison import TableComparison, compare_tables
 from jaxink.plots.diagnosis_figures import drawn_wavelengths
+from jaxink.sample import Sample
+from jaxink.sample.effect_schema import EFFECTS
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis
@@ -22,15 +26,20 @@ def inside_change(diagnosis: "Diagnosis") -> TableComparison | str:
         return f"The ink's BSDF inside the plate cannot be tabulated: {problem}"
 
 
-def is_in_table(effect: Effect) -> bool:
-    """Whether an effect changes the layers or their parameters, which is all that an ink table contains."""
-    return isinstance(effect, SampleEffect) and effect.group not in ("instrument", "geometry")
+def is_in_table(effect: Effect, sample: Sample) -> bool:
+    """Whether an effect is a property of the ink, which is all that an ink table contains."""
+    if effect.name in EFFECTS:
+        return effect.name not in itertools.chain(*apart_from_the_ink(sample))
+    layer = effect.strength.name.split(".")[0]
+    # The face between plate and ink may be declared by the plate.
+    return effect.name == "rough_contact" or any(one.name == layer and one.scatters for one in sample.layers)
 
 
 def inside_sentences(diagnosis: "Diagnosis") -> list[str]:
     """Which of the added effects the tables contain."""
-    within = [step.effect for step in diagnosis.steps if is_in_table(step.form)]
-    without = [step.effect for step in diagnosis.steps if not is_in_table(step.form)]
+    sample = diagnosis.corrected.sample
+    within = [step.effect for step in diagnosis.steps if is_in_table(step.form, sample)]
+    without = [step.effect for step in diagnosis.steps if not is_in_table(step.form, sample)]
     lines = []
     if within:
         lines.append(f"The table after includes {', '.join(within)} and the parameters fitted with it.")

@@ -60,7 +60,8 @@ def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] =
         fit = _command("fit", *measured, "--sample", own, "--out", f"{folder}-fit")
         steps.append(NextStep("Fit the corrected model, or change its sample file first:", fit))
     predict = _command("predict", folder, "OTHER.csv", "--out", "predicted.csv")
-    export = _command("export", folder, "--format", "mitsuba", "--out", f"{folder}-export")
+    ink = ("--format", "mitsuba", "--allow-loss", "standard_errors", "--out", f"{folder}-export")
+    export = _command("export", folder, *ink)
     caution = " (the model does not fit yet)" if code.structure_remains else ""
     steps.append(NextStep(f"Predict another measurement{caution}:", predict))
     words = "Export the ink to a ray tracer (other formats: jaxink export --help)"

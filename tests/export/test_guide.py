@@ -1,0 +1,60 @@
+"""What the files and the text beside them say: the surface, its media, the contents, the losses."""
+
+import dataclasses
+
+import pytest
+
+from jaxink.export import ExportOptions, write
+from tests.ink.analytic_tables import smooth_table
+
+ATTRS = {
+    "layers": "air_gap ink",
+    "medium_inside": "plate",
+    "medium_outside": "the surroundings",
+    "standard_error": "standard errors from the fit's covariance",
+    "effects_of_the_instrument_removed": "stray_light",
+    "fit": "The model fits within the stated noise: reduced chi-square 0.9.",
+    "fit_verdict": "consistent",
+}
+EVERYTHING = ("regular", "beyond_critical", "standard_errors", "index_step")
+
+
+@pytest.fixture
+def table():
+    table = smooth_table((450.0, 650.0))
+    table.attrs.update(ATTRS)
+    return dataclasses.replace(table, bsdf_standard_error_per_sr=0.01 * table.bsdf_per_sr)
+
+
+@pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance", "mitsuba", "csv", "netcdf"])
+def test_the_text_beside_the_files_is_complete(format, table, tmp_path):
+    paths = write(table, format, tmp_path, ExportOptions(name="red", drop=EVERYTHING))
+    readme = (tmp_path / "red_README.txt").read_text(encoding="utf-8")
+    assert "450, 650 nm" in readme.splitlines()[0]
+    assert "Side I, from which the ink is seen: plate, refractive index 1.5." in readme
+    assert "Side A, the other side: the surroundings, refractive index 1." in readme
+    assert "the layers air_gap, ink" in readme
+    assert "stray_light" in readme
+    assert "reduced chi-square 0.9" in readme
+    # Every file with what it contains.
+    listed = readme.split("Files:\n")[1].splitlines()
+    assert [line.split()[0] for line in sorted(listed)] == sorted(path.name for path in paths)
+    assert all(len(line.split()) > 1 for line in listed)
+    losses = {line.split(" (")[0] for line in readme.splitlines() if line.startswith("Lost: ")}
+    assert ("Lost: standard errors" in losses) == (format not in ("csv", "netcdf"))
+    assert ("Lost: nothing." in losses) == (format in ("csv", "netcdf"))
+
+
+@pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance", "csv"])
+def test_comments_name_the_media_and_what_is_lost(format, table, tmp_path):
+    for path in write(table, format, tmp_path, ExportOptions(drop=EVERYTHING)):
+        if path.suffix == ".txt":
+            continue
+        text = path.read_text(encoding="utf-8")
+        assert "medium_inside: plate" in text
+        assert "normal points from I to A" in text
+        assert ("lost: " in text) == (format != "csv")
+        # No standard errors are announced that the file lacks.
+        assert ("standard_error: " in text) == (format == "csv")
+        assert ("cosine not included" in text) == (format != "speos")
+        assert ("|cos(theta)|" in text) == (format == "speos")
