@@ -39,8 +39,6 @@ code, pre { font-size: .92em; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 9pt; }
   th, td { padding: .15em .35em; } a { color: inherit; text-decoration: none; } }
 """
-# Pixels of HTML in an inch.
-_CSS_DPI = 96
 # Rows of a table that fit on a printed page, even if some take three lines.
 _ROWS_OF_A_PAGE = 20
 # Shown in a cell without a number.
@@ -96,9 +94,9 @@ def figure(png: bytes, caption: str) -> str:
     data = base64.b64encode(png).decode("ascii")
     words = escape(caption, quote=True)
     # The width in pixels, from the header of the file; figures keep their size, and so do their letters.
-    width = round(int.from_bytes(png[16:20]) * _CSS_DPI / DPI)
+    inches = int.from_bytes(png[16:20]) / DPI
     return (
-        f'<figure><img width="{width}" alt="{words}" src="data:image/png;base64,{data}">'
+        f'<figure><img style="width: {inches:.2f}in" alt="{words}" src="data:image/png;base64,{data}">'
         f"<figcaption>{words}</figcaption></figure>\n"
     )
 
