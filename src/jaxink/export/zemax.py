@@ -168,7 +168,8 @@ def _require_resolved(table: InkTable, component: str, w: int, leaving, totals, 
             raise _CoarseAxesError(
                 f"Zemax: with {len(azimuth)} azimuths and {len(radial)} radial angles, {component} at "
                 f"{table.wavelength_nm[w]:g} nm would scatter {back:.4g} instead of {total:.4g} of the "
-                f"incident power around {angle:.4g} degrees; choose finer axes (radial_deg, azimuth_deg)."
+                f"incident power around {angle:.4g} degrees; choose finer axes "
+                "(radial_deg, azimuth_deg), or more angles of the table (n_theta, n_phi; --n-theta, --n-phi)."
             )
 
 
