@@ -9,8 +9,8 @@
 # %% [markdown]
 # # The posterior by sampling
 #
-# Standard errors describe a posterior that is a normal distribution. The log density of a result shows what it
-# really is: any sampler can use it. This notebook uses the No-U-Turn sampler of
+# Standard errors describe a posterior that is a normal distribution. The log density of a result shows what
+# it really is: any sampler can use it. This notebook uses the No-U-Turn sampler of
 # [NumPyro](https://num.pyro.ai) (`pip install ".[posterior]"`). The measurement is **simulated**.
 
 # %%
@@ -46,9 +46,9 @@ print("slopes:", {name: float(slope) for name, slope in jax.jit(jax.grad(density
 # %% [markdown]
 # ## Coordinates that mix
 #
-# Scattering and asymmetry parameter are correlated by more than 0.99. In their own units, a sampler takes steps
-# as short as the narrow direction of this valley and hardly moves along it. `density.whitened` is the same
-# density in coordinates from the covariance of the fit: nearly a standard normal distribution, without bounds.
+# Scattering and asymmetry parameter are correlated by more than 0.99. In their own units, a sampler takes
+# steps as short as the narrow direction of this valley and hardly moves along it. `density.whitened` is the
+# same density in coordinates from the covariance of the fit: nearly standard normal, without bounds.
 
 # %%
 n_chains, n_samples = 2, 1000
@@ -65,9 +65,8 @@ sampler.run(jax.random.key(0), init_params=starts, extra_fields=("num_steps", "d
 whitened = sampler.get_samples(group_by_chain=True)
 samples = jax.vmap(jax.vmap(density.from_whitened))(whitened)
 steps = sampler.get_extra_fields()
-print(
-    f"{float(steps['num_steps'].mean()):.1f} gradients per sample, {int(steps['diverging'].sum())} divergences"
-)
+print(f"{float(steps['num_steps'].mean()):.1f} gradients per sample")
+print(f"{int(steps['diverging'].sum())} divergences")
 
 # %% [markdown]
 # ## Result

@@ -2,6 +2,8 @@
 
 import time
 
+import pytest
+
 from jaxink.cli import session
 from jaxink.cli.progress_lines import ProgressLines
 
@@ -36,8 +38,9 @@ def test_steps_of_a_task_are_thinned():
     assert all("misfit 12.5" in line for line in lines)
 
 
-def test_refits_with_many_effects_are_one_task():
-    assert len(lines_of([(0.01, f"refit with effect_{i}", 1) for i in range(40)])) == 1
+@pytest.mark.parametrize("task", ["refit with effect", "input check, times_pi"])
+def test_many_refits_of_one_kind_are_one_task(task):
+    assert len(lines_of([(0.01, f"{task}_{i}", 1) for i in range(40)])) == 1
 
 
 def test_a_task_without_steps_is_said_to_run():

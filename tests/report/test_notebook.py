@@ -1,5 +1,10 @@
 """What a diagnosis and its tables show in a notebook."""
 
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
 from jaxink.diagnosis import transfer
 from jaxink.display.named_rows import NamedRows
 from tests.display.walk import too_long
@@ -32,3 +37,16 @@ def test_an_ink_table_shows_its_components(change):
     text = change.before.summary()
     for component in ("R_II", "T_IA", "T_AI", "R_AA"):
         assert component in text
+
+
+def test_a_corrected_model_has_a_log_density_and_compiles(found):
+    corrected = found.corrected
+    with jax.enable_x64(True):
+        density = corrected.log_density
+        assert "stray_light.level_per_sr" in density.free
+        values = {name: corrected.values[name] for name in density.free}
+        rows, _ = density.objective.residual_at(jnp.array(list(values.values())))
+        assert float(np.sum(rows**2)) == pytest.approx(corrected.merit.chi_square, rel=1e-9)
+        assert np.all(np.isfinite(list(jax.jit(jax.grad(density))(values).values())))
+        model = corrected.forward_model()
+        np.testing.assert_allclose(jax.jit(model.bsdf)(values), corrected.predict(), rtol=1e-9)

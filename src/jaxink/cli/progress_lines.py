@@ -48,8 +48,8 @@ class ProgressLines:
 
     def __call__(self, what: str, step: int, misfit: float) -> None:
         """Note a step of a task."""
-        # Refits with one effect after the other are one task.
-        kind = what.split(" with ")[0]
+        # Refits with one effect after the other, or one check after the other, are one task.
+        kind = what.split(" with ")[0].split(", ")[0]
         with self._lock:
             is_new, self._kind, self._task = kind != self._kind, kind, what
             if is_new or self._clock() - self._written >= _BETWEEN_S:

@@ -49,6 +49,8 @@ class AugmentedModel(eqx.Module):
     """
 
     __repr__ = brief_repr
+    # As of `ForwardModel`.
+    __hash__ = object.__hash__
 
     main: ForwardModel
     others: tuple[tuple[int, ForwardModel], ...]

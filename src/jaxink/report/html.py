@@ -8,6 +8,7 @@ from html import escape
 
 from jaxink.display.html import class_attribute, table
 from jaxink.numerics.digits import percent, rounded
+from jaxink.plots.figure import DPI
 
 _STYLE = """
 body { font: 10.5pt/1.45 "Helvetica Neue", Arial, sans-serif; color: #1a1a1a; max-width: 66rem;
@@ -31,7 +32,7 @@ tr { break-inside: avoid; }
 p:has(+ table) { break-after: avoid; }
 thead { display: table-header-group; }
 figure { margin: 1.2em 0; break-inside: avoid; }
-figure img { max-width: 100%; max-height: 225mm; display: block; }
+figure img { max-width: 100%; max-height: 225mm; height: auto; display: block; }
 figcaption { font-size: .9em; color: #444; max-width: 62rem; }
 code, pre { font-size: .92em; }
 @page { size: A4 portrait; margin: 12mm; }
@@ -92,8 +93,10 @@ def figure(png: bytes, caption: str) -> str:
     """A figure embedded in the page."""
     data = base64.b64encode(png).decode("ascii")
     words = escape(caption, quote=True)
+    # The width in pixels, from the header of the file; figures keep their size, and so do their letters.
+    inches = int.from_bytes(png[16:20]) / DPI
     return (
-        f'<figure><img alt="{words}" src="data:image/png;base64,{data}">'
+        f'<figure><img style="width: {inches:.2f}in" alt="{words}" src="data:image/png;base64,{data}">'
         f"<figcaption>{words}</figcaption></figure>\n"
     )
 
