@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from jaxink.fitting.fitted_parameters import FittedParameter
 
 # ASCII if the terminal cannot show more.
+MOST_MISTAKES = 3
 DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
 # Larger correlations are listed.
 NAMED_CORRELATION = 0.9
@@ -210,8 +211,11 @@ def _correlation_lines(result: "FitResult") -> list[str]:
 
 
 def mistake_lines(result: "FitResult") -> list[str]:
-    """Hypotheses about the input, the most telling first."""
+    """Hypotheses about the input, the most telling first: those that are named, else the nearest ones."""
     before = result.verdict.reduced_chi_square
+    named = [mistake for mistake in result.mistakes if mistake.is_named]
+    shown = named or result.mistakes[:MOST_MISTAKES]
+    rest = len(result.mistakes) - len(shown)
     return [
         f"{'NAMED  ' if m.is_named else ''}{m.statement}"
         + (
@@ -219,8 +223,10 @@ def mistake_lines(result: "FitResult") -> list[str]:
             if m.reduced_chi_square is None
             else f": reduced chi-square {before:.4g} -> {m.reduced_chi_square:.4g}"
         )
-        for m in result.mistakes
-    ]
+        for m in shown
+    ] + (
+        [f"and {rest} more, see result.json; none of them explains the misfit"] if rest and not named else []
+    )
 
 
 def search_lines(result: "FitResult") -> list[str]:
