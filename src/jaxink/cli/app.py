@@ -2,7 +2,7 @@
 
 import gc
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,6 +15,7 @@ from jaxink.cli.export_options import (
     Name,
     RegularBinDeg,
     choices_of,
+    given_of,
 )
 from jaxink.cli.reading_options import (
     DATA_HELP,
@@ -281,19 +282,6 @@ def predict(
         raise typer.Exit(run_predict(source, data or (), out, accuracy, columns, quiet))
 
 
-def _given(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
-    """Options of `_choices` as they are typed; ``name`` is the default of the name."""
-    return {
-        "--name": choices["name"] if choices["name"] != name else None,
-        "--allow-loss": ",".join(choices["drop"]) or None,
-        "--regular-bin-deg": choices["regular_bin_deg"],
-        "--basis": choices["basis"] if choices["basis"] != "klems" else None,
-        "--interpolation-error": error if (error := choices["interpolation_error"]) != 0.005 else None,
-        "--quiet": quiet,
-        "--debug": debug,
-    }
-
-
 @app.command()
 def export(
     source: Annotated[
@@ -346,7 +334,7 @@ def export(
             "--from": seen_from,
             "--n-theta": n_theta,
             "--n-phi": n_phi,
-            **_given(choices, "ink", quiet, debug),
+            **given_of(choices, "ink", quiet, debug),
         }
         target = Target(format, out, choices, quiet, CommandLine("export", [source], given))
         raise typer.Exit(run_export(source, layer or (), sampling, target))
@@ -388,7 +376,7 @@ def boundary(
             "--n-theta": n_theta,
             "--n-phi": n_phi,
             "--limit-power": limit_power,
-            **_given(choices, "boundary", quiet, debug),
+            **given_of(choices, "boundary", quiet, debug),
         }
         target = Target(format, out, choices, quiet, CommandLine("boundary", [source], given))
         raise typer.Exit(run_boundary(source, sampling, target))

@@ -50,3 +50,16 @@ def choices_of(
         "basis": basis,
         "interpolation_error": interpolation_error,
     }
+
+
+def given_of(choices: dict[str, Any], name: str, quiet: bool, debug: bool) -> dict[str, Any]:
+    """Options of `_choices` as they are typed; ``name`` is the default of the name."""
+    return {
+        "--name": choices["name"] if choices["name"] != name else None,
+        "--allow-loss": ",".join(choices["drop"]) or None,
+        "--regular-bin-deg": choices["regular_bin_deg"],
+        "--basis": choices["basis"] if choices["basis"] != "klems" else None,
+        "--interpolation-error": error if (error := choices["interpolation_error"]) != 0.005 else None,
+        "--quiet": quiet,
+        "--debug": debug,
+    }
