@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 import jaxink
+from benchmarks.validation.declared_effects import BASES, CONFIG, MIE, forms_by_program, scene_of, strengths
 from jaxink.effects import (
     CATALOGUE,
     AugmentedModel,
-    Case,
     ReadingEffect,
-    Scene,
     declare,
     declared_effects,
-    effects_for,
     model_at,
 )
 from jaxink.errors import InputRefusedError
@@ -26,80 +24,7 @@ from jaxink.model.forward import evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import parse_sample, sample_from_dict, sample_text, sample_to_dict
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE
-from jaxink.solver.config import SolverConfig
 from tests.samples import PRINTED_INK, STRAY_LIGHT
-
-CONFIG = SolverConfig(5, 4, 10, 3)
-# Two wavelengths, an instrument that sees fluorescence, and layers for as many effects as possible.
-TWO_COLOURS = """
-schema_version = 1
-wavelength_nm = [450, 550]
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.49
-thickness_mm = 2
-absorption_per_mm = 0.001
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.55
-thickness_um = 6
-scattering_per_mm = { value = 90, free = true, min = 1, max = 400 }
-absorption_per_mm = 1
-asymmetry_parameter = 0.5
-[instrument]
-detector_mode = "spectrometer"
-illumination = { wavelength_nm = [300, 700], power = [1, 1] }
-"""
-ROUGH = TWO_COLOURS.replace(
-    "[instrument]", '[layers.back_roughness]\ndensity = "beckmann"\nsigma_deg = 5\n[instrument]'
-)
-MIE = """
-schema_version = 1
-wavelength_nm = 550
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "mie"
-refractive_index = 1.5
-thickness_um = 20
-radius_nm = 150
-volume_fraction = { value = 0.05, free = true, min = 0.01, max = 0.3 }
-particle_index = 2.5
-"""
-BASES = {"two colours": TWO_COLOURS, "rough": ROUGH, "Mie": MIE}
-
-
-def scene_of(sample):
-    waves = np.array(sample.wavelengths_nm)
-    signed = np.array([-50.0, -21.0, 5.0, 40.0])
-    theta_i, side, wave, angle = (
-        a.ravel() for a in np.meshgrid([20.0], [False, True], waves, signed, indexing="ij")
-    )
-    columns = theta_i, np.abs(angle), np.where(angle > 0, 180.0, 0.0), wave, side
-    return columns, Scene.of(*columns, row=np.arange(angle.size) + 2)
-
-
-def forms_by_program():
-    """Base and forms of effects that can be present at the same time: those of one program, or one alone."""
-    found = {}
-    for name, text in BASES.items():
-        sample = parse_sample(text)
-        _, scene = scene_of(sample)
-        for form in effects_for(Case(sample, scene, 0.001, 0.1)).forms:
-            seen = any(
-                form.name in {f.name for f in forms} for (base, _), forms in found.items() if base != name
-            )
-            if not form.is_screened or seen or form.carrier != form:
-                continue
-            # Readings and values share a program; what changes the structure has its own.
-            shared = isinstance(form, ReadingEffect) or form.program == "areas with other values"
-            key = (name, "readings" if shared else str(form))
-            found.setdefault(key, []).append(form)
-    return found
-
 
 PROGRAMS = forms_by_program()
 
@@ -109,17 +34,6 @@ def test_every_effect_of_the_catalogue_can_be_declared():
     assert covered | {"polarisation"} == {effect.name for effect in CATALOGUE}
     assert {*EFFECTS, *ELSEWHERE} == covered
     assert not EFFECTS.keys() & ELSEWHERE.keys()
-
-
-def strengths(forms):
-    """Values of all terms: a fifth of the way to the end of the range."""
-    values = {}
-    for form in forms:
-        for term in form.carrier.terms:
-            values[term.name] = term.value
-        strength = form.carrier.strength
-        values[strength.name] = form.neutral + 0.2 * (strength.maximum - form.neutral)
-    return values
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=" ".join)
