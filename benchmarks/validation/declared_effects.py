@@ -150,11 +150,12 @@ def main() -> None:
     header = ["effect", "prediction read / fitted - 1", "chi-square", "refit minus fit", "true", "refitted"]
     text = f"""# Effects through the sample file
 
-Written by `python -m benchmarks.validation.declared_effects` ({machine()}). Data **simulated** by jaxink itself,
-with an effect and noise, are fitted with the effect declared and free; the fitted sample is written as a sample
-file, read, used for a prediction, and fitted again. The prediction is to agree within 1e-9, chi-square within
-0.01. Samples are small and the resolution is coarse, as only the way through the file is examined; how well a
-strength is determined is another matter, in [diagnosis](diagnosis.md).
+Written by `python -m benchmarks.validation.declared_effects` ({machine()}).
+Data **simulated** by jaxink itself, with an effect and noise, are fitted with the effect declared and free;
+the fitted sample is written as a sample file, read, used for a prediction, and fitted again. The prediction
+is to agree within 1e-9, chi-square within 0.01. Samples are small and the resolution is coarse, as only the
+way through the file is examined; how well a strength is determined is another matter, in
+[diagnosis](diagnosis.md).
 
 {table(header, rows)}
 """
