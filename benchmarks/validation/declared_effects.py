@@ -1,12 +1,15 @@
 """Every effect of the catalogue declared in a sample file: fitted, written, read and fitted again.
 
-python -m benchmarks.validation.declared_effects
+python -m benchmarks.validation.declared_effects [NAME ...]
 
 Data are simulated by jaxink itself, with noise; the samples are small and the resolution coarse, because
 only the way through the file is examined. Writes docs/declared-effects.md.
 """
 
+import json
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +20,8 @@ from jaxink.measurement import GonioData
 from jaxink.sample import parse_sample, sample_text
 from jaxink.solver.config import SolverConfig
 
-CONFIG = SolverConfig(5, 4, 10, 3)
+CONFIG = SolverConfig(4, 3, 8, 2)
+KEPT = Path(__file__).with_suffix(".json")
 # Two wavelengths, an instrument that sees fluorescence, and layers for as many effects as possible.
 TWO_COLOURS = """
 schema_version = 1
@@ -89,20 +93,31 @@ def forms_by_program():
     return found
 
 
+def sample_for(base, forms):
+    """The sample of a base, with one wavelength if that is enough for some effects."""
+    several = {"dispersion", "wave_surface", "fluorescence"} & {form.name for form in forms}
+    text = BASES[base]
+    return parse_sample(text if several else text.replace("[450, 550]", "550"))
+
+
 def strengths(forms):
-    """Values of all terms: a fifth of the way to the end of the range."""
+    """Values of all terms: a fifth of the way to the end of the range, or its middle if they fall."""
     values = {}
     for form in forms:
         for term in form.carrier.terms:
             values[term.name] = term.value
         strength = form.carrier.strength
-        values[strength.name] = form.neutral + 0.2 * (strength.maximum - form.neutral)
+        low, high = strength.minimum, strength.maximum
+        is_falling = form.neutral == high
+        values[strength.name] = (
+            np.sqrt(low * high) if is_falling else form.neutral + 0.2 * (high - form.neutral)
+        )
     return values
 
 
 def round_trip(base: str, form) -> list[str]:
     """Fit data with an effect, write the fitted sample, read it, predict, and fit again."""
-    sample = parse_sample(BASES[base])
+    sample = sample_for(base, (form,))
     columns = directions(sample)
     values = strengths((form,))
     declared = declare(sample, (form,), values)
@@ -138,15 +153,16 @@ def directions(sample):
 
 
 def main() -> None:
-    """Write the page."""
-    rows, done = [], set()
-    for (base, _), forms in forms_by_program().items():
-        for form in forms:
-            if form.name not in done:
-                done.add(form.name)
-                begin = time.monotonic()
-                rows.append(round_trip(base, form))
-                print(form.name, f"{time.monotonic() - begin:.0f} s", rows[-1][1:4], flush=True)
+    """Examine what is asked for or missing, and write the page from all that is kept."""
+    asked, kept = sys.argv[1:], json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    forms = {form.name: (base, form) for (base, _), found in forms_by_program().items() for form in found}
+    for name, (base, form) in forms.items():
+        if name in asked or (not asked and name not in kept):
+            begin = time.monotonic()
+            kept[name] = round_trip(base, form)
+            KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+            print(name, f"{time.monotonic() - begin:.0f} s", kept[name][1:4], flush=True)
+    rows = [kept[name] for name in forms if name in kept]
     header = ["effect", "prediction read / fitted - 1", "chi-square", "refit minus fit", "true", "refitted"]
     text = f"""# Effects through the sample file
 

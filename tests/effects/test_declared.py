@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 import jaxink
-from benchmarks.validation.declared_effects import BASES, CONFIG, MIE, forms_by_program, scene_of, strengths
+from benchmarks.validation.declared_effects import (
+    CONFIG,
+    MIE,
+    forms_by_program,
+    sample_for,
+    scene_of,
+    strengths,
+)
 from jaxink.effects import (
     CATALOGUE,
     AugmentedModel,
@@ -38,7 +45,8 @@ def test_every_effect_of_the_catalogue_can_be_declared():
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=" ".join)
 def test_declared_written_and_read_an_effect_predicts_the_same(program):
-    base, forms = parse_sample(BASES[program[0]]), tuple(PROGRAMS[program])
+    forms = tuple(PROGRAMS[program])
+    base = sample_for(program[0], forms)
     columns, scene = scene_of(base)
     values = strengths(forms)
     declared = declare(base, forms, values)
