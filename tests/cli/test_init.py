@@ -51,7 +51,7 @@ def test_a_fit_starts_from_it(coarse):
     sample = jaxink.parse_sample(sample_text(data, draft))
     result = jaxink.fit(data, sample, jaxink.FitOptions(config=coarse, profile="none"))
     assert result.converged
-    found = {p.name: p.value for p in result.parameters if p.free}
+    found = {p.name: p.value for p in result.parameters.free}
     # The discretisation is coarse, and scattering and asymmetry act as a product.
     reduced, truth = (
         v["ink.scattering_per_mm"] * (1 - v["ink.asymmetry_parameter"]) for v in (found, SIMULATED_TRUTH)

@@ -99,7 +99,9 @@ def judge_fit(
     """
     reduced, code = None, FitVerdictCode.NOT_JUDGED
     if whitened is not None and whitened.size > n_parameters:
-        chi_square, freedom = float(np.sum(whitened**2)), whitened.size - n_parameters
+        # A saved file may hold residuals whose squares are infinite.
+        with np.errstate(over="ignore"):
+            chi_square, freedom = float(np.sum(whitened**2)), whitened.size - n_parameters
         reduced = chi_square / freedom
         if objective == "chi_square":
             code = _judged(chi_square, freedom)
