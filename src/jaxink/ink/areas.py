@@ -18,6 +18,7 @@ from jaxink.effects import (
     as_declared,
     declared_effects,
     extend,
+    undivided,
     with_values,
 )
 from jaxink.effects.geometry import Pinholes
@@ -120,10 +121,10 @@ def areas_of(ink: InkLayers) -> Areas:
         for k, (_, there) in enumerate(effect.mixture(start)):
             other = dataclasses.replace(whole, parameters=with_values(whole.parameters, there))
             parts.append(Area(_in(ink, other), _mixed(effect, k, 0), _mixed(effect, k, 1)))
-    undivided = extend(sample, tuple(e for e in changes if not isinstance(e, DividingEffect)))
+    not_divided = extend(sample, undivided(changes))
     for effect in effects:
         if isinstance(effect, AreaWithOtherSample):
-            other = extend(as_declared(sample, effect.other(undivided)), _kept(changes, DividingEffect))
+            other = extend(as_declared(sample, effect.other(not_divided)), _kept(changes, DividingEffect))
             parts.append(Area(_in(ink, dataclasses.replace(other, effects=())), _strength(effect)))
         elif isinstance(effect, Pinholes):
             parts.append(Area(None, _strength(effect)))
