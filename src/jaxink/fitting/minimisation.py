@@ -77,10 +77,10 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
             f"{data.source or 'the measurement'}: its noise is {noise.origin} Declare it in [noise] of the "
             "sample file, or choose another objective."
         )
-    used = data.used
-    sample = settled(
-        sample, Scene.of(*data.used_directions, row=data.reading_order[used]), data.bsdf_per_sr[used]
-    )
+    if sample.effects:
+        used = data.used
+        scene = Scene.of(*data.used_directions, row=data.reading_order[used])
+        sample = settled(sample, scene, data.bsdf_per_sr[used])
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )
