@@ -389,7 +389,7 @@ def demo(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Fit the embedded simulated measurement with the gradient method and with the simplex."""
+    """Show the whole way on an embedded simulated measurement: fit, diagnosis, corrected model, export."""
     with one_sentence(debug):
         from jaxink.cli.demo import run_demo
 

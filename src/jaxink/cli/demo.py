@@ -47,7 +47,7 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
     from jaxink.report.ink_table import inside_change
 
     change = inside_change(found)
-    files += write_report(found, out / REPORT, bool(formats), [str(out / inputs[0].name)])
+    files += write_report(found, out / REPORT, bool(formats), [str(out / inputs[0].name)], change)
     if not isinstance(change, str):
         files += write_folder(change.after, "csv", out / INK, ExportOptions())[0]
     if to is not None:

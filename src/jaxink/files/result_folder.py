@@ -5,6 +5,7 @@ from pathlib import Path
 
 RESULT_FILE = "result.json"
 SAMPLE_FILE = "sample.toml"
+LARGEST_RESULT_BYTES = 256_000_000
 # Of a diagnosis: its report, and the folders of its two fits.
 REPORT_FILE = "report.json"
 DECLARED, CORRECTED = "declared", "corrected"

@@ -14,7 +14,7 @@ from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
-from jaxink.files.result_folder import CORRECTED, REPORT_FILE, result_file
+from jaxink.files.result_folder import CORRECTED, LARGEST_RESULT_BYTES, REPORT_FILE, result_file
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.options import METHODS
@@ -25,7 +25,6 @@ from jaxink.sample import Sample
 from jaxink.sample.archive import NULLS, sample_from_dict
 from jaxink.solver.config import SolverConfig
 
-_LARGEST_BYTES = 256_000_000
 # null stands for unknown values if a fit did not start or a model is not finite.
 _RULES = Rules({**NULLS, "": math.nan})
 
@@ -93,7 +92,7 @@ def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
                 "diagnose` again."
             )
         raise InputRefusedError(f"{name}: there is no result; `jaxink fit` writes one.")
-    plain = read_json(path, _LARGEST_BYTES, "result")
+    plain = read_json(path, LARGEST_RESULT_BYTES, "result")
     try:
         document, sample = _document(plain, effects)
     except InputRefusedError as problem:

@@ -7,11 +7,9 @@ from typing import Any, NamedTuple
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import decode, read_json
-from jaxink.files.result_folder import result_file
+from jaxink.files.result_folder import LARGEST_RESULT_BYTES, result_file
 from jaxink.ink.uncertainty import determined
 from jaxink.sample import Sample, sample_from_dict
-
-_LARGEST_BYTES = 256_000_000
 
 
 class _Row(NamedTuple):
@@ -49,7 +47,7 @@ def read_saved_fit(path: str | Path) -> SavedFit | None:
     """
     path = result_file(Path(path))
     try:
-        plain = read_json(path, _LARGEST_BYTES, "result")
+        plain = read_json(path, LARGEST_RESULT_BYTES, "result")
         if not isinstance(plain, Mapping):
             return None
         rows = {row.name: row for row in map(_row, decode(tuple[Any, ...], plain["parameters"]))}

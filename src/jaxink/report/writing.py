@@ -6,6 +6,7 @@ from pathlib import Path
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
+from jaxink.ink.comparison import TableComparison
 from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.diagnosis_figures import diagnosis_figures
 from jaxink.report import html, sections
@@ -19,7 +20,11 @@ OWNED = (FIGURE_FOLDER, *Diagnosis.owned, *INSIDE_FILES)
 
 
 def write_report(
-    diagnosis: "Diagnosis", folder: str | Path, with_figures: bool = True, inputs: Sequence[str] = ()
+    diagnosis: "Diagnosis",
+    folder: str | Path,
+    with_figures: bool = True,
+    inputs: Sequence[str] = (),
+    change: TableComparison | str | None = None,
 ) -> list[Path]:
     """Write the report, the corrected model and the figures; all of them or none.
 
@@ -38,13 +43,15 @@ def write_report(
         Whether to draw figures.
     inputs
         As of `next_steps`.
+    change
+        What `inside_change` returns, if it is known already.
 
     Raises
     ------
     InputRefusedError
         If the folder cannot be written.
     """
-    change = inside_change(diagnosis)
+    change = inside_change(diagnosis) if change is None else change
     tables = None if isinstance(change, str) else change
     inside = {} if tables is None else dict(zip(INSIDE_FILES, (tables.before, tables.after), strict=True))
     pictures, embedded = {}, {}

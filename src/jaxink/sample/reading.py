@@ -7,7 +7,7 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
-from jaxink.files.result_folder import RESULT_FILE, SAMPLE_FILE
+from jaxink.files.result_folder import LARGEST_RESULT_BYTES, RESULT_FILE, SAMPLE_FILE
 from jaxink.sample import schema
 from jaxink.sample.archive import sample_from_dict
 from jaxink.sample.declared_effects import own_kinds, read_effects
@@ -26,8 +26,6 @@ from jaxink.sample.measurement_schema import SCHEMA_VERSION, TOP
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import check_volume
-
-_LARGEST_RESULT_BYTES = 256_000_000
 
 
 def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
@@ -62,7 +60,7 @@ def _sample_of_folder(folder: Path, effects: Collection[Any]) -> Sample:
             f"{folder}: is a folder without {SAMPLE_FILE} and {RESULT_FILE}; give a sample file, or the "
             "folder of a fit or of a diagnosis."
         )
-    plain = read_json(result, _LARGEST_RESULT_BYTES, "result")
+    plain = read_json(result, LARGEST_RESULT_BYTES, "result")
     try:
         return sample_from_dict(plain.get("sample") if isinstance(plain, dict) else None, effects=effects)
     except InputRefusedError as problem:
