@@ -195,7 +195,7 @@ jax.jit(lambda x: x * 2 + 1)(1.0).block_until_ready()
 def test_compiled_programs_are_kept(case, tmp_path):
     environment = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
     environment["XDG_CACHE_HOME"] = str(tmp_path / "cache")
-    expected = tmp_path / "cache" / "jaxink"
+    expected = tmp_path / "cache" / "jaxink" / "compiled"
     if case == "named":
         expected = tmp_path / "mine"
         environment["JAX_COMPILATION_CACHE_DIR"] = str(expected)

@@ -394,3 +394,15 @@ def demo(
         from jaxink.cli.demo import run_demo
 
         raise typer.Exit(run_demo(out, () if no_figures else ("png",), quiet))
+
+
+@app.command()
+def cache(
+    action: Annotated[str, typer.Argument(metavar="info|clear", help="What to do.")] = "info",
+    debug: Debug = False,
+) -> None:
+    """Show or empty the store of compiled programs, which makes the next command start faster."""
+    with one_sentence(debug):
+        from jaxink.cli.cache import run_cache
+
+        raise typer.Exit(run_cache(action))

@@ -164,23 +164,14 @@ def prepare_jax() -> None:
     """Import JAX and keep its compiled programs on disk between commands."""
     import jax
 
+    from jaxink.numerics.program_store import compiled_folder
+
     # JAX makes the attributes of its configuration at run time.
     chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
-    folder = None if chosen else _cache_folder()
+    folder = None if chosen else compiled_folder()
     if folder is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-
-
-def _cache_folder() -> Path | None:
-    """The user's cache folder, None if it is not writable."""
-    try:
-        root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        folder = Path(root) / "jaxink"
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):
-        return None
-    return folder if os.access(folder, os.W_OK | os.X_OK) else None
 
 
 def installed_version() -> str:

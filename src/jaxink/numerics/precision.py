@@ -10,6 +10,7 @@ import jaxlib
 
 from jaxink.errors import PrecisionError, UnsafeVersionError
 from jaxink.numerics.forking import claim_process
+from jaxink.numerics.program_store import kept_by_jax
 
 _LOG = logging.getLogger("jaxink")
 
@@ -78,7 +79,7 @@ def release_programs(most_mappings: int | None = None) -> bool:
 
 @contextmanager
 def computing() -> Iterator[None]:
-    """Compute with 64-bit floats and one BLAS thread; both settings are restored afterwards.
+    """Compute with 64-bit floats and one BLAS thread, and store programs; all settings are restored.
 
     The solver's matrices are small, but OpenBLAS splits those of 40 rows over threads that wait for each
     other; on a busy machine, a solve then takes fifty times as long. Raises as `require_safe_jaxlib` and
@@ -90,5 +91,5 @@ def computing() -> Iterator[None]:
     import scipy.linalg  # noqa: F401
     from threadpoolctl import threadpool_limits
 
-    with jax.enable_x64(True), threadpool_limits(limits=1, user_api="blas"):
+    with jax.enable_x64(True), kept_by_jax(), threadpool_limits(limits=1, user_api="blas"):
         yield

@@ -1,0 +1,114 @@
+"""Compiled functions whose traced form is kept between processes.
+
+Tracing and lowering a forward model take longer than running it a hundred times. Its StableHLO, once stored,
+replaces both; JAX's own cache then finds the compiled program by it.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import jax
+import jaxlib
+from jax import export
+
+from jaxink.numerics.fingerprint import fingerprint, source_fingerprint
+from jaxink.numerics.program_store import bound_store, read_program, write_program
+
+
+def keeping(function: Callable, key: str | None, options: dict[str, Any] | None = None) -> Callable:
+    """`jax.jit` of a function of arrays, with its traced form stored; not for use within other functions.
+
+    Parameters
+    ----------
+    function
+        Takes trees of arrays, and returns an array or a tuple of arrays.
+    key
+        Fingerprint of everything but the arrays that the function depends on; None for a plain `jax.jit`.
+    options
+        Compiler options.
+    """
+    if key is None:
+        return jax.jit(function, compiler_options=options)
+    return _Kept(function, key, options)
+
+
+class _Kept:
+    def __init__(self, function: Callable, key: str, options: dict[str, Any] | None):
+        self._function, self._key, self._options = function, key, options
+        self._compiled: dict[tuple, Callable] = {}
+
+    def __call__(self, *args):
+        leaves, tree = jax.tree.flatten(args)
+        shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+        if shapes not in self._compiled:
+            self._compiled[shapes] = self._load(leaves) or self._trace(leaves, tree)
+        found = self._compiled[shapes](*leaves)
+        return found[0] if len(found) == 1 else tuple(found)
+
+    def _name(self, leaves) -> str:
+        about = [(leaf.shape, leaf.dtype.str, getattr(leaf, "weak_type", False)) for leaf in leaves]
+        return str(fingerprint(self._key, about, *_surroundings()))
+
+    def _load(self, leaves) -> Callable | None:
+        """The program from the store, if it is there and fits."""
+        data = read_program(self._name(leaves))
+        if data is None:
+            return None
+        _prepare_linear_algebra()
+        try:
+            exported = export.deserialize(bytearray(data))
+            expected = [(leaf.shape, leaf.dtype) for leaf in leaves]
+            if [(aval.shape, aval.dtype) for aval in exported.in_avals] != expected:
+                return None
+            return jax.jit(exported.call, compiler_options=self._options)
+        except Exception:  # noqa: BLE001 - whatever a file from elsewhere causes, tracing anew is right
+            return None
+
+    def _trace(self, leaves, tree) -> Callable:
+        """The program, traced and stored."""
+
+        def flat(*leaves):
+            return jax.tree.leaves(self._function(*jax.tree.unflatten(tree, leaves)))
+
+        traced = jax.jit(flat)
+        try:
+            exported = export.export(traced)(*leaves)
+            data = bytes(exported.serialize())
+        except (NotImplementedError, ValueError):
+            # It calls something that has no lasting form.
+            return jax.jit(flat, compiler_options=self._options)
+        _bound_once()
+        write_program(self._name(leaves), data)
+        # The program that the next process will load, so that it finds it compiled.
+        return jax.jit(exported.call, compiler_options=self._options)
+
+
+@cache
+def _versions() -> tuple[str, ...]:
+    return jax.__version__, jaxlib.__version__, source_fingerprint()
+
+
+def _surroundings() -> tuple:
+    """What a traced program depends on besides its key and its arguments."""
+    config: Any = jax.config
+    return (
+        *_versions(),
+        jax.default_backend(),
+        config.jax_enable_x64,
+        str(config.jax_default_matmul_precision),
+        str(config.jax_numpy_dtype_promotion),
+    )
+
+
+@cache
+def _bound_once() -> None:
+    bound_store()
+
+
+@cache
+def _prepare_linear_algebra() -> None:
+    """Lower a call of LAPACK: a process that runs a stored program with one before would crash."""
+    with jax.enable_x64(True):
+        matrix = jax.ShapeDtypeStruct((1, 1), "float64")
+        jax.jit(jax.lax.linalg.cholesky).lower(matrix)

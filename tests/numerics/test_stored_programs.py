@@ -1,0 +1,115 @@
+import os
+import subprocess
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxink.numerics.program_store import stored
+from jaxink.numerics.stored_programs import keeping
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("JAXINK_CACHE_DIR", str(tmp_path))
+    return tmp_path
+
+
+class Counted:
+    """A function with linear algebra that counts how often it is traced."""
+
+    def __init__(self):
+        self.traces = 0
+
+    def __call__(self, tree, shift):
+        self.traces += 1
+        values, vectors = jnp.linalg.eigh(tree["matrix"])
+        return jnp.linalg.solve(tree["matrix"], tree["rhs"]) + shift, values, jnp.abs(vectors)
+
+
+def arguments(n=4):
+    matrix = jnp.eye(n) * 3 + jnp.ones((n, n)) / n
+    return {"matrix": matrix, "rhs": jnp.arange(n, dtype=float)}, jnp.asarray(0.5)
+
+
+def test_a_stored_program_is_not_traced_again_and_gives_the_same():
+    first, second = Counted(), Counted()
+    expected = first(*arguments())
+    for function, traces in ((first, 2), (second, 0)):
+        found = keeping(function, "key")(*arguments())
+        assert function.traces == traces
+        for a, b in zip(found, expected, strict=True):
+            np.testing.assert_allclose(a, b, rtol=1e-13, atol=1e-14)
+
+
+def test_other_keys_shapes_and_precisions_are_other_programs():
+    counted = Counted()
+    keeping(counted, "key")(*arguments())
+    keeping(counted, "other")(*arguments())
+    keeping(counted, "key")(*arguments(5))
+    assert counted.traces == 3
+    with jax.enable_x64(False):
+        tree, shift = jax.tree.map(lambda x: x.astype("float32"), arguments())
+        result = keeping(counted, "key")(tree, shift)
+    assert counted.traces == 4
+    assert result[0].dtype == "float32"
+
+
+def test_without_a_key_nothing_is_stored():
+    keeping(Counted(), None)(*arguments())
+    assert stored().files == 0
+
+
+def test_a_single_array_stays_one():
+    assert keeping(lambda x: x + 1, "key")(jnp.zeros(3)).shape == (3,)
+
+
+@pytest.mark.parametrize("content", [b"", b"no program", None])
+def test_a_foreign_file_is_thrown_away(folder, content):
+    keeping(Counted(), "key")(*arguments())
+    (file,) = (folder / "traced").iterdir()
+    other = file.read_bytes()[:-10] if content is None else content
+    file.write_bytes(other)
+    counted = Counted()
+    keeping(counted, "key")(*arguments())
+    assert counted.traces == 1
+    assert file.read_bytes() != other
+
+
+def test_a_program_of_other_shapes_under_this_name_is_not_run(folder):
+    keeping(Counted(), "key")(*arguments())
+    (file,) = (folder / "traced").iterdir()
+    keeping(Counted(), "key")(*arguments(5))
+    (other,) = set((folder / "traced").iterdir()) - {file}
+    file.write_bytes(other.read_bytes())
+    counted = Counted()
+    keeping(counted, "key")(*arguments())
+    assert counted.traces == 1
+
+
+FRESH = """
+import jax, jax.numpy as jnp
+from jaxink.numerics.stored_programs import keeping
+
+def function(matrix):
+    print("traced")
+    return jnp.linalg.eigvalsh(matrix), jnp.linalg.inv(matrix)
+
+with jax.enable_x64(True):
+    print(float(keeping(function, "key")(jnp.eye(3) * 2)[0].sum()))
+"""
+
+
+def test_a_fresh_process_runs_stored_linear_algebra(folder):
+    """Without LAPACK prepared, the second process would end in a segmentation fault."""
+    for expected in ("traced\n6.0\n", "6.0\n", "6.0\n"):
+        done = subprocess.run(
+            [sys.executable, "-c", FRESH],
+            env=os.environ | {"JAXINK_CACHE_DIR": str(folder)},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert (done.returncode, done.stdout) == (0, expected), done.stderr[-500:]
