@@ -26,5 +26,6 @@ def test_printed_numbers_stand_on_the_page(shared_data):
 
 def test_the_copy_beside_the_script_is_what_is_printed(shared_data):
     source, *rows = COPY.read_text(encoding="utf-8").splitlines()
-    assert source.startswith("#") and "CEUR-WS 3027" in source
+    assert source.startswith("#")
+    assert "CEUR-WS 3027" in source
     assert rows == (shared_data / "published" / "inks_2021.csv").read_text(encoding="utf-8").splitlines()
