@@ -1,0 +1,296 @@
+"""Fit the published reconstructions, and keep what was found in kept/NAME-SCANS.json.
+
+python -m benchmarks.validation.published.fits [NAME ...]
+
+Every fit that is not kept yet is made; with names of reconstructions, only theirs. Remove a file to repeat
+its fit.
+"""
+
+import dataclasses
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import jaxink
+from benchmarks.simulated_data import truth_of
+from benchmarks.validation.published.problems import NAMES, SHEET, Problem, measured, problem, variants
+from jaxink.fitting import FitOptions
+from jaxink.fitting.gradient import GradientSearch, scan
+from jaxink.fitting.uncertainty import covariance
+from jaxink.ink.comparison import TableComparison
+from jaxink.ink.tabulate import TableOptions
+from jaxink.numerics.precision import computing
+from jaxink.sample import Sample, parse_sample, sample_text
+from jaxink.sample.turning import turned_over
+
+KEPT = Path(__file__).parent / "kept"
+_TABLE = TableOptions(n_theta=61, n_phi=13)
+_MOST_REFINEMENTS = 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Found:
+    """What one fit found.
+
+    Parameters
+    ----------
+    sample
+        With the fitted values.
+    outcome, converged
+        How it ended, in words, and whether in a minimum.
+    effort
+        Jacobians and evaluations, and seconds of the searches without compilation.
+    parameters
+        Value, standard error (None if there is none), flag and interval by name.
+    derived
+        The same of the coefficients that follow.
+    weakest
+        Change of the logarithm of each parameter by one standard error along the combination that the data
+        determine least; empty without a covariance.
+    """
+
+    sample: Sample
+    outcome: str
+    converged: bool
+    effort: dict[str, float]
+    parameters: dict[str, dict]
+    derived: list[dict]
+    weakest: dict[str, float]
+
+
+def fit(one: Problem) -> Found:
+    """Fit one problem by the default method of jaxink."""
+    return _by_jaxink(one) if one.is_one else _both_faces(one)
+
+
+def _by_jaxink(one: Problem) -> Found:
+    result = jaxink.fit(one.data, one.sample, FitOptions(objective=one.kind))
+    derived = [
+        {
+            "quantity": d.quantity,
+            "wavelength_nm": d.wavelength_nm,
+            "value": d.value,
+            "standard_error": d.standard_error,
+        }
+        for d in result.derived
+    ]
+    free = {
+        p.name: {"value": p.value, "standard_error": p.standard_error, "flag": p.flag, "interval": p.interval}
+        for p in result.parameters.free
+    }
+    weakest = {}
+    if result.covariance is not None:
+        weakest = _weakest(free, result.covariance.names, np.asarray(result.covariance.matrix))
+    return Found(
+        result.sample,
+        result.outcome.value,
+        result.outcome.converged,
+        _effort(result.searches),
+        free,
+        derived,
+        weakest,
+    )
+
+
+def _both_faces(one: Problem) -> Found:
+    """The same search on measurements that `jaxink.fit` cannot join."""
+    objective = one.objective()
+    free = one.sample.parameters.free
+    first = objective.scale.to_unit(np.array([p.value for p in free]))
+    (rugged,) = (i for i, p in enumerate(free) if p.multimodal)
+    engine = GradientSearch(objective)
+    starts, whole = scan(engine, first, rugged)
+    searches = [engine.run(start) for start in starts]
+    best = min(searches, key=lambda s: s.loss)
+    for _ in range(_MOST_REFINEMENTS):
+        asked = objective.model.config.at_least(objective.model.sizes(objective.numbers(best.unit)))
+        if asked == objective.model.config:
+            break
+        objective = one.objective(asked)
+        best = GradientSearch(objective).run(best.unit)
+        searches.append(best)
+    values, table = objective.numbers(best.unit), one.sample.parameters
+    for name, value in values.items():
+        table = table.replace(name, value=value)
+    rows = {
+        name: {"value": value, "standard_error": None, "flag": flag, "interval": None}
+        for (name, value), flag in zip(
+            values.items(),
+            np.select([best.unit <= 0, best.unit >= 1], ["at lower bound", "at upper bound"], "").tolist(),
+            strict=True,
+        )
+    }
+    weakest = {}
+    if one.kind == "chi_square":
+        errors = covariance(best.triangle, best.unit, best.gradient)
+        slopes = np.abs(np.asarray(objective.scale.slope(best.unit)))
+        for name, deviation, held in zip(rows, errors.deviation * slopes, errors.held, strict=True):
+            rows[name]["standard_error"] = None if held or not np.isfinite(deviation) else float(deviation)
+        weakest = _weakest(rows, list(rows), errors.matrix * np.outer(slopes, slopes))
+    return Found(
+        dataclasses.replace(one.sample, parameters=table),
+        best.outcome.value,
+        best.outcome.converged,
+        _effort([whole, *searches]),
+        rows,
+        [],
+        weakest,
+    )
+
+
+def _effort(searches) -> dict[str, float]:
+    return {
+        "jacobians": sum(s.jacobians for s in searches),
+        "evaluations": sum(s.evaluations for s in searches),
+        "run_seconds": sum(s.run_seconds for s in searches),
+    }
+
+
+def _weakest(parameters: dict[str, dict], names, matrix: np.ndarray) -> dict[str, float]:
+    """Largest principal axis of the covariance of the logarithms, of the parameters that have an error."""
+    values = np.array([parameters[name]["value"] for name in names])
+    known = np.array([parameters[name]["standard_error"] is not None for name in names]) & (values != 0)
+    if not known.any():
+        return {}
+    block = matrix[np.ix_(known, known)] / np.outer(values[known], values[known])
+    size, axes = np.linalg.eigh(block)
+    along = axes[:, -1] * np.sqrt(size[-1])
+    along *= np.sign(along[np.argmax(np.abs(along))])
+    return dict(zip(np.array(list(names))[known].tolist(), along.tolist(), strict=True))
+
+
+def true_sample(name: str) -> Sample:
+    """The stand-in as it was simulated."""
+    everything = problem(f"{name.split('-')[0]}-mie").sample
+    return dataclasses.replace(everything, parameters=_true_parameters(name, everything))
+
+
+def _true_parameters(name: str, sample: Sample):
+    table, truth = sample.parameters, truth_values(name)
+    for p in table.free:
+        table = table.replace(p.name, value=truth[p.name])
+    return table
+
+
+def truth_values(name: str) -> dict[str, float]:
+    """True values of the parameters of the spheres, by name; with a mean over the wavelengths."""
+    ink = name.split("-")[0]
+    if ink == SHEET:
+        kept = json.loads((Path(__file__).parent / SHEET / "truth.json").read_text(encoding="utf-8"))
+        return {f"ink.{key}": value for key, value in kept["ink"].items()}
+    truth = truth_of(ink)
+    phase = truth["ink"]["phase"]
+    values = {
+        "ink.radius_nm": phase["radius_nm"],
+        "ink.volume_fraction": phase["pvc"],
+        "ink.particle_index": phase["n_re"],
+        "ink.particle_absorption_index": float(np.mean(phase["n_im"])),
+    }
+    if isinstance(phase["n_im"], list):
+        for optics, k in zip(truth["optics"], phase["n_im"], strict=True):
+            values[f"ink.particle_absorption_index@{optics['wavelength_nm']:g}"] = k
+    if "ink_air" in truth["roughness"]:
+        values["ink.back_roughness.sigma_deg"] = truth["roughness"]["ink_air"][1]
+    return values
+
+
+def predictions(name: str, sample: Sample) -> list[np.ndarray]:
+    """BSDF at all rows that were measured, for each face that is lit."""
+    data = measured(name.split("-")[0])
+    samples = (sample, turned_over(sample))[: len(data)]
+    return [jaxink.predict(one, rows) for one, rows in zip(samples, data, strict=True)]
+
+
+def misfits(name: str, sample: Sample) -> list[dict]:
+    """Relative rms of the prediction of each scan measured, and rms of pi times the difference."""
+    rows = []
+    for face, (data, predicted) in enumerate(
+        zip(measured(name.split("-")[0]), predictions(name, sample), strict=True)
+    ):
+        for one in data.scans:
+            here = data.scan_index == one.index
+            f, m = predicted[here], data.bsdf_per_sr[here]
+            rows.append(
+                {
+                    "face": face,
+                    "side": one.side,
+                    "theta_i_deg": one.theta_i_deg,
+                    "wavelength_nm": one.wavelength_nm,
+                    "relative_rms": float(np.sqrt(np.mean((f / m - 1) ** 2))),
+                    "rms_of_pi_f": float(np.pi * np.sqrt(np.mean((f - m) ** 2))),
+                }
+            )
+    return rows
+
+
+def inside(name: str, sample: Sample) -> list[dict]:
+    """Error of the ink's BSDF inside the plate, component by component."""
+    true, found = (jaxink.ink_table(one, options=_TABLE) for one in (true_sample(name), sample))
+    return [
+        dataclasses.asdict(TableComparison(true, found).of(component, w))
+        for component in ("R_II", "T_IA", "T_AI", "R_AA")
+        for w in range(len(true.wavelength_nm))
+    ]
+
+
+def kept_file(name: str, scans: str) -> Path:
+    """Where one fit is kept."""
+    return KEPT / f"{name}-{scans}.json"
+
+
+def kept(name: str, scans: str) -> dict:
+    """One fit as it was kept."""
+    return json.loads(kept_file(name, scans).read_text(encoding="utf-8"))
+
+
+def kept_sample(name: str, scans: str) -> Sample:
+    """The sample that it found."""
+    return parse_sample(kept(name, scans)["sample"], f"{name}, {scans}")
+
+
+def keep(name: str, scans: str) -> None:
+    """Make one fit, compare it with what was measured and with the truth, and keep it."""
+    one = problem(name, scans)
+    began = time.perf_counter()
+    with computing():
+        found = fit(one)
+    seconds = time.perf_counter() - began
+    text = sample_text(found.sample)
+    plain = dataclasses.asdict(dataclasses.replace(found, sample=text))
+    plain |= {
+        "kind": one.kind,
+        "seconds": round(seconds, 1),
+        "points": sum(int(d.used.sum()) for d, _ in one.measurements),
+    }
+    plain |= {"misfits": misfits(name, found.sample), "inside": inside(name, found.sample)}
+    KEPT.mkdir(exist_ok=True)
+    temporary = kept_file(name, scans).with_suffix(".tmp")
+    temporary.write_text(json.dumps(_short(plain), indent=1) + "\n", encoding="utf-8")
+    temporary.replace(kept_file(name, scans))
+
+
+def _short(value):
+    """Numbers with six digits."""
+    if isinstance(value, dict):
+        return {key: _short(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_short(inner) for inner in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def main() -> None:
+    """Make what is missing."""
+    for name in sys.argv[1:] or NAMES:
+        for scans in variants(name):
+            if not kept_file(name, scans).exists():
+                keep(name, scans)
+                print(
+                    name, scans, kept(name, scans)["outcome"], kept(name, scans)["seconds"], "s", flush=True
+                )
+
+
+if __name__ == "__main__":
+    main()
