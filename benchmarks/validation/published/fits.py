@@ -15,19 +15,15 @@ from pathlib import Path
 import numpy as np
 
 import jaxink
-from benchmarks.simulated_data import truth_of
-from benchmarks.validation.published.problems import NAMES, SHEET, Problem, measured, problem, variants
+from benchmarks.validation.published.judgement import inside, loss_at, misfits, truth_values, with_values
+from benchmarks.validation.published.problems import EVERYTHING, NAMES, Problem, problem, variants
 from jaxink.fitting import FitOptions
 from jaxink.fitting.gradient import GradientSearch, scan
 from jaxink.fitting.uncertainty import covariance
-from jaxink.ink.comparison import TableComparison
-from jaxink.ink.tabulate import TableOptions
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample, parse_sample, sample_text
-from jaxink.sample.turning import turned_over
 
 KEPT = Path(__file__).parent / "kept"
-_TABLE = TableOptions(n_theta=61, n_phi=13)
 _MOST_REFINEMENTS = 2
 
 
@@ -112,9 +108,7 @@ def _both_faces(one: Problem) -> Found:
         objective = one.objective(asked)
         best = GradientSearch(objective).run(best.unit)
         searches.append(best)
-    values, table = objective.numbers(best.unit), one.sample.parameters
-    for name, value in values.items():
-        table = table.replace(name, value=value)
+    values = objective.numbers(best.unit)
     rows = {
         name: {"value": value, "standard_error": None, "flag": flag, "interval": None}
         for (name, value), flag in zip(
@@ -131,7 +125,7 @@ def _both_faces(one: Problem) -> Found:
             rows[name]["standard_error"] = None if held or not np.isfinite(deviation) else float(deviation)
         weakest = _weakest(rows, list(rows), errors.matrix * np.outer(slopes, slopes))
     return Found(
-        dataclasses.replace(one.sample, parameters=table),
+        with_values(one.sample, values),
         best.outcome.value,
         best.outcome.converged,
         _effort([whole, *searches]),
@@ -152,7 +146,7 @@ def _effort(searches) -> dict[str, float]:
 def _weakest(parameters: dict[str, dict], names, matrix: np.ndarray) -> dict[str, float]:
     """Largest principal axis of the covariance of the logarithms, of the parameters that have an error."""
     values = np.array([parameters[name]["value"] for name in names])
-    known = np.array([parameters[name]["standard_error"] is not None for name in names]) & (values != 0)
+    known = np.array([parameters[name]["standard_error"] is not None for name in names], bool) & (values != 0)
     if not known.any():
         return {}
     block = matrix[np.ix_(known, known)] / np.outer(values[known], values[known])
@@ -160,80 +154,6 @@ def _weakest(parameters: dict[str, dict], names, matrix: np.ndarray) -> dict[str
     along = axes[:, -1] * np.sqrt(size[-1])
     along *= np.sign(along[np.argmax(np.abs(along))])
     return dict(zip(np.array(list(names))[known].tolist(), along.tolist(), strict=True))
-
-
-def true_sample(name: str) -> Sample:
-    """The stand-in as it was simulated."""
-    everything = problem(f"{name.split('-')[0]}-mie").sample
-    return dataclasses.replace(everything, parameters=_true_parameters(name, everything))
-
-
-def _true_parameters(name: str, sample: Sample):
-    table, truth = sample.parameters, truth_values(name)
-    for p in table.free:
-        table = table.replace(p.name, value=truth[p.name])
-    return table
-
-
-def truth_values(name: str) -> dict[str, float]:
-    """True values of the parameters of the spheres, by name; with a mean over the wavelengths."""
-    ink = name.split("-")[0]
-    if ink == SHEET:
-        kept = json.loads((Path(__file__).parent / SHEET / "truth.json").read_text(encoding="utf-8"))
-        return {f"ink.{key}": value for key, value in kept["ink"].items()}
-    truth = truth_of(ink)
-    phase = truth["ink"]["phase"]
-    values = {
-        "ink.radius_nm": phase["radius_nm"],
-        "ink.volume_fraction": phase["pvc"],
-        "ink.particle_index": phase["n_re"],
-        "ink.particle_absorption_index": float(np.mean(phase["n_im"])),
-    }
-    if isinstance(phase["n_im"], list):
-        for optics, k in zip(truth["optics"], phase["n_im"], strict=True):
-            values[f"ink.particle_absorption_index@{optics['wavelength_nm']:g}"] = k
-    if "ink_air" in truth["roughness"]:
-        values["ink.back_roughness.sigma_deg"] = truth["roughness"]["ink_air"][1]
-    return values
-
-
-def predictions(name: str, sample: Sample) -> list[np.ndarray]:
-    """BSDF at all rows that were measured, for each face that is lit."""
-    data = measured(name.split("-")[0])
-    samples = (sample, turned_over(sample))[: len(data)]
-    return [jaxink.predict(one, rows) for one, rows in zip(samples, data, strict=True)]
-
-
-def misfits(name: str, sample: Sample) -> list[dict]:
-    """Relative rms of the prediction of each scan measured, and rms of pi times the difference."""
-    rows = []
-    for face, (data, predicted) in enumerate(
-        zip(measured(name.split("-")[0]), predictions(name, sample), strict=True)
-    ):
-        for one in data.scans:
-            here = data.scan_index == one.index
-            f, m = predicted[here], data.bsdf_per_sr[here]
-            rows.append(
-                {
-                    "face": face,
-                    "side": one.side,
-                    "theta_i_deg": one.theta_i_deg,
-                    "wavelength_nm": one.wavelength_nm,
-                    "relative_rms": float(np.sqrt(np.mean((f / m - 1) ** 2))),
-                    "rms_of_pi_f": float(np.pi * np.sqrt(np.mean((f - m) ** 2))),
-                }
-            )
-    return rows
-
-
-def inside(name: str, sample: Sample) -> list[dict]:
-    """Error of the ink's BSDF inside the plate, component by component."""
-    true, found = (jaxink.ink_table(one, options=_TABLE) for one in (true_sample(name), sample))
-    return [
-        dataclasses.asdict(TableComparison(true, found).of(component, w))
-        for component in ("R_II", "T_IA", "T_AI", "R_AA")
-        for w in range(len(true.wavelength_nm))
-    ]
 
 
 def kept_file(name: str, scans: str) -> Path:
@@ -251,6 +171,19 @@ def kept_sample(name: str, scans: str) -> Sample:
     return parse_sample(kept(name, scans)["sample"], f"{name}, {scans}")
 
 
+def reference(name: str, scans: str) -> Sample | None:
+    """A sample that a search should not miss.
+
+    The truth of spheres, or the Henyey-Greenstein fit of everything; None if that has other parameters.
+    """
+    sample = problem(name, scans).sample
+    free = {p.name for p in sample.parameters.free}
+    if name.endswith("-mie"):
+        return with_values(sample, truth_values(name))
+    values = {key: p["value"] for key, p in kept(name, EVERYTHING)["parameters"].items()}
+    return with_values(sample, values) if free == values.keys() else None
+
+
 def keep(name: str, scans: str) -> None:
     """Make one fit, compare it with what was measured and with the truth, and keep it."""
     one = problem(name, scans)
@@ -266,6 +199,10 @@ def keep(name: str, scans: str) -> None:
         "points": sum(int(d.used.sum()) for d, _ in one.measurements),
     }
     plain |= {"misfits": misfits(name, found.sample), "inside": inside(name, found.sample)}
+    _write(name, scans, plain | {"loss": loss_at(one, found.sample)})
+
+
+def _write(name: str, scans: str, plain: dict) -> None:
     KEPT.mkdir(exist_ok=True)
     temporary = kept_file(name, scans).with_suffix(".tmp")
     temporary.write_text(json.dumps(_short(plain), indent=1) + "\n", encoding="utf-8")
@@ -281,16 +218,21 @@ def _short(value):
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def main() -> None:
-    """Make what is missing."""
-    for name in sys.argv[1:] or NAMES:
+def make_missing(names) -> None:
+    """Make every fit of some reconstructions that is not kept yet."""
+    for name in names:
         for scans in variants(name):
             if not kept_file(name, scans).exists():
                 keep(name, scans)
-                print(
-                    name, scans, kept(name, scans)["outcome"], kept(name, scans)["seconds"], "s", flush=True
-                )
+                found = kept(name, scans)
+                print(name, scans, found["outcome"], found["seconds"], "s", flush=True)
+        for scans in variants(name):
+            found = kept(name, scans)
+            if "loss_at_reference" not in found:
+                sample = reference(name, scans)
+                loss = None if sample is None else loss_at(problem(name, scans), sample)
+                _write(name, scans, found | {"loss_at_reference": loss})
 
 
 if __name__ == "__main__":
-    main()
+    make_missing(sys.argv[1:] or NAMES)

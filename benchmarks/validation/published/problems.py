@@ -129,6 +129,11 @@ class Problem:
         """Whether `jaxink.fit` can fit it: one face is lit."""
         return len(self.measurements) == 1
 
+    @property
+    def is_of_spheres(self) -> bool:
+        """Whether the ink is described by spheres, as it was simulated."""
+        return self.name.endswith("-mie")
+
     def objective(self, config: SolverConfig | None = None) -> Objective:
         """What is minimised, at a resolution; None: that for the start."""
         if self.is_one:
