@@ -230,6 +230,7 @@ LEAVES = {
     "versions",
     "searches[].start",
     "searches[].values",
+    "searches[].path.values",
     "sample.parameters[].prior",
     "sample.layers[].roughness",
 }
