@@ -16,12 +16,19 @@ os.environ.setdefault("XLA_FLAGS", " ".join(FLAGS))
 # times as long as the solve takes. Fits and predictions limit them; here tests call the solver themselves.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import shutil  # noqa: E402
+import tempfile  # noqa: E402
 from contextlib import nullcontext  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
 
 pytest_plugins = ["tests.sentences"]
+
+# All processes of a run share what they compile, and nothing from before it.
+_OWN_STORE = None
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    os.environ["JAXINK_CACHE_DIR"] = _OWN_STORE = tempfile.mkdtemp(prefix="jaxink-tests-")
 
 TESTS = Path(__file__).resolve().parent
 # Where tests call the solver's differentiable functions themselves, as a program does that has switched 64
@@ -32,6 +39,11 @@ IN_64_BITS = (
 )
 
 SHARED = Path(os.environ.get("JAXINK_DATA") or TESTS.parents[1] / "shared" / "data")
+
+
+def pytest_unconfigure():
+    if _OWN_STORE is not None:
+        shutil.rmtree(_OWN_STORE, ignore_errors=True)
 
 
 def _precision_of(path):

@@ -193,7 +193,8 @@ jax.jit(lambda x: x * 2 + 1)(1.0).block_until_ready()
 
 @pytest.mark.parametrize("case", ["user", "named", "unwritable"])
 def test_compiled_programs_are_kept(case, tmp_path):
-    environment = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
+    chosen = "JAX_COMPILATION_CACHE_DIR", "JAXINK_CACHE_DIR"
+    environment = {k: v for k, v in os.environ.items() if k not in chosen}
     environment["XDG_CACHE_HOME"] = str(tmp_path / "cache")
     expected = tmp_path / "cache" / "jaxink" / "compiled"
     if case == "named":

@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.fitting.objective import Objective
-from jaxink.fitting.programs import arrays_of, program_of
+from jaxink.fitting.programs import Structure, arrays_of, program_of
 from jaxink.numerics.compiling import Tiered, hastily
+from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 
 # Number of runs above which optimised compilation pays: of Jacobians, and of residuals alone.
@@ -55,8 +56,9 @@ class Point(NamedTuple):
 class CompiledPrograms:
     """Compiled programs of one structure of objective, shared by all objectives of that structure."""
 
-    def __init__(self, evaluate):
+    def __init__(self, structure: Structure):
         self.ready: set = set()
+        evaluate = structure.residual
 
         def with_jacobian(arrays, unit):
             def twice(u):
@@ -72,9 +74,10 @@ class CompiledPrograms:
         # Traced once for all programs that call them.
         self.traced_alone = evaluate
         self.traced_with_jacobian = jax.jit(with_jacobian)
-        self.with_jacobian = Tiered(with_jacobian, _MANY_JACOBIANS)
-        self.alone = Tiered(alone, _MANY_RESIDUALS)
-        self.once = hastily(alone)
+        keys = [structure.key and fingerprint(structure.key, name) for name in ("with_jacobian", "alone")]
+        self.with_jacobian = Tiered(with_jacobian, _MANY_JACOBIANS, keys[0])
+        self.alone = Tiered(alone, _MANY_RESIDUALS, keys[1])
+        self.once = hastily(alone, key=keys[1])
 
 
 _programs = WeakCache(CompiledPrograms)
@@ -90,8 +93,8 @@ class CompiledObjective:
     """
 
     def __init__(self, objective: Objective):
-        residual, self.arrays = program_of(objective)
-        self.programs = _programs(residual)
+        structure, self.arrays = program_of(objective)
+        self.programs = _programs(structure)
 
     def on(self, objective: Objective) -> "CompiledObjective":
         """The same programs for another objective of the same structure."""

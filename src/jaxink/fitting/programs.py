@@ -1,5 +1,6 @@
 """Compiled residuals, shared by all objectives of one structure."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -9,28 +10,47 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.objective import Objective
+from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 
 
-class Program(NamedTuple):
-    """A residual, traced once for all programs that call it.
+@dataclasses.dataclass(frozen=True, eq=False)
+class Structure:
+    """Everything but the arrays of an objective.
 
     Parameters
     ----------
     residual
-        Function of (arrays, unit variables); see `Objective.residual`.
+        Function of (arrays, unit variables), traced once for all programs that call it; see
+        `Objective.residual`.
+    key
+        Identifies it in every process; None if it contains what has no name there, such as a user's effect.
+    """
+
+    residual: Callable
+    key: str | None
+
+
+class Program(NamedTuple):
+    """A residual and what to call it with.
+
+    Parameters
+    ----------
+    structure
+        Shared by objectives that differ in their arrays only.
     arrays
         The objective's arrays.
     """
 
-    residual: Callable
+    structure: Structure
     arrays: Objective
 
 
 @WeakCache
-def _residual_of_structure(treedef, leaves):
+def _structure(treedef, leaves):
     static = jax.tree.unflatten(treedef, leaves)
-    return jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))
+    residual = jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))
+    return Structure(residual, fingerprint(static))
 
 
 def program_of(objective: Objective) -> Program:
@@ -41,7 +61,7 @@ def program_of(objective: Objective) -> Program:
     """
     arrays, static = _split(objective)
     leaves, treedef = jax.tree.flatten(static)
-    return Program(_residual_of_structure(treedef, tuple(leaves)), arrays)
+    return Program(_structure(treedef, tuple(leaves)), arrays)
 
 
 def arrays_of(objective: Objective) -> Objective:

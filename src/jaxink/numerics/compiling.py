@@ -7,6 +7,8 @@ from typing import Any
 
 import jax
 
+from jaxink.numerics.stored_programs import keeping
+
 # Levels of optimisation on a CPU. Compared with full optimisation, level 1 halves the compile time and
 # lengthens the run time by up to a half; level 0 takes a fifth and three times.
 _NONE, _LITTLE = 0, 1
@@ -26,12 +28,13 @@ def _options(level: int) -> dict[str, Any] | None:
     return options
 
 
-def hastily(function: Callable, level: int = _NONE) -> Callable:
+def hastily(function: Callable, level: int = _NONE, key: str | None = None) -> Callable:
     """`jax.jit` with a low level of optimisation, for a function that runs a few times.
 
-    The result is not for use within other compiled functions.
+    The result is not for use within other compiled functions. With a key, as of `keeping`, its traced form is
+    stored.
     """
-    return jax.jit(function, compiler_options=_options(level))
+    return keeping(function, key, _options(level))
 
 
 class Tiered:
@@ -43,10 +46,12 @@ class Tiered:
         Not for use within other compiled functions.
     runs
         Number of runs after which full optimisation pays off.
+    key
+        As of `keeping`: with it, the traced form of the function is stored.
     """
 
-    def __init__(self, function: Callable, runs: int):
-        self._tiers = hastily(function, _LITTLE), jax.jit(function)
+    def __init__(self, function: Callable, runs: int, key: str | None = None):
+        self._tiers = hastily(function, _LITTLE, key), keeping(function, key)
         self._left = runs
 
     def now(self, runs: int = 0) -> Callable:

@@ -13,7 +13,7 @@ import jaxlib
 from jax import export
 
 from jaxink.numerics.fingerprint import fingerprint, source_fingerprint
-from jaxink.numerics.program_store import bound_store, read_program, write_program
+from jaxink.numerics.program_store import bound_store, read_program, store_folder, write_program
 
 
 def keeping(function: Callable, key: str | None, options: dict[str, Any] | None = None) -> Callable:
@@ -71,13 +71,15 @@ class _Kept:
         def flat(*leaves):
             return jax.tree.leaves(self._function(*jax.tree.unflatten(tree, leaves)))
 
-        traced = jax.jit(flat)
+        plain = jax.jit(flat, compiler_options=self._options)
+        if store_folder() is None:
+            return plain
         try:
-            exported = export.export(traced)(*leaves)
+            exported = export.export(jax.jit(flat))(*leaves)
             data = bytes(exported.serialize())
         except (NotImplementedError, ValueError):
             # It calls something that has no lasting form.
-            return jax.jit(flat, compiler_options=self._options)
+            return plain
         _bound_once()
         write_program(self._name(leaves), data)
         # The program that the next process will load, so that it finds it compiled.
