@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.bounded import descend
+from jaxink.fitting.bounded import DECREMENT, descend
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.method import WithJacobian, search
@@ -19,6 +19,8 @@ from jaxink.fitting.watched import WatchedObjective
 _SCAN_VALUES = 48
 _SCAN_JACOBIANS = 10
 _SCAN_KEPT = 3
+# A scan only ranks the values: their losses need not be exact.
+_SCAN_DECREMENT = 0.1
 
 
 class Gradient(WithJacobian):
@@ -28,7 +30,8 @@ class Gradient(WithJacobian):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
-        _, outcome = descend(watched.linearised, start, watched.lower, watched.upper, follow=watched.step)
+        box = watched.lower, watched.upper
+        _, outcome = descend(watched.linearised, start, *box, self.decrement, watched.step)
         return outcome
 
 
@@ -70,6 +73,7 @@ class GradientSearch:
         progress: Callable[[int, float], None] | None = None,
         max_jacobians: int | None = None,
         within: Budget | None = None,
+        decrement: float = DECREMENT,
     ) -> Search:
         """Search from one start.
 
@@ -85,9 +89,11 @@ class GradientSearch:
             Limit of this search; None for that of the engine.
         within
             Limits of the fit that this search belongs to.
+        decrement
+            See `jaxink.fitting.bounded.DECREMENT`.
         """
         own = Limits(steps=max_jacobians or self.max_jacobians)
-        return search(Gradient(), self.compiled, start, within, progress, held, own)
+        return search(Gradient(decrement=decrement), self.compiled, start, within, progress, held, own)
 
 
 def scan(
@@ -121,7 +127,8 @@ def scan(
     every: list[Search] = []
     at = first
     for number, i in enumerate([*range(_SCAN_VALUES), *reversed(range(_SCAN_VALUES))]):
-        here = engine.run(at, {position: float(grid[i])}, max_jacobians=_SCAN_JACOBIANS, within=within)
+        held = {position: float(grid[i])}
+        here = engine.run(at, held, None, _SCAN_JACOBIANS, within, _SCAN_DECREMENT)
         every.append(here)
         at = here.unit if np.isfinite(here.loss) else first
         if i not in found or here.loss < found[i].loss:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.bounded import Linearised
+from jaxink.fitting.bounded import DECREMENT, Linearised
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.outcome import Outcome, Search
@@ -23,6 +23,8 @@ class Method(abc.ABC):
     ----------
     seed
         Of random numbers, for a method that draws them.
+    decrement
+        As of `jaxink.fitting.bounded.DECREMENT`, for the test of the first-order conditions.
     """
 
     name: ClassVar[str]
@@ -33,6 +35,7 @@ class Method(abc.ABC):
     has_jacobian: ClassVar[bool]
 
     seed: int = 0
+    decrement: float = DECREMENT
 
     @abc.abstractmethod
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
@@ -134,5 +137,5 @@ def _ended(method: Method, watched: WatchedObjective, outcome: Outcome) -> tuple
     elif end is not None and not np.all(np.isfinite(end.triangle)):
         outcome = Outcome.NO_SLOPE
     elif end is not None and outcome in (Outcome.CONVERGED, Outcome.STALLED):
-        outcome = Outcome.CONVERGED if end.meets_conditions() else Outcome.STALLED
+        outcome = Outcome.CONVERGED if end.meets_conditions(method.decrement) else Outcome.STALLED
     return outcome, end
