@@ -1,5 +1,6 @@
 """The objective of a fit: the residual vector of one measurement."""
 
+from collections.abc import Mapping
 from functools import partial
 from typing import TypeVar
 
@@ -68,6 +69,8 @@ class Objective(eqx.Module):
         Square root of the weight of each point.
     scale
         Maps variables in [0, 1] to the free parameters.
+    constants, names
+        Values and names of the parameters of the model that are neither free nor tied.
     kind
         One of `OBJECTIVES`.
     free
@@ -85,6 +88,8 @@ class Objective(eqx.Module):
     prior_mean: Float[np.ndarray, " priors"]
     prior_deviation: Float[np.ndarray, " priors"]
     prior_position: Int[np.ndarray, " priors"]
+    constants: Float[np.ndarray, " names"]
+    names: tuple[str, ...] = eqx.field(static=True)
     scan_relative: float = eqx.field(static=True)
     n_scans: int = eqx.field(static=True)
     kind: str = eqx.field(static=True)
@@ -95,8 +100,16 @@ class Objective(eqx.Module):
         return self.named(self.scale.to_physical(unit))
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
-        """Values by name, for the model, of the free parameters in their units."""
+        """Values by name of the free parameters in their units."""
         return {name: physical[i] for i, name in enumerate(self.free)}
+
+    def given(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+        """Values by name of all parameters that are not tied.
+
+        The constants, too, are arguments of a compiled program, which therefore serves other values.
+        """
+        constants = jnp.asarray(self.constants)
+        return {name: constants[i] for i, name in enumerate(self.names)} | self.named(physical)
 
     def numbers(self, unit: Float[np.ndarray, " parameters"]) -> dict[str, float]:
         """The same as plain numbers."""
@@ -125,7 +138,7 @@ class Objective(eqx.Module):
         self, physical: Float[Array, " parameters"]
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
         """As `residual`, from the free parameters in their units."""
-        predicted = self.model.bsdf(self.named(physical))
+        predicted = self.model.bsdf(self.given(physical))
         rows = self.weight * self._misfit(predicted)
         prior = (self.prior_mean - physical[self.prior_position]) / self.prior_deviation
         return jnp.concatenate([rows, prior]), predicted
@@ -199,14 +212,32 @@ def make_objective(
         )
     model = model_at(sample, data.used_directions, data.reading_order[used], config, accuracy, layer_method)
     names = tuple(p.name for p in free)
-    return compose(Objective, model, data, sample, noise, kind=kind, scale=UnitScale.of(free), free=names)
+    table = model.sample.parameters
+    constants = {n: p.value for n, p in table.items() if p.tie is None and n not in names}
+    return compose(
+        Objective,
+        model,
+        data,
+        sample,
+        noise,
+        constants,
+        kind=kind,
+        scale=UnitScale.of(free),
+        free=names,
+    )
 
 
 ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
 
 
 def compose(
-    form: type[ObjectiveT], model: eqx.Module, data: GonioData, sample: Sample, noise: FitNoise, **fields
+    form: type[ObjectiveT],
+    model: eqx.Module,
+    data: GonioData,
+    sample: Sample,
+    noise: FitNoise,
+    constants: Mapping[str, float],
+    **fields,
 ) -> ObjectiveT:
     """Objective of any model of a sample: measured values, noise, weights and priors.
 
@@ -218,6 +249,8 @@ def compose(
         Predicts the used points.
     data, sample, noise
         As of `make_objective`; priors are those of the sample's free parameters, which come first.
+    constants
+        Values by name of the parameters that the variables do not stand for.
     **fields
         The other fields of the class.
     """
@@ -233,6 +266,8 @@ def compose(
         prior_mean=np.array([prior.mean for _, prior in priors]),
         prior_deviation=np.array([prior.standard_deviation for _, prior in priors]),
         prior_position=np.array([i for i, _ in priors], int),
+        constants=np.array(list(constants.values()), float),
+        names=tuple(constants),
         scan_relative=float(noise.scan_relative),
         n_scans=int(scan.max()) + 1,
         **fields,

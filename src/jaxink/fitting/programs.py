@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.fitting.objective import Objective
+from jaxink.model.build import StackBuilder
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 
@@ -70,6 +71,10 @@ def arrays_of(objective: Objective) -> Objective:
 
 
 def _split(objective: Objective):
-    return eqx.partition(
-        jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, objective), eqx.is_array
-    )
+    def kept(x):
+        if isinstance(x, StackBuilder):
+            return x.without_values()
+        return jnp.asarray(x) if isinstance(x, np.ndarray) else x
+
+    tree = jax.tree.map(kept, objective, is_leaf=lambda x: isinstance(x, StackBuilder))
+    return eqx.partition(tree, eqx.is_array)

@@ -1,5 +1,6 @@
 """Stack of a sample from the values of its parameters."""
 
+import dataclasses
 from collections.abc import Mapping
 
 import equinox as eqx
@@ -44,6 +45,10 @@ class StackBuilder(eqx.Module):
     wavelengths_nm: tuple[float, ...] = eqx.field(static=True)
     faces: tuple[Roughness | None, ...] = eqx.field(static=True)
     mie_sizes: MieSizes = eqx.field(static=True)
+
+    def without_values(self) -> "StackBuilder":
+        """The builder of all samples that differ in their values only; every untied value must be given."""
+        return dataclasses.replace(self, sample=self.sample.without_values())
 
     def values(self, free_values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
         """Value of every parameter at each wavelength, by name without wavelength.

@@ -150,6 +150,18 @@ class Sample(Presented):
         plain |= {n.removesuffix(at): v for n, v in values.items() if n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
 
+    def without_values(self) -> "Sample":
+        """The structure of the sample: without the values of its parameters, noise, masks and title."""
+        return dataclasses.replace(
+            self,
+            title="",
+            wavelengths_nm=(),
+            noise=Noise(),
+            masks=(),
+            weights=(),
+            parameters=self.parameters.without_values(),
+        )
+
     def card(self) -> Card:
         """Layers and parameters."""
         rows = [

@@ -186,6 +186,25 @@ class ParameterTable(NamedRows[Parameter]):
             values[name] = _told(name, evaluate_tie, self._by_name[name].tie, values)
         return {name: values[name] for name in self._by_name}
 
+    def without_values(self) -> "ParameterTable":
+        """Names and ties, to be evaluated with other values; no parameter is free.
+
+        All values are infinite, so that none is used by mistake, but for those that ties need. These are 1,
+        or their own if a tie has no value at 1.
+        """
+        needed = {name for p in self.values() if p.tie is not None for name in names_in(p.tie)}
+
+        def table(ones):
+            given = {p.name: (1.0 if ones else p.value) for p in self.values() if p.name in needed}
+            return ParameterTable(
+                [Parameter(p.name, given.get(p.name, math.inf), tie=p.tie) for p in self.values()]
+            )
+
+        try:
+            return table(ones=True)
+        except InputRefusedError:
+            return table(ones=False)
+
     def replace(self, name: str, **changes: Any) -> "ParameterTable":
         """Table with some fields of one `Parameter` replaced."""
         if name not in self._by_name:

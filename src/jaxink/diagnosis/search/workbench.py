@@ -7,7 +7,6 @@ program therefore fits any choice of parameters and computes any column of the J
 import dataclasses
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -33,9 +32,7 @@ class SlotObjective(Objective):
     values of `constants`.
     """
 
-    constants: Float[np.ndarray, " names"]
     position: Int[np.ndarray, " parameters"]
-    names: tuple[str, ...] = eqx.field(static=True)
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Values of all names: the constants, replaced by the slots."""
@@ -131,12 +128,11 @@ class Workbench:
             data,
             sample,
             noise,
+            self.start,
             kind="chi_square",
             scale=UnitScale.of((_UNUSED,) * n_slots),
             free=tuple(f"slot{i}" for i in range(n_slots)),
-            constants=np.array([self.start[n] for n in names]),
             position=np.full(n_slots, len(names)),
-            names=names,
         )
 
     @property

@@ -1,0 +1,102 @@
+"""Compiled programs are shared by samples that differ in their values only, and give what each one says."""
+
+import jax
+import numpy as np
+import pytest
+
+from jaxink.fitting.compiled import CompiledObjective
+from jaxink.fitting.objective import make_objective
+from jaxink.fitting.programs import program_of
+from jaxink.measurement import GonioData
+from jaxink.sample import parse_sample
+from jaxink.solver.config import SolverConfig
+
+SMALL = SolverConfig(4, 4, 8, 2)
+HEAD = 'schema_version = 1\nwavelength_nm = {waves}\ntitle = "{title}"\n'
+PLATE = """
+[[layers]]
+name = "plate"
+kind = "clear"
+refractive_index = {index}
+thickness_mm = {plate_mm}
+absorption_per_mm = 0.01
+"""
+INK = """
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.55
+thickness_um = {ink_um}
+scattering_per_mm = {{ free = true, value = {start}, min = 1, max = 400 }}
+absorption_per_mm = {absorption}
+asymmetry_parameter = 0.5
+"""
+MIE = """
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "mie"
+refractive_index = 1.5
+thickness_um = {ink_um}
+radius_nm = 150
+volume_fraction = {{ free = true, value = 0.05, min = 0.01, max = 0.3 }}
+particle_index = 1.8
+particle_absorption_index = {{ value = {absorption}e-3 }}
+"""
+STRAY = "\n[effects.stray_light]\nlevel_per_sr = {{ free = true, value = {stray}, min = 0, max = 0.1 }}\n"
+NOISE = "\n[noise]\nrelative = {noise}\n"
+ROUGH = """
+[layers.back_roughness]
+density = "beckmann"
+sigma_deg = {{ free = true, value = 6, min = 1, max = 20 }}
+"""
+KINDS = {
+    "plate and ink": HEAD + PLATE + INK + NOISE,
+    "spheres, two wavelengths": HEAD.replace("{waves}", "[500, 600]") + MIE + NOISE,
+    "tied": HEAD + PLATE + INK.replace("{absorption}", '{{ tie = "0.01 * ink.scattering_per_mm" }}') + NOISE,
+    "rough": HEAD + PLATE + INK + ROUGH + NOISE,
+    "declared effect": HEAD + PLATE + INK + STRAY + NOISE,
+}
+FIRST = {"waves": 550, "title": "a", "index": 1.49, "plate_mm": 2, "ink_um": 20, "start": 50}
+FIRST |= {"absorption": 1, "noise": 0.01, "stray": 0.01}
+SECOND = FIRST | {"title": "b", "plate_mm": 3, "ink_um": 35, "start": 90, "absorption": 2, "noise": 0.02}
+SECOND |= {"stray": 0.02}
+
+
+def data_at(waves):
+    theta_o = np.array([5.0, 30.0, 50.0, 70.0])
+    columns = np.meshgrid([0.0, 40.0], theta_o, waves, [False, True], indexing="ij")
+    theta_i, theta_o, wave, side = (c.ravel() for c in columns)
+    return GonioData(theta_i, theta_o, np.zeros(theta_i.size), wave, side, np.full(theta_i.size, 0.1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_samples_of_one_structure_share_their_programs(kind):
+    samples = [parse_sample(KINDS[kind].format(**values)) for values in (FIRST, SECOND)]
+    with jax.enable_x64(True):
+        data = data_at(samples[0].wavelengths_nm)
+        objectives = [make_objective(data, sample, config=SMALL) for sample in samples]
+        structures = {id(program_of(objective).structure) for objective in objectives}
+        assert len(structures) == 1
+        for objective in objectives:
+            unit = np.full(len(objective.free), 0.4)
+            found = CompiledObjective(objective).residual(unit)
+            # Not compiled, with the sample's own values.
+            expected = objective.model.bsdf(objective.numbers(unit))
+            np.testing.assert_allclose(found.predicted, expected, rtol=1e-10)
+        keys = {program_of(objective).structure.key for objective in objectives}
+        assert len(keys) == 1
+        assert None not in keys
+
+
+def test_another_structure_has_another_program():
+    text = KINDS["plate and ink"].format(**FIRST)
+    other = text.replace('phase_function = "henyey_greenstein"', 'phase_function = "rayleigh"')
+    other = other.replace("asymmetry_parameter = 0.5", "")
+    with jax.enable_x64(True):
+        keys = {
+            program_of(make_objective(data_at([550.0]), parse_sample(one), config=SMALL)).structure.key
+            for one in (text, other, KINDS["rough"].format(**FIRST))
+        }
+    assert len(keys) == 3
