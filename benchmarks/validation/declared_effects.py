@@ -135,12 +135,18 @@ def round_trip(base: str, form) -> list[str]:
     strength = form.carrier.strength.name
     return [
         f"`{form.name}`",
-        f"{np.max(np.abs(predicted[used] / first.predicted_per_sr - 1)):.1g}",
+        f"{largest_difference(predicted[used], first.predicted_per_sr):.1g}",
         f"{first.merit.chi_square:.3f}",
         f"{again.merit.chi_square - first.merit.chi_square:+.1g}",
         f"{values[strength]:.4g}",
         f"{again[strength].value:.4g}",
     ]
+
+
+def largest_difference(found, expected):
+    """Relative to the expected values; at a coarse resolution some are 0, where both must be."""
+    with np.errstate(invalid="ignore"):
+        return np.max(np.where(found == expected, 0.0, np.abs(found / expected - 1)))
 
 
 def directions(sample):
