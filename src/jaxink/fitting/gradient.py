@@ -17,7 +17,7 @@ from jaxink.fitting.watched import WatchedObjective
 
 # Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
 _SCAN_VALUES = 48
-_SCAN_JACOBIANS = 10
+_SCAN_JACOBIANS, _ANEW_JACOBIANS = 10, 20
 _SCAN_KEPT = 3
 # A scan only ranks the values: their losses need not be exact.
 _SCAN_DECREMENT = 0.1
@@ -106,7 +106,7 @@ def scan(
     """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
 
     All other parameters are fitted at each value of the scanned one, starting from the solution at the
-    previous value, up the range and down again. There are up to `_SCAN_KEPT` starts, lowest first; the search
+    previous value, up the range and down again, and from elsewhere if that ends at a bound. There are up to `_SCAN_KEPT` starts, lowest first; the search
     ends at the lowest.
 
     Parameters
@@ -130,6 +130,11 @@ def scan(
         held = {position: float(grid[i])}
         here = engine.run(at, held, None, _SCAN_JACOBIANS, within, _SCAN_DECREMENT)
         every.append(here)
+        if _at_bound(here, position) and not (within is not None and within.is_spent(here.loss)):
+            # A sweep that has run into a bound may miss the minima beyond it: it starts anew.
+            anew = first if number < _SCAN_VALUES else np.full_like(first, 0.5)
+            every.append(engine.run(anew, held, None, _ANEW_JACOBIANS, within, _SCAN_DECREMENT))
+            here = min(here, every[-1], key=lambda search: search.loss)
         at = here.unit if np.isfinite(here.loss) else first
         if i not in found or here.loss < found[i].loss:
             found[i] = here
@@ -143,6 +148,12 @@ def scan(
     minima = [i for i in found if loss[i] <= min(padded[i], padded[i + 2])]
     best = sorted(minima, key=lambda i: (loss[i], i))[:_SCAN_KEPT]
     return [found[i].unit for i in best], together("scan", every, found[best[0]])
+
+
+def _at_bound(search: Search, position: int) -> bool:
+    """Whether a parameter other than the scanned one ended at a bound."""
+    others = np.delete(search.unit, position)
+    return bool(np.any((others <= 0) | (others >= 1)))
 
 
 def together(method: str, every: Sequence[Search], end: Search) -> Search:
