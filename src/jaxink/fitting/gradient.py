@@ -106,9 +106,9 @@ def scan(
     """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
 
     All other parameters are fitted at each value of the scanned one, starting from the solution at the
-    previous value, up the range and down again. A fit that ends at a bound is made anew: from the start values
-    on the way up, from the middle of the ranges on the way down. There are up to `_SCAN_KEPT` starts, lowest
-    first; the search ends at the lowest.
+    previous value, up the range and down again. A fit that ends at a bound is made anew: from the start
+    values on the way up, from the middle of the ranges on the way down. There are up to `_SCAN_KEPT` starts,
+    lowest first; the search ends at the lowest.
 
     Parameters
     ----------
