@@ -89,7 +89,7 @@ def main() -> None:
                 make_missing(name, known[name], arguments.methods, range(arguments.starts), ends)
     except OutOfTime:
         print("out of time; call again to continue")
-    write({name: kept(name) for name in known})
+    write({name: kept(name) for name in known}, known)
 
 
 if __name__ == "__main__":

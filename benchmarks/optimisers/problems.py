@@ -1,7 +1,7 @@
 """The problems: what is minimised, and what is known of the answer.
 
-The seven published reconstructions come from `benchmarks.validation.published.problems`. All are computed at a
-resolution for 1e-3, which shifts a minimum by less than its standard errors.
+The seven published reconstructions come from `benchmarks.validation.published.problems`. All are computed at
+a resolution for 1e-3, which shifts a minimum by less than its standard errors.
 """
 
 import dataclasses

@@ -16,7 +16,7 @@ from jaxink.fitting.uncertainty import covariance
 
 SEED, N_STARTS = 23, 20
 # Of every search, together with the scan that precedes it; a Jacobian counts as one evaluation.
-BUDGET = Limits(evaluations=2000, seconds=30.0)
+BUDGET = Limits(evaluations=2000, seconds=60.0)
 # No program is compiled again with more optimisation while methods are compared.
 _NEVER = -(10**9)
 

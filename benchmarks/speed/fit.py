@@ -55,7 +55,8 @@ The simulated measurement `{arguments.name}` is fitted from the middle of the pa
 medians of {arguments.repeats} runs in one process ({machine()}). The simplex is scipy's Nelder–Mead with
 the same objective, the same variables between 0 and 1 and the same start. It takes {ratio:.1f} times as
 long and gives no standard errors. The time of the search contains everything up to the minimum, scans of a
-radius included (there is none here); profile likelihoods, which only the gradient method follows, stand beside it.
+radius included (there is none here); profile likelihoods, which only the gradient method follows, stand
+beside it.
 
 {table(header, rows)}
 

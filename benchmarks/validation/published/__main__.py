@@ -1,16 +1,18 @@
 """Write docs/published-protocols.md and its figures from the fits that are kept, and make those that are not.
 
-python -m benchmarks.validation.published
+python -m benchmarks.validation.published [--kept]
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
-from benchmarks.validation.published import fits
+from benchmarks.validation.published import fits, relief
+from benchmarks.validation.published.conclusions import inside_percent, numbers, side_percent
 from benchmarks.validation.published.figures import draw
-from benchmarks.validation.published.fits import kept
+from benchmarks.validation.published.fits import kept, made
 from benchmarks.validation.published.judgement import truth_values
 from benchmarks.validation.published.problems import (
     COLOURED,
@@ -24,7 +26,6 @@ from benchmarks.validation.published.problems import (
     WITH_R,
     WITH_T_45,
     measured,
-    variants,
 )
 from benchmarks.validation.published.spectral_shape import (
     diffuse_reflectance,
@@ -70,20 +71,14 @@ _SCANS[ROUGH] = _SCANS[WHITE]
 _MOST_LISTED = 6
 
 
-def _rms(values) -> float:
-    return float(np.sqrt(np.mean(np.square(list(values)))))
-
-
 def _percent(value: float) -> str:
     return f"{value:+.0f}" if abs(value) >= 9.5 else f"{value:+.2g}"
 
 
 def _inside(found: dict, *components: str) -> str:
     """Root mean square and largest error of some components, in per cent."""
-    chosen = [e for e in found["inside"] if e["component"] in components]
-    rms = _rms(e["rms_percent"] for e in chosen)
-    largest = max((e["largest_percent"] for e in chosen), key=abs)
-    return f"{rms:.2g} ({_percent(largest)})"
+    largest = max((e["largest_percent"] for e in found["inside"] if e["component"] in components), key=abs)
+    return f"{inside_percent(found, *components):.2g} ({_percent(largest)})"
 
 
 def _parameters(name: str, found: dict) -> str:
@@ -96,7 +91,9 @@ def _parameters(name: str, found: dict) -> str:
         word += f" at {wavelength}" if wavelength else ""
         error = "" if p["standard_error"] is None else f" ± {p['standard_error']:.2g}"
         off = f", {_percent(100 * (p['value'] / truth[key] - 1))} %" if key in truth else ""
-        flag = f", {p['flag']}" if p["flag"] else ""
+        unknown = found["kind"] == "chi_square" and p["standard_error"] is None
+        flag = p["flag"] or ("not determined" if unknown else "")
+        flag = f", {flag}" if flag else ""
         parts.append(f"{word} {p['value']:.4g}{error}{' ' + unit if unit else ''}{off}{flag}")
     more = len(parts) - _MOST_LISTED
     return "; ".join(parts[:_MOST_LISTED]) + (f"; and {more} more" if more > 0 else "")
@@ -104,7 +101,7 @@ def _parameters(name: str, found: dict) -> str:
 
 def _loss(found: dict) -> str:
     """What was minimised, at what was found : at what it should not miss."""
-    pair = [found["loss"], found["loss_at_reference"]]
+    pair = [found["loss"], found.get("loss_at_reference")]
     kind = found["kind"]
     if kind == "chi_square":
         shown = [f"{x:.1f}" for x in pair if x is not None]
@@ -115,8 +112,8 @@ def _loss(found: dict) -> str:
 
 
 def _side(found: dict, side: str) -> str:
-    chosen = [m["relative_rms"] for m in found["misfits"] if m["side"] == side]
-    return f"{100 * _rms(chosen):.2f}" if chosen else ""
+    value = side_percent(found, side)
+    return "" if value is None else f"{value:.2f}"
 
 
 def _ended(found: dict) -> str:
@@ -140,7 +137,7 @@ def fits_table(name: str) -> str:
     header += ["R, rms %", "T, rms %", "inside: R_II, %", "T_IA, T_AI, %", "R_AA, %"]
     header += ["Jacobians", "seconds of the search", "in all"]
     rows = []
-    for scans in variants(name):
+    for scans in made(name):
         found = kept(name, scans)
         cells = [_SCANS[ink][scans], _loss(found), _ended(found), _parameters(name, found)]
         cells += [_side(found, side) for side in "RT"]
@@ -151,6 +148,8 @@ def fits_table(name: str) -> str:
 
 def weakest(name: str) -> str:
     """What the scans of the protocol determine least, in words."""
+    if WEIGHTED not in made(name):
+        return ""
     along = kept(name, WEIGHTED)["weakest"]
     held = [k for k, p in kept(name, WEIGHTED)["parameters"].items() if p["standard_error"] is None]
     if not along:
@@ -189,7 +188,7 @@ def overview() -> str:
     printed = {ink.name: ink for ink in inks()}
     sample_of = {WHITE: "1", ROUGH: "2", COLOURED: "3"}
     rows = []
-    for name in NAMES:
+    for name in _complete():
         ink, model = name.split("-")
         if ink == SHEET:
             published = "4.5"
@@ -236,12 +235,20 @@ def shapes() -> str:
     return table(header, rows)
 
 
+def _complete() -> list[str]:
+    """Reconstructions with the fit by the protocol and that of everything."""
+    return [name for name in NAMES if {PROTOCOL, EVERYTHING} <= {*made(name)}]
+
+
 def main() -> None:
-    """Make what is missing, and write the page."""
-    fits.make_missing(NAMES)
+    """Make what is missing, and write the page; with --kept, write it from what is kept."""
+    if "--kept" not in sys.argv[1:]:
+        fits.make_missing(NAMES)
     inks_done = dict.fromkeys(name.split("-")[0] for name in NAMES)
-    sections = {ink: "\n".join(section(name) for name in NAMES if name.startswith(ink)) for ink in inks_done}
-    seconds = sum(kept(name, scans)["seconds"] for name in NAMES for scans in variants(name))
+    sections = {
+        ink: "\n".join(section(name) for name in _complete() if name.startswith(ink)) for ink in inks_done
+    }
+    seconds = sum(kept(name, scans)["seconds"] for name in NAMES for scans in made(name))
     write_page(
         "published-protocols.md",
         filled(
@@ -250,6 +257,9 @@ def main() -> None:
             seconds=seconds,
             overview=overview(),
             shapes=shapes(),
+            relief=relief.make(),
+            relief_picture=relief.picture().name,
+            **numbers(),
             **{ink: f"## {TITLES[ink]}\n\n{text}" for ink, text in sections.items()},
         ),
     )

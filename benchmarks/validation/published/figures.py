@@ -8,8 +8,9 @@ from benchmarks.validation.published.fits import kept_sample
 from benchmarks.validation.published.judgement import predictions
 from benchmarks.validation.published.problems import COLOURED, EVERYTHING, PROTOCOL, SHEET, measured
 from jaxink.measurement import GonioData
-from jaxink.plots.figure import DPI, blank_figure
+from jaxink.plots.figure import blank_figure
 
+_DPI = 90
 _COLOURS = ("#1f4e9c", "#2a8f8f", "#6a9c1f", "#d18a1b", "#c22f2f")
 _ROWS = {PROTOCOL: "fitted by the published protocol", EVERYTHING: "fitted to all that was measured"}
 # Of the coloured ink, three wavelengths are shown.
@@ -48,7 +49,7 @@ def draw_fits(name: str, data: tuple[GonioData, ...], rows: dict[str, list[np.nd
         figure.text(0.5, 0.06 / tall, bottom, ha="center", fontsize=9)
         left = 0.75 / figure.get_figwidth()
         figure.subplots_adjust(left=left, right=0.99, top=1 - 0.72 / tall, bottom=0.5 / tall)
-        figure.savefig(path, dpi=DPI)
+        figure.savefig(path, dpi=_DPI)
 
 
 def _columns(ink: str, data: tuple[GonioData, ...]) -> list[tuple[str, int, str, float]]:

@@ -16,7 +16,7 @@ import numpy as np
 
 import jaxink
 from benchmarks.validation.published.judgement import inside, loss_at, misfits, truth_values, with_values
-from benchmarks.validation.published.problems import EVERYTHING, NAMES, Problem, problem, variants
+from benchmarks.validation.published.problems import EVERYTHING, NAMES, WHITE, Problem, problem, variants
 from jaxink.fitting import FitOptions
 from jaxink.fitting.gradient import GradientSearch, scan
 from jaxink.fitting.uncertainty import covariance
@@ -63,7 +63,8 @@ def fit(one: Problem) -> Found:
 
 
 def _by_jaxink(one: Problem) -> Found:
-    result = jaxink.fit(one.data, one.sample, FitOptions(objective=one.kind))
+    profile = "auto" if one.name.startswith(WHITE) else "none"
+    result = jaxink.fit(one.data, one.sample, FitOptions(objective=one.kind, profile=profile))
     derived = [
         {
             "quantity": d.quantity,
@@ -164,6 +165,11 @@ def kept_file(name: str, scans: str) -> Path:
 def kept(name: str, scans: str) -> dict:
     """One fit as it was kept."""
     return json.loads(kept_file(name, scans).read_text(encoding="utf-8"))
+
+
+def made(name: str) -> tuple[str, ...]:
+    """What is kept of one reconstruction, of its variants."""
+    return tuple(scans for scans in variants(name) if kept_file(name, scans).exists())
 
 
 def kept_sample(name: str, scans: str) -> Sample:

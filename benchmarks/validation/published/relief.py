@@ -53,7 +53,7 @@ def make() -> dict:
             "outcome": result.outcome.value,
             "chi_square": result.merit.chi_square,
             "points": result.merit.points,
-            "relative_rms": result.merit.relative_rms,
+            "percent": 100 * result.merit.relative_rms,
             "sigma_deg": result.parameters["ink.back_roughness.sigma_deg"].value,
             "absorption_per_mm": result.parameters["ink.absorption_per_mm"].value,
             "sample": sample_text(result.sample),
@@ -76,5 +76,5 @@ def picture() -> Path:
 
 
 if __name__ == "__main__":
-    print(make()["relative_rms"])
+    print(make()["percent"])
     picture()

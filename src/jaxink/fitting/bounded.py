@@ -24,6 +24,10 @@ _FIRST_DAMPING = 1e-3
 # damping stays; and above which the damping falls quickly.
 _ACCEPTED, _POOR, _GOOD = 1e-4, 0.25, 0.75
 _QUICKLY, _SLOWLY = 0.1, 1 / 3
+# The first accepted steps are at most so long, as a share of the box: far from a minimum, the linear model
+# promises too much, and a search that leaps to the far side of the box may end in another minimum.
+_FIRST_STEPS, _LONGEST_FIRST_STEP, _MORE_DAMPING = 3, 0.3, 4.0
+_LARGEST_DAMPING = 1e6
 # The largest correction relative to the step, in units of the scaled variables.
 _LARGEST_CORRECTION = 0.75
 # Refused steps in a row after which a search ends: the damping is then 2^66 times larger.
@@ -197,20 +201,31 @@ def descend(
     follow()
     if not np.isfinite(here.point.loss):
         return here, Outcome.NOT_FINITE
-    damping, growth, refusals = _FIRST_DAMPING, 2.0, 0
+    damping, growth, refusals, accepted = _FIRST_DAMPING, 2.0, 0, 0
     while refusals < _MOST_REFUSALS:
         if not np.all(np.isfinite(here.triangle)):
             return here, Outcome.NO_SLOPE
         if here.meets_conditions(decrement):
             return here, Outcome.CONVERGED
+        if accepted < _FIRST_STEPS:
+            damping = _damping_of_short_step(here, damping)
         point, gain = _trial(evaluate, here, damping, follow)
         if gain > _ACCEPTED:
+            accepted += 1
             here = Linearised(point, lower, upper)
             damping *= _QUICKLY if gain > _GOOD else _SLOWLY if gain > _POOR else 1.0
             growth, refusals = 2.0, 0
         else:
             damping, growth, refusals = damping * growth, 2 * growth, refusals + 1
     return here, Outcome.STALLED
+
+
+def _damping_of_short_step(here: Linearised, damping: float) -> float:
+    """The damping, or as much more as keeps the step short."""
+    span = np.where(here.upper > here.lower, here.upper - here.lower, 1.0)
+    while damping < _LARGEST_DAMPING and np.max(np.abs(here.step(damping)) / span) > _LONGEST_FIRST_STEP:
+        damping *= _MORE_DAMPING
+    return damping
 
 
 def _trial(evaluate, here: Linearised, damping: float, follow: Callable[[], None]) -> tuple[Point, float]:

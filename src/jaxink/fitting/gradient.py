@@ -17,7 +17,7 @@ from jaxink.fitting.watched import WatchedObjective
 
 # Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
 _SCAN_VALUES = 48
-_SCAN_JACOBIANS = 10
+_SCAN_JACOBIANS, _ANEW_JACOBIANS = 10, 20
 _SCAN_KEPT = 3
 # A scan only ranks the values: their losses need not be exact.
 _SCAN_DECREMENT = 0.1
@@ -106,8 +106,9 @@ def scan(
     """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
 
     All other parameters are fitted at each value of the scanned one, starting from the solution at the
-    previous value, up the range and down again. There are up to `_SCAN_KEPT` starts, lowest first; the search
-    ends at the lowest.
+    previous value, up the range and down again. A fit that ends at a bound is made anew: from the start
+    values on the way up, from the middle of the ranges on the way down. There are up to `_SCAN_KEPT` starts,
+    lowest first; the search ends at the lowest.
 
     Parameters
     ----------
@@ -127,9 +128,10 @@ def scan(
     every: list[Search] = []
     at = first
     for number, i in enumerate([*range(_SCAN_VALUES), *reversed(range(_SCAN_VALUES))]):
-        held = {position: float(grid[i])}
-        here = engine.run(at, held, None, _SCAN_JACOBIANS, within, _SCAN_DECREMENT)
-        every.append(here)
+        anew = first if number < _SCAN_VALUES else np.full_like(first, 0.5)
+        tried = _fitted(engine, at, anew, {position: float(grid[i])}, within)
+        every += tried
+        here = min(tried, key=lambda search: search.loss)
         at = here.unit if np.isfinite(here.loss) else first
         if i not in found or here.loss < found[i].loss:
             found[i] = here
@@ -143,6 +145,19 @@ def scan(
     minima = [i for i in found if loss[i] <= min(padded[i], padded[i + 2])]
     best = sorted(minima, key=lambda i: (loss[i], i))[:_SCAN_KEPT]
     return [found[i].unit for i in best], together("scan", every, found[best[0]])
+
+
+def _fitted(
+    engine: GradientSearch, at: np.ndarray, anew: np.ndarray, held: dict[int, float], within: Budget | None
+) -> list[Search]:
+    """Fit at one value of a scan, and once more from elsewhere if that ends at a bound."""
+    found = engine.run(at, held, None, _SCAN_JACOBIANS, within, _SCAN_DECREMENT)
+    others = np.delete(found.unit, list(held))
+    inside = np.all((others > 0) & (others < 1))
+    if inside or (within is not None and within.is_spent(found.loss)):
+        return [found]
+    # A sweep that has run into a bound may stay there and miss the minima beyond it.
+    return [found, engine.run(anew, held, None, _ANEW_JACOBIANS, within, _SCAN_DECREMENT)]
 
 
 def together(method: str, every: Sequence[Search], end: Search) -> Search:
