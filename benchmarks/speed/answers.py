@@ -1,0 +1,144 @@
+"""How long a person waits for a fit and for a diagnosis; writes docs/time-to-answer.md.
+
+python -m benchmarks.speed.answers [--before CHECKOUT] [--runs N] [COMMAND:NAME ...]
+
+Each command runs in a fresh process on a simulated measurement, first with nothing stored, then with the
+programs that the first run stored; and the library runs it twice in one process, of which the second run
+counts. Another checkout of jaxink takes turns with this one.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import jaxink
+from benchmarks.pages import machine, table, write_page
+from benchmarks.simulated_data import data_file, declared_text
+
+KEPT = Path(__file__).with_suffix(".json")
+HERE = Path(jaxink.__file__).parents[2]
+TASKS = (
+    "fit:plain_hg",
+    "diagnose:plain_hg",
+    "diagnose:undeclared_stray_light",
+    "diagnose:undeclared_backing",
+    "diagnose:undeclared_thin_patches",
+    "diagnose:undeclared_air_gap",
+    "diagnose:undeclared_rough_surface",
+    "diagnose:undeclared_lateral_loss",
+)
+# What decides where programs are stored.
+_CHOSEN = "JAX_COMPILATION_CACHE_DIR", "JAXINK_CACHE_DIR", "XDG_CACHE_HOME"
+TWICE = """
+import sys, time, jaxink
+for _ in range(2):
+    began = time.perf_counter()
+    getattr(jaxink, sys.argv[1])(*sys.argv[2:])
+print(time.perf_counter() - began)
+"""
+KINDS = ("cold_s", "stored_s", "again_s")
+
+
+def python_speed() -> float:
+    """Seconds of five million additions in plain Python: how fast the machine is just now."""
+    began, total = time.perf_counter(), 0
+    for number in range(5_000_000):
+        total += number
+    return time.perf_counter() - began
+
+
+def timed(task: str, checkout: Path) -> dict:
+    """Seconds of each kind for one checkout, and what was found."""
+    command, name = task.split(":")
+    with tempfile.TemporaryDirectory() as scratch:
+        sample, out = Path(scratch) / "sample.toml", Path(scratch) / "out"
+        sample.write_text(declared_text(name))
+        environment = {k: v for k, v in os.environ.items() if k not in _CHOSEN}
+        environment |= {"XDG_CACHE_HOME": f"{scratch}/cache", "PYTHONPATH": str(checkout / "src")}
+        inputs = [str(data_file(name)), str(sample)]
+
+        def seconds(arguments: list[str]) -> tuple[float, str]:
+            began = time.perf_counter()
+            done = subprocess.run(
+                [sys.executable, *arguments], env=environment, check=False, capture_output=True, text=True
+            )
+            return time.perf_counter() - began, done.stdout
+
+        whole = ["-m", "jaxink", command, inputs[0], "--sample", inputs[1], "--out", str(out), "--quiet"]
+        found = {"cold_s": seconds(whole)[0], "stored_s": seconds(whole)[0]}
+        found["again_s"] = float(seconds(["-c", TWICE, command, *inputs])[1])
+        file = out / ("report.json" if command == "diagnose" else "result.json")
+        verdict = json.loads(file.read_text())["verdict"]
+    return found | {
+        "verdict": " ".join([verdict["code"], *verdict.get("effects", [])]),
+        "python_s": python_speed(),
+        "machine": machine(),
+    }
+
+
+def main() -> None:
+    """Time what is asked for, and write the page from all that is kept."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--before", type=Path)
+    parser.add_argument("--runs", type=int, default=1)
+    parser.add_argument("tasks", nargs="*")
+    asked = parser.parse_args()
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    versions = {"before": asked.before} if asked.before else {}
+    for task in asked.tasks or TASKS:
+        for _ in range(asked.runs):
+            for version, checkout in (versions | {"now": HERE}).items():
+                run = timed(task, checkout)
+                kept.setdefault(task, {}).setdefault(version, []).append(run)
+                print(task, version, {kind: round(run[kind], 1) for kind in KINDS}, flush=True)
+                KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+    write(kept)
+
+
+def write(kept: dict[str, dict[str, list[dict]]]) -> None:
+    """The page: medians of the runs that are kept."""
+    rows, machines = [], dict.fromkeys(run["machine"] for v in kept.values() for r in v.values() for run in r)
+    for task, versions in kept.items():
+        now, before = versions["now"], versions.get("before", [])
+        command, name = task.split(":")
+        cells = []
+        for kind in KINDS:
+            middle = np.median([run[kind] for run in now])
+            earlier = f" ({np.median([run[kind] for run in before]):.3g})" if before else ""
+            cells.append(f"{middle:.3g}{earlier}")
+        verdicts = " / ".join(dict.fromkeys(run["verdict"] for run in now))
+        speed = f"{np.median([run['python_s'] for run in now]):.2f}"
+        rows.append([f"`{command}`", f"`{name}`", verdicts, *cells, f"{len(now)} ({len(before)})", speed])
+    header = [
+        "command",
+        "simulated measurement",
+        "verdict",
+        "nothing stored, s",
+        "programs stored, s",
+        "again in the process, s",
+        "runs",
+        "5 million additions in Python, s",
+    ]
+    text = f"""# Time to an answer
+
+What a person waits for: the whole command, from its start to the last file, figures included
+(`python -m benchmarks.speed.answers`, {"; ".join(machines)}).
+Medians of the runs; in brackets those of an earlier version that took turns with this one.
+The first run traces and compiles every program, and stores them; the second one loads them. The third time
+is that of the library, when the same process has done it before, without files. The last column shows how
+fast the machine was: it is a virtual one, whose share of the processor varies severalfold from hour to hour.
+
+{table(header, rows)}
+"""
+    write_page("time-to-answer.md", text)
+
+
+if __name__ == "__main__":
+    main()
