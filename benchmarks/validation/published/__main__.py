@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
-from benchmarks.validation.published import fits, relief
+from benchmarks.validation.published import fits, one_sheet, relief
 from benchmarks.validation.published.conclusions import inside_percent, numbers, side_percent
 from benchmarks.validation.published.figures import draw
 from benchmarks.validation.published.fits import kept, made
@@ -257,6 +257,7 @@ def main() -> None:
             seconds=seconds,
             overview=overview(),
             shapes=shapes(),
+            one_sheet=one_sheet.text(),
             relief=relief.make(),
             relief_picture=relief.picture().name,
             **numbers(),
