@@ -89,6 +89,12 @@ def test_a_program_of_other_shapes_under_this_name_is_not_run(folder):
     assert counted.traces == 1
 
 
+def test_under_a_transformation_nothing_is_stored():
+    found = jax.vmap(keeping(lambda x: 2 * x, "key"))(jnp.arange(3.0))
+    np.testing.assert_array_equal(found, [0, 2, 4])
+    assert stored().files == 0
+
+
 FRESH = """
 import jax, jax.numpy as jnp
 from jaxink.numerics.stored_programs import keeping

@@ -17,7 +17,9 @@ from jaxink.numerics.program_store import bound_store, read_program, store_folde
 
 
 def keeping(function: Callable, key: str | None, options: dict[str, Any] | None = None) -> Callable:
-    """`jax.jit` of a function of arrays, with its traced form stored; not for use within other functions.
+    """`jax.jit` of a function of arrays, with its traced form stored; not within other compiled functions.
+
+    Under a transformation, such as `jax.vmap`, it is a plain `jax.jit`.
 
     Parameters
     ----------
@@ -37,9 +39,12 @@ class _Kept:
     def __init__(self, function: Callable, key: str, options: dict[str, Any] | None):
         self._function, self._key, self._options = function, key, options
         self._compiled: dict[tuple, Callable] = {}
+        self._plain = jax.jit(function, compiler_options=options)
 
     def __call__(self, *args):
         leaves, tree = jax.tree.flatten(args)
+        if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
+            return self._plain(*args)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         if shapes not in self._compiled:
             self._compiled[shapes] = self._load(leaves) or self._trace(leaves, tree)

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.compiling import hastily
+from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 from jaxink.optics.channels import ChannelGrid
 from jaxink.surfaces.facets import FacetRule
-from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
+from jaxink.surfaces.interface import RoughInterface, RoughResponse, RoughSizes, rough_interface
 from jaxink.surfaces.slopes import slope_density
 
 # Added to the angle before taking the logarithm; below this, in degrees, a surface is practically smooth.
@@ -92,19 +93,24 @@ def rough_table(
         nodes = np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
     # The quadratures may be fine, because they are computed once and not in every step.
     sizes = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
-    at_angles = _programs(density, n_orders, sizes)
-    return RoughTable(at_angles(grid, indices, jnp.asarray(nodes)), sigma_deg)
+    at_angles = _programs(density, n_orders, sizes, grid.nodes_per_block, grid.exposed)
+    leaves = at_angles(grid, indices, jnp.asarray(nodes))
+    half = len(leaves) // 2
+    return RoughTable(RoughInterface(RoughResponse(*leaves[:half]), RoughResponse(*leaves[half:])), sigma_deg)
 
 
-def _at_angles(density: str, n_orders: int, sizes: RoughSizes):
+def _at_angles(
+    density: str, n_orders: int, sizes: RoughSizes, nodes_per_block: tuple[int, ...], exposed: bool
+):
     def at_angles(grid, indices, nodes):
         def at(sigma_deg):
             return rough_interface(grid, *indices, slope_density(density, sigma_deg), n_orders, sizes)
 
-        return jax.lax.map(at, nodes)
+        return tuple(jax.tree.leaves(jax.lax.map(at, nodes)))
 
-    # Runs once for each face.
-    return hastily(at_angles, level=1)
+    # Runs once for each face. Besides arrays, the grid consists of its nodes and of whether it is exposed.
+    key = fingerprint("rough table", density, n_orders, sizes, nodes_per_block, exposed)
+    return hastily(at_angles, level=1, key=key)
 
 
 _programs = WeakCache(_at_angles)
