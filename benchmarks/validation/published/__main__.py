@@ -78,7 +78,8 @@ def _percent(value: float) -> str:
 def _inside(found: dict, *components: str) -> str:
     """Root mean square and largest error of some components, in per cent."""
     largest = max((e["largest_percent"] for e in found["inside"] if e["component"] in components), key=abs)
-    return f"{inside_percent(found, *components):.2g} ({_percent(largest)})"
+    rms = inside_percent(found, *components)
+    return f"{f'{rms:.0f}' if rms >= 9.5 else f'{rms:.2g}'} ({_percent(largest)})"
 
 
 def _parameters(name: str, found: dict) -> str:
