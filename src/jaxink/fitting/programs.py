@@ -71,9 +71,11 @@ def arrays_of(objective: Objective) -> Objective:
 
 
 def _split(objective: Objective):
+    given = frozenset((*objective.names, *objective.free))
+
     def kept(x):
         if isinstance(x, StackBuilder):
-            return x.without_values()
+            return x.without_values(given)
         return jnp.asarray(x) if isinstance(x, np.ndarray) else x
 
     tree = jax.tree.map(kept, objective, is_leaf=lambda x: isinstance(x, StackBuilder))

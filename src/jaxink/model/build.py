@@ -1,7 +1,7 @@
 """Stack of a sample from the values of its parameters."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -46,9 +46,9 @@ class StackBuilder(eqx.Module):
     faces: tuple[Roughness | None, ...] = eqx.field(static=True)
     mie_sizes: MieSizes = eqx.field(static=True)
 
-    def without_values(self) -> "StackBuilder":
-        """The builder of all samples that differ in their values only; every untied value must be given."""
-        return dataclasses.replace(self, sample=self.sample.without_values())
+    def without_values(self, given: Collection[str]) -> "StackBuilder":
+        """The builder of all samples that differ in some values only, which are always given to it."""
+        return dataclasses.replace(self, sample=self.sample.without_values(given))
 
     def values(self, free_values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
         """Value of every parameter at each wavelength, by name without wavelength.

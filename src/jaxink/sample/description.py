@@ -1,7 +1,7 @@
 """Description of a sample: layers, surroundings, instrument, noise, parameters."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from jaxink.display.brief import brief, brief_repr
@@ -150,8 +150,8 @@ class Sample(Presented):
         plain |= {n.removesuffix(at): v for n, v in values.items() if n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
 
-    def without_values(self) -> "Sample":
-        """The structure of the sample: without the values of its parameters, noise, masks and title."""
+    def without_values(self, names: Collection[str]) -> "Sample":
+        """The structure of the sample: without the values of some parameters, noise, masks and title."""
         return dataclasses.replace(
             self,
             title="",
@@ -159,7 +159,7 @@ class Sample(Presented):
             noise=Noise(),
             masks=(),
             weights=(),
-            parameters=self.parameters.without_values(),
+            parameters=self.parameters.without_values(names),
         )
 
     def card(self) -> Card:

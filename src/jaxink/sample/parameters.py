@@ -3,7 +3,7 @@
 import dataclasses
 import graphlib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -186,19 +186,26 @@ class ParameterTable(NamedRows[Parameter]):
             values[name] = _told(name, evaluate_tie, self._by_name[name].tie, values)
         return {name: values[name] for name in self._by_name}
 
-    def without_values(self) -> "ParameterTable":
-        """Names and ties, to be evaluated with other values; no parameter is free.
+    def without_values(self, names: Collection[str]) -> "ParameterTable":
+        """The table without the values of some parameters, and without ranges; no parameter is free.
 
-        All values are infinite, so that none is used by mistake, but for those that ties need. These are 1,
+        These values are infinite, so that none is used by mistake, but for those that ties need. They are 1,
         or their own if a tie has no value at 1.
+
+        Parameters
+        ----------
+        names
+            Parameters whose values will always be given.
         """
         needed = {name for p in self.values() if p.tie is not None for name in names_in(p.tie)}
 
         def table(ones):
-            given = {p.name: (1.0 if ones else p.value) for p in self.values() if p.name in needed}
-            return ParameterTable(
-                [Parameter(p.name, given.get(p.name, math.inf), tie=p.tie) for p in self.values()]
-            )
+            def value(p):
+                if p.name not in names or (p.name in needed and not ones):
+                    return p.value
+                return 1.0 if p.name in needed else math.inf
+
+            return ParameterTable([Parameter(p.name, value(p), tie=p.tie) for p in self.values()])
 
         try:
             return table(ones=True)
