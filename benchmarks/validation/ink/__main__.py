@@ -6,7 +6,6 @@ python -m benchmarks.validation.ink
 """
 
 import dataclasses
-import re
 import tempfile
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import jaxink
 from benchmarks.montecarlo import Plate, plate_bsdf
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
 from benchmarks.validation.ink.figure import draw, lines
-from benchmarks.validation.simulated.fits import fit_text, text_of
+from benchmarks.validation.simulated.fits import fit_declared
 from jaxink.fitting import FitResult
 from jaxink.ink import COMPONENTS, InkTable, TableOptions, verify_sheet
 from jaxink.ink.sheet import sheets
@@ -25,10 +24,7 @@ from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import Sample
 
 FOLDER = Path(__file__).parent
-# Two plain inks, then the stand-ins of the published samples 1, 2 and 3.
-NAMES = ("plain_hg", "index_step_hg", "white_ink_mie", "white_ink_rough", "coloured_ink")
-# Of the coloured ink, where it absorbs most.
-ONE_WAVELENGTH = "wavelength_nm = [600]"
+NAMES = ("plain_hg", "index_step_hg", "white_ink_rough")
 INCIDENCES = (0.0, 15.0, 30.0, 45.0, 60.0)
 N_BATCHES, N_PHOTONS = 8, 10_000
 # Asymmetry parameter and thickness of inks whose forward peak is narrower.
@@ -37,10 +33,7 @@ PEAKS = ((0.6, 80.0), (0.8, 30.0), (0.9, 20.0), (0.95, 20.0))
 
 def cased(name: str) -> tuple[FitResult, InkTable]:
     """Fit of a simulated measurement, and its table as read from a file."""
-    text = text_of(name)
-    if name == "coloured_ink":
-        text = re.sub(r"wavelength_nm = \[.*\]", ONE_WAVELENGTH, text, count=1)
-    result = fit_text(name, text)
+    result = fit_declared(name)
     with tempfile.TemporaryDirectory() as folder:
         path = jaxink.ink_table(result).to_netcdf(Path(folder) / "ink.nc")
         return result, jaxink.read_ink_table(path)
@@ -81,11 +74,11 @@ def _photon_cells(ink: InkTable, plate: Plate, theta_i: float, directions, full)
 def pictures(name: str, result: FitResult, ink: InkTable) -> str:
     """Draw both sides; lines that show them."""
     (of_ink,) = sheets(ink, result)[1]
-    drawn = lines(result, of_ink, INCIDENCES)
+    drawn = lines(result.sample, of_ink, INCIDENCES)
     shown = []
     for side, word in (("R", "reflection"), ("T", "transmission")):
         path = REPOSITORY / "docs" / f"sheet-{name}-{side}.png"
-        draw(result, drawn, side, name, path)
+        draw(result.data, drawn, side, name, path)
         shown.append(f"![{name}, {word}: measurement, full model and sheet]({path.name})")
     return "\n\n".join(shown)
 

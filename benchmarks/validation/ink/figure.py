@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxink.fitting import FitResult
 from jaxink.ink.sheet import Sheet
+from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.plots.figure import DPI, blank_figure
 from jaxink.plots.scan_views import IN_PLANE_DEG
+from jaxink.sample import Sample
 
 # Signed polar angles of the lines: positive on the side of the specular and of the undeviated direction.
 SIGNED_DEG = np.arange(-87.5, 87.6, 0.5)
@@ -30,25 +31,26 @@ class Lines:
     """Full model and sheet along `SIGNED_DEG`, shapes ``(sides, incidences, angles)``, R before T."""
 
     theta_i_deg: tuple[float, ...]
+    wavelength_nm: float
     model: np.ndarray
     sheet: np.ndarray
 
 
-def lines(result: FitResult, of_ink: Sheet, theta_i_deg: tuple[float, ...]) -> Lines:
-    """Compute the lines of a fit and of its sheet at some incidences, lit from the plate."""
+def lines(sample: Sample, of_ink: Sheet, theta_i_deg: tuple[float, ...]) -> Lines:
+    """Compute the lines of a sample and of its sheet at some incidences, lit from the plate."""
     theta_o, phi = np.abs(SIGNED_DEG), np.where(SIGNED_DEG < 0, 0.0, 180.0)
     side, incidence, _ = np.meshgrid([False, True], theta_i_deg, SIGNED_DEG, indexing="ij")
     columns = [np.broadcast_to(c, side.shape).ravel() for c in (incidence, theta_o, phi)]
     wavelength = of_ink.table.wavelength_nm[of_ink.wavelength]
-    model = ForwardModel(result.sample, *columns, np.full(side.size, wavelength), side.ravel())
+    model = ForwardModel(sample, *columns, np.full(side.size, wavelength), side.ravel())
     found = [
         [of_ink.bsdf(0, theta_i, theta_o, phi, np.full(len(phi), to)) for theta_i in theta_i_deg]
         for to in (False, True)
     ]
-    return Lines(theta_i_deg, evaluate(model).reshape(side.shape), np.array(found))
+    return Lines(theta_i_deg, float(wavelength), evaluate(model).reshape(side.shape), np.array(found))
 
 
-def draw(result: FitResult, drawn: Lines, side: str, title: str, path: Path) -> None:
+def draw(data: GonioData, drawn: Lines, side: str, title: str, path: Path) -> None:
     """Draw one side: BSDF above, differences from the full model below; a column for each incidence."""
     at = "RT".index(side)
     n = len(drawn.theta_i_deg)
@@ -57,7 +59,7 @@ def draw(result: FitResult, drawn: Lines, side: str, title: str, path: Path) -> 
         for column, theta_i in enumerate(drawn.theta_i_deg):
             above, below = axes[:, column]
             model, of_sheet = drawn.model[at, column], drawn.sheet[at, column]
-            signed, measured = _measured(result, theta_i, side)
+            signed, measured = _measured(data, drawn.wavelength_nm, theta_i, side)
             above.plot(SIGNED_DEG, model, **_MODEL, label="full model of the stack")
             above.plot(SIGNED_DEG, of_sheet, **_SHEET, label="table as a sheet on the plate")
             above.plot(signed, measured, **_MEASURED, label="measurement (simulated)", zorder=3)
@@ -89,12 +91,12 @@ def draw(result: FitResult, drawn: Lines, side: str, title: str, path: Path) -> 
         figure.savefig(path, dpi=DPI)
 
 
-def _measured(result: FitResult, theta_i: float, side: str):
+def _measured(data: GonioData, wavelength_nm: float, theta_i: float, side: str):
     """Used points in the plane of incidence: signed polar angles and values."""
-    data = result.data
     forward = np.abs(data.phi_deg - 180) <= IN_PLANE_DEG
     plane = forward | (np.abs((data.phi_deg + 180) % 360 - 180) <= IN_PLANE_DEG)
-    here = plane & data.used & (data.theta_i_deg == theta_i) & (data.is_transmission == (side == "T"))
+    plane &= data.used & (data.wavelength_nm == wavelength_nm)
+    here = plane & (data.theta_i_deg == theta_i) & (data.is_transmission == (side == "T"))
     return np.where(forward, 1, -1)[here] * data.theta_o_deg[here], data.bsdf_per_sr[here]
 
 

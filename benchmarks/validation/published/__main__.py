@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
-from benchmarks.validation.published import fits, relief
+from benchmarks.validation.published import fits, one_sheet, relief
 from benchmarks.validation.published.conclusions import inside_percent, numbers, side_percent
 from benchmarks.validation.published.figures import draw
 from benchmarks.validation.published.fits import kept, made
@@ -78,7 +78,8 @@ def _percent(value: float) -> str:
 def _inside(found: dict, *components: str) -> str:
     """Root mean square and largest error of some components, in per cent."""
     largest = max((e["largest_percent"] for e in found["inside"] if e["component"] in components), key=abs)
-    return f"{inside_percent(found, *components):.2g} ({_percent(largest)})"
+    rms = inside_percent(found, *components)
+    return f"{f'{rms:.0f}' if rms >= 9.5 else f'{rms:.2g}'} ({_percent(largest)})"
 
 
 def _parameters(name: str, found: dict) -> str:
@@ -257,6 +258,7 @@ def main() -> None:
             seconds=seconds,
             overview=overview(),
             shapes=shapes(),
+            one_sheet=one_sheet.text(),
             relief=relief.make(),
             relief_picture=relief.picture().name,
             **numbers(),
