@@ -31,7 +31,7 @@ def _performance(page: PageFigure, problems: Sequence[Judged], variants: Sequenc
     axes = page.panel(0.7, 0.6, _WIDE, _TALL)
     table = []
     for problem in problems:
-        each = [list(problem.efforts(variant, lambda entry: entry[2])) for variant in variants]
+        each = [list(problem.efforts(variant, problem.seconds)) for variant in variants]
         table += [list(column) for column in zip(*each, strict=True)]
     seconds = np.array(table)
     least = np.min(seconds, axis=1, keepdims=True)
@@ -51,9 +51,7 @@ def _data(page: PageFigure, problems: Sequence[Judged], variants: Sequence[Varia
     for number, variant in enumerate(variants):
         groups: list[float] = []
         for problem in problems:
-            # A Jacobian counts as much as one by differences.
-            cost = problem.n + 1
-            groups += problem.efforts(variant, lambda entry, cost=cost: (entry[0] + cost * entry[1]) / cost)
+            groups += [cost / (problem.n + 1) for cost in problem.efforts(variant, problem.cost)]
         share = [np.mean(np.array(groups) <= budget) for budget in budgets]
         axes.plot(budgets, share, label=variant.title, **_style(number, variant))
     _finish(axes, "evaluations / (parameters + 1), a Jacobian counting as parameters + 1", "")

@@ -115,17 +115,25 @@ class Judged:
             deviation = deviation * np.sqrt(best["loss"] / max(self.rows - self.n, 1))
         return deviation
 
-    def speed_up(self) -> list[float]:
-        """How many times faster than the simplex alone the default reaches the simplex's own final loss.
+    def seconds(self, entry: list) -> float:
+        """Seconds up to an entry of a path."""
+        return entry[2]
 
-        By start; 0 where it does not.
+    def cost(self, entry: list) -> float:
+        """Evaluations up to an entry of a path, a Jacobian counting as much as one by differences."""
+        return entry[0] + (self.n + 1) * entry[1]
+
+    def speed_up(self, measure: Callable[[list], float]) -> list[float]:
+        """How many times less than the simplex alone the default takes to the simplex's own final loss.
+
+        By start; 0 where it does not reach it.
         """
         default, simplex = self.searches[self.default], self.searches.get(Variant("simplex", False), {})
         found = []
         for start in default.keys() & simplex.keys():
             end = simplex[start]["path"][-1]
-            reached = effort_at(default[start], end[3] * (1 + _SAME), lambda entry: entry[2])
-            found.append(0.0 if reached is None else end[2] / max(reached, 1e-9))
+            reached = effort_at(default[start], end[3] * (1 + _SAME), measure)
+            found.append(0.0 if reached is None else measure(end) / max(reached, 1e-9))
         return found
 
     def efforts(self, variant: Variant, measure: Callable[[list], float]) -> Iterator[float]:

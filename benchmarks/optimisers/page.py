@@ -25,7 +25,6 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
             rows, n = len(objective.measured), len(objective.free)
             judged.append(Judged.of(name, objective.kind, rows, n, lines))
     missing = [name for name in kept if name not in {one.name for one in judged}]
-    complete = [one for one in judged if {v.method for v in one.searches} == set(METHODS)]
     text = filled(
         _FOLDER / "page.md.in",
         machine=machine(),
@@ -34,8 +33,8 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         seconds=BUDGET.seconds,
         overview=overview(judged),
         verdict=verdict(judged),
-        missing=f"Not run yet: {', '.join(f'`{name}`' for name in missing)}." if missing else "",
-        figures=figures(complete),
+        missing=f"Without kept searches: {', '.join(f'`{name}`' for name in missing)}." if missing else "",
+        figures=figures(judged),
         sections="\n\n".join(section(one) for one in judged),
     )
     write_page("optimisers.md", text)
@@ -45,7 +44,7 @@ def overview(judged: list[Judged]) -> str:
     """The default method and the simplex on every problem."""
     header = ["problem", "residuals", "parameters", "starts", "best rms residual", "published", "its steps"]
     header += ["default: reached", "Jacobians", "seconds", "simplex alone: reached", "evaluations", "seconds"]
-    header += ["default faster, times"]
+    header += ["default faster, times, in seconds", "in evaluations"]
     rows = []
     for one in judged:
         default, simplex = one.default, Variant("simplex", False)
@@ -55,9 +54,10 @@ def overview(judged: list[Judged]) -> str:
         row += [_median(one, default, "jacobians", 0), _median(one, default, "seconds", 2)]
         if simplex in one.searches:
             row += [_share(one, simplex), _median(one, simplex, "evaluations", 0)]
-            row += [_median(one, simplex, "seconds", 2), f"{statistics.median(one.speed_up()):.2g}"]
+            faster = (statistics.median(one.speed_up(measure)) for measure in (one.seconds, one.cost))
+            row += [_median(one, simplex, "seconds", 2), *(f"{times:.2g}" for times in faster)]
         else:
-            row += [""] * 4
+            row += [""] * 5
         rows.append(row)
     return table(header, rows)
 
@@ -66,8 +66,8 @@ def verdict(judged: list[Judged]) -> str:
     """Where the default method reaches its target, and where it does not."""
     lines = []
     rare = [one for one in judged if _ratio(one, one.default) < _ENOUGH]
-    compared = [one for one in judged if one.speed_up()]
-    slow = [one for one in compared if statistics.median(one.speed_up()) < _FASTER]
+    compared = [one for one in judged if one.speed_up(one.seconds)]
+    slow = [one for one in compared if statistics.median(one.speed_up(one.seconds)) < _FASTER]
     lines.append(
         f"The default reaches the best known minimum from at least {100 * _ENOUGH:.0f} % of the starts on "
         f"{len(judged) - len(rare)} of {len(judged)} problems" + _except(rare) + "."
@@ -83,29 +83,27 @@ def _except(problems: list[Judged]) -> str:
     return f" (not on {', '.join(f'`{one.name}`' for one in problems)})" if problems else ""
 
 
-def figures(complete: list[Judged]) -> str:
+def figures(judged: list[Judged]) -> str:
     """Profiles of all methods alone, and after the scan, on the problems where all were run."""
-    if not complete:
-        return "No problem has been searched by all methods yet."
     parts = []
     for scan, file, what in (
         (False, "optimisers-alone.png", "each method alone"),
         (True, "optimisers-after-scan.png", "each method after the same scan"),
     ):
-        chosen = [one for one in complete if not scan or Variant("gradient", True) in one.searches]
-        common = [_common(one) for one in chosen]
-        if not chosen:
+        variants = [Variant(method, scan) for method in METHODS]
+        common = [_common(one, variants) for one in judged if set(variants) <= one.searches.keys()]
+        if not common:
             continue
-        draw(common, [Variant(method, scan) for method in METHODS], REPOSITORY / "docs" / file)
-        names = ", ".join(f"`{one.name}`" for one in common)
+        draw(common, variants, REPOSITORY / "docs" / file)
+        names = ", ".join(f"`{one.name}` ({len(one.searches[variants[0]])} starts)" for one in common)
         parts.append(f"![Profiles of {what}]({file})\n\nProfiles of {what}, on {names}.")
-    return "\n\n".join(parts)
+    return "\n\n".join(parts) or "No problem has been searched by all methods yet."
 
 
-def _common(one: Judged) -> Judged:
-    """A problem with the starts that all methods have searched from."""
-    starts = set.intersection(*(set(lines) for lines in one.searches.values()))
-    searches = {v: {k: lines[k] for k in sorted(starts)} for v, lines in one.searches.items()}
+def _common(one: Judged, variants: list[Variant]) -> Judged:
+    """A problem with the starts that all variants have searched from."""
+    starts = set.intersection(*(set(one.searches[variant]) for variant in variants))
+    searches = {v: {k: one.searches[v][k] for k in sorted(starts)} for v in variants}
     return Judged(one.name, one.kind, one.rows, one.n, searches)
 
 
