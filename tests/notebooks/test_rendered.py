@@ -4,7 +4,15 @@ import re
 
 import pytest
 
-from benchmarks.render_notebooks import NOTEBOOKS, RENDERED, cells, names, rendered_code, rendered_text
+from benchmarks.render_notebooks import (
+    NOTEBOOKS,
+    RENDERED,
+    cells,
+    names,
+    outputs,
+    rendered_code,
+    rendered_text,
+)
 from tests.docs.test_documents import README, ROOT
 
 # All files of a page together.
@@ -47,6 +55,21 @@ def test_a_notebook_says_what_it_needs_and_how_long_it_takes():
     for name in names():
         first = cells(NOTEBOOKS / f"{name}.py")[0]
         assert not first.is_code
-        assert re.search(r"\bNeeds .*\bTakes\s+(about\s+)?\d+ s on two\s+cores", first.source, re.DOTALL), (
-            name
-        )
+        assert re.search(
+            r"\bNeeds .*\bTakes\s+(about\s+)?\d+\s+s\s+on\s+two\s+cores", first.source, re.DOTALL
+        ), name
+
+
+def test_a_cell_shows_its_text_its_last_value_and_its_figures():
+    source = "import matplotlib.pyplot as plt\nplt.figure()\nprint('printed')\n1 + 1"
+    text, value, picture = outputs(source, {}, lambda png: png[1:4].decode())
+    assert (text, value, picture) == ("```text\nprinted\n```", "```text\n2\n```", "PNG")
+    assert not list(outputs("x = 3", {}, repr))
+
+
+def test_links_of_a_page_lead_one_folder_up_or_to_other_pages():
+    text = "[a](https://example.org) [b](#here) [c](data/README.md) [d](../docs/x.md#y) [e](first_fit.py)"
+    moved = (
+        "[a](https://example.org) [b](#here) [c](../data/README.md) [d](../../docs/x.md#y) [e](first_fit.md)"
+    )
+    assert rendered_text(text) == moved
