@@ -54,10 +54,10 @@ print("slopes:", {name: float(slope) for name, slope in jax.jit(jax.grad(density
 # same density in coordinates from the covariance of the fit: nearly standard normal, without bounds.
 
 # %%
-n_chains, n_samples = 2, 500
+n_chains, n_samples = 2, 300
 sampler = MCMC(
     NUTS(potential_fn=lambda whitened: -density.whitened(whitened)),
-    num_warmup=200,
+    num_warmup=150,
     num_samples=n_samples,
     num_chains=n_chains,
     chain_method="sequential",

@@ -227,8 +227,8 @@ for model, result in coloured.items():
 right.set(
     xlabel="polar angle of view [deg]",
     ylabel="measured / fitted - 1 [%]",
-    title="o Mie, + HG, a colour for each wavelength",
 )
+right.set_title("o Mie, + HG, a colour for each wavelength", fontsize=9)
 right.axhline(0, color="0.8", linewidth=0.8, zorder=0)
 
 # %%
