@@ -16,6 +16,9 @@ _NAMES = {
 }
 _PHASES = {"hg": "henyey_greenstein", "mie": "mie"}
 _PHASE_UNKNOWNS = {"hg": ("mus", "mua", "g"), "mie": ("radius_nm", "pvc", "n_re", "n_im")}
+# Of an ink of spheres that is described by Henyey-Greenstein scattering instead: about as wide as declared
+# for the simulated inks that scatter in this way.
+_HG_RANGES = {"mus": [1, 2000], "mua": [0, 50], "g": [-0.9, 0.95]}
 
 
 def names() -> list[str]:
@@ -29,9 +32,14 @@ def data_file(name: str) -> Path:
     return data_folder("simulated") / f"{name}.csv"
 
 
-def declared_text(name: str) -> str:
-    """Sample file that says what the declared file of a measurement says."""
-    return _sample_toml(_content(name, "declared"))
+def declared_text(name: str, phase: str | None = None) -> str:
+    """Sample file that says what the declared file of a measurement says.
+
+    With ``phase`` "hg", the ink scatters by Henyey-Greenstein, whatever the file says, and nothing of its
+    particles is known.
+    """
+    declared = _content(name, "declared")
+    return _sample_toml(declared if phase is None else _with_phase(declared, phase))
 
 
 def truth_of(name: str) -> dict:
@@ -41,6 +49,22 @@ def truth_of(name: str) -> dict:
 
 def _content(name: str, kind: str) -> dict:
     return json.loads(data_file(name).with_name(f"{name}.{kind}.json").read_text(encoding="utf-8"))
+
+
+def _with_phase(declared: dict, phase: str) -> dict:
+    """A declared file with another phase function, all of whose numbers are unknown."""
+    if phase != "hg":
+        raise ValueError(f"the phase function is {phase!r}; it can be exchanged for 'hg' only.")
+    layers = [
+        layer if layer["layer"] == "substrate" else {**layer, "phase_model": {"type": phase}}
+        for layer in declared["stack_from_illuminated_side"]
+    ]
+    return declared | {
+        "stack_from_illuminated_side": layers,
+        "unknown_parameters": list(_HG_RANGES),
+        "parameter_ranges": _HG_RANGES,
+        "per_wavelength": ["mus", "mua"],
+    }
 
 
 def _sample_toml(declared: dict) -> str:

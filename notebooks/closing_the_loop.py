@@ -215,8 +215,8 @@ jaxink.plots.residual_map(before, 532, "R")
 jaxink.plots.residual_map(after, 532, "R")
 
 # %% [markdown]
-# Something remains (the verdict says so), and then standard errors from the noise alone are too small: the
-# diagnosis reports that no parameter of this sample is determined by these data within its range.
+# In the measurement something remains (its verdict says so), and then standard errors from the noise alone
+# are too small: the diagnosis reports that none of these parameters is determined by the data.
 #
 # ## A black paint
 #
@@ -280,6 +280,6 @@ assert waves.merit.relative_rms < 0.08
 assert smooth.merit.relative_rms > 3 * waves.merit.relative_rms
 
 # %% [markdown]
-# From 27 % to about 5 %, and still far above the repeatability of 0.1 to 5 %: what was found is most of the
-# gloss, not all of the paint. The [page on measured samples](../docs/measured.md) has the whole diagnoses,
-# held-out incidences and what remains.
+# In the measurement from 27 % to about 5 %, and still far above the repeatability of 0.1 to 5 %: what was
+# found is most of the gloss, not all of the paint. The [page on measured samples](../docs/measured.md) has
+# the whole diagnoses, held-out incidences and what remains.

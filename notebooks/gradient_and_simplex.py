@@ -11,117 +11,106 @@
 #
 # Published reconstructions of inks minimise by the Nelder-Mead simplex, which needs no derivatives. jaxink's
 # forward model is differentiable, and a step by the exact Jacobian knows where the valley leads. Here both
-# minimise the same compiled chi-square within the same bounds from the same starts, and their paths are drawn
-# as they go.
+# minimise the same compiled chi-square within the same bounds from the same starts. A result keeps the path
+# of each search: evaluations, seconds, loss and parameters. The figures are drawn from these paths.
 #
 # The measurements are **simulated** by an independent Monte Carlo program. Needs the file in
 # `notebooks/data`. Takes about 70 s on two cores, most of it compilation.
 
 # %%
 import dataclasses
-import time
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import jaxink
+import jaxink.plots
 from jaxink.data import simulated_example
 
 here = Path(__file__).parent if "__file__" in globals() else Path()
 data_folder = next(f for f in (here / "data", here / "notebooks" / "data") if f.is_dir())
 
 
-class Follower:
-    """Follows a fit: loss after each step of each of its searches, and the seconds since the first."""
-
-    def __init__(self):
-        self.steps = {}
-
-    def __call__(self, task, _, loss):
-        """Be called by the fit after each step."""
-        self.steps.setdefault(task, []).append((time.perf_counter(), loss))
-
-    def first_search(self):
-        """Seconds and loss of the first search after a scan, if there is one."""
-        seconds, loss = np.array(next(steps for task, steps in self.steps.items() if task != "scan")).T
-        return seconds - seconds[0], loss
-
-
-def followed(data, sample, method, **options):
-    """A fit and its path."""
-    path = Follower()
+def fit(data, sample, method, progress=None, **options):
+    """A fit without the profiles that would follow the search."""
     chosen = jaxink.FitOptions(method=method, accuracy=1e-3, profile="none", **options)
-    return jaxink.fit(data, sample, chosen, path), path
+    return jaxink.fit(data, sample, chosen, progress)
+
+
+def calls(result):
+    """Evaluations and Jacobians of all searches, the scan included."""
+    return sum(search.jacobians + search.evaluations for search in result.searches)
 
 
 # %% [markdown]
 # ## Three parameters: scattering, absorption, asymmetry parameter
 #
-# Four starts: the middle of the ranges, and three others. Compilation is left out of the seconds.
+# Four starts, far from each other and from the minimum.
 
 # %%
 STARTS = ((31.6, 0.1, 0.0), (300.0, 10.0, -0.5), (5.0, 0.01, 0.8), (800.0, 0.5, 0.3))
 data_file, sample_file = simulated_example()
 data, sample = jaxink.read(data_file), jaxink.load_sample(sample_file)
-fits = {"gradient": [], "simplex": []}
-for method, results in fits.items():
-    for values in STARTS:
-        table = sample.parameters
-        for parameter, value in zip(table.free, values, strict=True):
-            table = table.replace(parameter.name, value=value)
-        results.append(followed(data, dataclasses.replace(sample, parameters=table), method))
+starts = []
+for values in STARTS:
+    table = sample.parameters
+    for parameter, value in zip(table.free, values, strict=True):
+        table = table.replace(parameter.name, value=value)
+    starts.append(dataclasses.replace(sample, parameters=table))
+fits = {method: [fit(data, start, method) for start in starts] for method in ("gradient", "simplex")}
 
 # %%
-best = min(result.merit.chi_square for results in fits.values() for result, _ in results)
-figure, (left, right) = plt.subplots(1, 2, figsize=(8.5, 3.6), sharey=True, layout="constrained")
-for method, colour in (("gradient", "C0"), ("simplex", "C3")):
-    for number, (_, path) in enumerate(fits[method]):
-        seconds, loss = path.first_search()
-        above = np.maximum(loss - best, 1e-4)
-        label = method if number == 0 else None
-        left.plot(
-            np.arange(1, len(loss) + 1), above, ".-", color=colour, linewidth=0.8, markersize=3, label=label
-        )
-        right.plot(seconds, above, ".-", color=colour, linewidth=0.8, markersize=3)
-left.set(xscale="log", yscale="log", xlabel="step", ylabel="chi-square above the minimum")
-right.set(xlabel="seconds")
-left.axhline(1, color="0.7", linewidth=0.8)
-_ = left.legend(frameon=False)
+print(f"{'start':>24s}{'gradient':>30s}{'simplex':>30s}")
+for values, *results in zip(STARTS, *fits.values(), strict=True):
+    cells = [f"{calls(result):5d} calls, chi2 {result.merit.chi_square:9.2f}" for result in results]
+    print(f"{values!s:>24s}{cells[0]:>30s}{cells[1]:>30s}")
 
 # %% [markdown]
-# Below the grey line a fit is within one standard error of the minimum. Each of the last steps of the
-# gradient method gains several powers of ten; the simplex gains one in ten to twenty steps.
+# Both end in the same minimum from every start. On their way they first find the valley in which the reduced
+# scattering mu_s (1 - g) is right (dashed), and then go along its floor, on which chi-square hardly changes.
 
 # %%
-print(f"{'start':>24s}{'':4s}{'gradient':>26s}{'simplex':>26s}")
-for values, (gradient, _), (simplex, _) in zip(STARTS, fits["gradient"], fits["simplex"], strict=True):
-    cells = []
-    for result in (gradient, simplex):
-        search = result.searches[0]
-        cells.append(f"{search.jacobians + search.evaluations:5d} calls, chi2 {result.merit.chi_square:9.2f}")
-    print(f"{values!s:>24s}{'':4s}{cells[0]:>26s}{cells[1]:>26s}")
+figure, panels = plt.subplots(1, 2, figsize=(8.5, 3.6), sharey=True, layout="constrained")
+scattering = np.geomspace(30, 1000, 100)
+for panel, (method, results) in zip(panels, fits.items(), strict=True):
+    panel.plot(scattering, 1 - 38 / scattering, "--", color="0.6")
+    for result in results:
+        way = result.searches[0].path.values
+        panel.plot(
+            way["ink.scattering_per_mm"], way["ink.asymmetry_parameter"], ".-", linewidth=0.8, markersize=4
+        )
+    panel.plot(95, 0.6, "k*", markersize=10, zorder=3)
+    panel.set(xscale="log", ylim=(-0.9, 1), xlabel="scattering coefficient [1/mm]", title=method)
+_ = panels[0].set_ylabel("asymmetry parameter g")
+
+# %% [markdown]
+# ## How fast
+#
+# The progress of one start, with two more of the methods that `FitOptions` takes by name. Compilation does
+# not count. A call with its Jacobian costs two to three times as much as one without; the left panel has the
+# balance in seconds.
 
 # %%
-for gradient, _ in fits["gradient"]:
+others = {method: fit(data, starts[0], method) for method in ("l_bfgs_b", "trf")}
+jaxink.plots.progress_figure({method: results[0] for method, results in fits.items()} | others)
+
+# %%
+best = min(result.merit.chi_square for results in fits.values() for result in results)
+for gradient in fits["gradient"]:
     assert gradient.converged
     assert gradient.merit.chi_square < best + 1e-2
     assert gradient["ink.scattering_per_mm"].standard_error > 0
-calls = {
-    method: np.mean([result.searches[0].jacobians + result.searches[0].evaluations for result, _ in results])
-    for method, results in fits.items()
-}
-print(f"calls of the model in the mean: gradient {calls['gradient']:.0f}, simplex {calls['simplex']:.0f}")
-assert calls["simplex"] > 5 * calls["gradient"]
+mean_calls = {method: np.mean([calls(result) for result in results]) for method, results in fits.items()}
+print(f"calls in the mean: gradient {mean_calls['gradient']:.0f}, simplex {mean_calls['simplex']:.0f}")
+assert mean_calls["simplex"] > 5 * mean_calls["gradient"]
 
 # %% [markdown]
-# A call with its Jacobian costs two to three times as much as one without; the right panel has the balance in
-# seconds. Only the gradient method has standard errors, since they are made of the same Jacobian.
-#
 # ## Four parameters of Mie spheres: many minima
 #
-# The misfit of spheres has many minima along the radius. The gradient method first scans that range; the
-# simplex takes the valley that it happens to start in.
+# The misfit of spheres has many minima along the radius. The gradient method first scans that range: the
+# radius is held and the other three parameters are fitted, up the range and down again. The simplex takes the
+# valley that it happens to start in, unless it is given the same scan.
 
 # %%
 MIE = """
@@ -149,45 +138,47 @@ particle_absorption_index = { free = true, min = 0, max = 0.01 }
 [noise]
 scan_relative = 0.002
 """
-white, sample = jaxink.read(data_folder / "simulated_white_ink_mie.csv"), jaxink.parse_sample(MIE)
-gradient, path = followed(white, sample, "gradient")
-simplex, simplex_path = followed(white, sample, "simplex", scan=False)
+white, spheres = jaxink.read(data_folder / "simulated_white_ink_mie.csv"), jaxink.parse_sample(MIE)
+scanned = []
+
+
+def follow(task, step, loss):
+    """Keep the loss at each value of the scan."""
+    if task == "scan":
+        scanned.append((step, loss))
+
+
+mie = {
+    "gradient": fit(white, spheres, "gradient", follow),
+    "simplex": fit(white, spheres, "simplex"),
+    "simplex after the scan": fit(white, spheres, "simplex", scan=True),
+}
+jaxink.plots.progress_figure(mie)
 
 # %%
-began = path.steps["scan"][0][0]
-figure, axes = plt.subplots(figsize=(6.5, 3.8), layout="constrained")
-for task, steps in path.steps.items():
-    seconds, loss = np.array(steps).T
-    style, label = (
-        ("x", "gradient, ends of the scan") if task == "scan" else (".-", "gradient, final searches")
-    )
-    axes.plot(
-        seconds - began, loss, style, color="C0", label=None if task in ("start 2", "start 3") else label
-    )
-seconds, loss = simplex_path.first_search()
-axes.plot(seconds, loss, color="C3", label="simplex")
-axes.axhline(gradient.merit.degrees_of_freedom, color="0.7", linewidth=0.8, label="degrees of freedom")
-axes.set(yscale="log", xlabel="seconds, without compilation before the first step", ylabel="chi-square")
+figure, axes = plt.subplots(figsize=(6, 3), layout="constrained")
+axes.plot(*np.transpose(scanned), "x-", linewidth=0.6, label="fitted at a held radius")
+axes.axhline(mie["gradient"].merit.degrees_of_freedom, color="0.7", label="degrees of freedom")
+axes.axhline(mie["simplex"].merit.chi_square, color="C3", label="simplex without the scan")
+axes.set(yscale="log", xlabel="value of the radius, up the range and down again", ylabel="chi-square")
 _ = axes.legend(frameon=False, fontsize=8)
 
+# %%
+for label, result in mie.items():
+    print(f"{label}, {calls(result)} calls: {result.verdict.sentence}")
+    print(f"   radius {result['ink.radius_nm'].value:.1f} nm, truth 231")
+
 # %% [markdown]
-# At each cross the radius is held and the other three parameters are fitted, up the range and down again. The
-# lowest minima along it are then searched to the end. The simplex is quicker and reports that it converged:
-# to a chi-square fifty times too large, at bounds.
+# Without the scan the simplex ends at bounds with a chi-square far too large, and its own test of convergence
+# does not notice. Only the gradient method has standard errors, since they are made of the same Jacobian.
 
 # %%
-for label, result in (("gradient", gradient), ("simplex", simplex)):
-    effort = sum(s.jacobians + s.evaluations for s in result.searches)
-    print(f"{label}: {result.verdict.sentence}")
-    radius_nm = result["ink.radius_nm"].value
-    print(f"   radius {radius_nm:.1f} nm, truth 231; {effort} calls; {result.outcome.value}")
-
-# %%
-assert gradient.converged
-assert gradient.verdict.reduced_chi_square < 1.2
-assert gradient.merit.chi_square < simplex.merit.chi_square + 0.1
-found = gradient["ink.radius_nm"]
+assert mie["gradient"].converged
+assert mie["gradient"].verdict.reduced_chi_square < 1.2
+assert mie["simplex"].verdict.reduced_chi_square > 5
+assert mie["gradient"].merit.chi_square < mie["simplex after the scan"].merit.chi_square + 0.1
+found = mie["gradient"]["ink.radius_nm"]
 assert abs(found.value - 231) < 3 * found.standard_error
 
 # %% [markdown]
-# [A page](../docs/gradient-and-simplex.md) has the comparison with all points and many repetitions.
+# [A page](../docs/optimisers.md) has the comparison of all methods on more problems, from many starts.

@@ -1,7 +1,6 @@
 """The commands in this process, on the embedded simulated measurement and a coarse discretisation."""
 
 import json
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import SIMULATED_TRUTH, STRAY_LIGHT_TRUTH, simulated_example
-from jaxink.fitting.simplex import SimplexSearch
+from jaxink.fitting import Outcome
 
 DATA, SAMPLE = map(str, simulated_example())
 FREE = tuple(SIMULATED_TRUTH)
@@ -103,14 +102,25 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch, told):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
-def test_simplex_that_does_not_converge_says_so(run, tmp_path, monkeypatch, told):
-    monkeypatch.setattr(
-        "jaxink.fitting.minimisation.SimplexSearch", partial(SimplexSearch, max_evaluations=8)
-    )
-    done = fit(run, tmp_path / "out", "--method", "simplex", "--no-figures")
+def test_simplex_that_does_not_converge_says_so(run, tmp_path, told):
+    done = fit(run, tmp_path / "out", "--method", "simplex", "--max-evaluations", "8", "--no-figures")
     assert done.exit_code == 4
     told(done.stdout, numbers=False)
-    assert not jaxink.load_result(tmp_path / "out").converged
+    result = jaxink.load_result(tmp_path / "out")
+    assert result.outcome is Outcome.MAX_EVALUATIONS
+    assert "--max-evaluations" in result.verdict.sentence
+
+
+def test_a_fit_that_reaches_its_goal_is_a_success_without_standard_errors(run, tmp_path, told):
+    done = fit(run, tmp_path / "out", "--objective", "absolute", "--goal", "0.01", "--no-figures")
+    assert done.exit_code == 0
+    told(done.stdout, numbers=False)
+    result = jaxink.load_result(tmp_path / "out")
+    assert result.outcome is Outcome.GOAL
+    assert not result.converged
+    assert not result.verdict.standard_errors_hold
+    assert result.merit.rmsd_absolute_pi <= 0.01 * np.pi
+    assert all(p.standard_error is None for p in result.parameters.values())
 
 
 @pytest.mark.slow

@@ -209,6 +209,7 @@ LEAVES = {
     "versions",
     "searches[].start",
     "searches[].values",
+    "searches[].path.values",
     "sample.parameters[].prior",
     "sample.layers[].roughness",
 }

@@ -6,7 +6,7 @@ import pytest
 
 import jaxink
 from jaxink.data import simulated_example
-from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.method import search as search_from
 
 UNMOVED = "No parameter moved from its start value."
 
@@ -14,13 +14,14 @@ UNMOVED = "No parameter moved from its start value."
 @pytest.fixture
 def ran(monkeypatch):
     """All searches that were made."""
-    searches, run = [], GradientSearch.run
+    searches = []
 
     def recorded(*arguments, **options):
-        searches.append(run(*arguments, **options))
+        searches.append(search_from(*arguments, **options))
         return searches[-1]
 
-    monkeypatch.setattr(GradientSearch, "run", recorded)
+    for module in ("gradient", "minimisation"):
+        monkeypatch.setattr(f"jaxink.fitting.{module}.search", recorded)
     return searches
 
 
@@ -40,6 +41,10 @@ def test_scan_and_profiles_count(inputs, coarse, ran):
     for effort in ("jacobians", "run_seconds", "compile_seconds"):
         told = sum(getattr(search, effort) for search in result.searches)
         assert told == pytest.approx(sum(getattr(search, effort) for search in ran)), effort
+    saved = result.to_dict()
+    for seconds in ("run_seconds", "compile_seconds"):
+        whole = sum(getattr(search, seconds) for search in ran)
+        assert saved[seconds] == getattr(result, seconds) == pytest.approx(whole)
     assert result.searches[-2].jacobians > 96
     again = result.to_dict()["searches"]
     assert [search["method"] for search in again] == methods

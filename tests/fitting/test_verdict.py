@@ -37,7 +37,7 @@ def test_few_points_are_given_the_benefit_of_the_doubt():
     assert falls_short_of_noise(0.05, 4)
 
 
-@pytest.mark.parametrize("outcome", [o for o in Outcome if not o.converged])
+@pytest.mark.parametrize("outcome", [o for o in Outcome if not o.is_as_asked])
 def test_no_verdict_on_the_misfit_without_a_minimum(outcome):
     verdict = judge_fit(outcome, "chi_square", residual(1.0), PARAMETERS)
     assert (verdict.code, verdict.standard_errors_hold) == ("not_converged", False)

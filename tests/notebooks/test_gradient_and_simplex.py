@@ -6,8 +6,10 @@ import pytest
 @pytest.mark.slow
 def test_gradient_and_simplex(run):
     names = run("gradient_and_simplex")
-    assert names["calls"]["simplex"] > 5 * names["calls"]["gradient"]
-    assert names["gradient"].merit.chi_square < names["simplex"].merit.chi_square + 0.1
-    for fits in names["fits"].values():
-        for result, follower in fits:
-            assert follower.first_search()[1][-1] == pytest.approx(result.merit.chi_square, abs=0.1)
+    assert names["mean_calls"]["simplex"] > 5 * names["mean_calls"]["gradient"]
+    lowest = min(result.merit.chi_square for result in names["mie"].values())
+    assert names["mie"]["gradient"].merit.chi_square < lowest + 0.1
+    for results in names["fits"].values():
+        for result in results:
+            assert result.searches[0].path.loss[-1] == pytest.approx(result.merit.chi_square, abs=1e-3)
+    assert [step for step, _ in names["scanned"]] == list(range(1, len(names["scanned"]) + 1))

@@ -4,7 +4,9 @@ import csv
 import re
 from pathlib import Path
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "published-tables.md"
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "published-tables.md"
+COPY = ROOT / "benchmarks" / "validation" / "inks_2021.csv"
 COLUMNS = ("scattering", "pvc_percent", "anisotropy_g", "radius_nm", "particle_index", "pvc_percent")
 
 
@@ -20,3 +22,10 @@ def test_printed_numbers_stand_on_the_page(shared_data):
         assert cells == printed
         absorption = float(spheres["particle_absorption_index"])
         assert f"+ {absorption:g}i" in line
+
+
+def test_the_copy_beside_the_script_is_what_is_printed(shared_data):
+    source, *rows = COPY.read_text(encoding="utf-8").splitlines()
+    assert source.startswith("#")
+    assert "CEUR-WS 3027" in source
+    assert rows == (shared_data / "published" / "inks_2021.csv").read_text(encoding="utf-8").splitlines()

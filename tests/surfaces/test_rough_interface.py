@@ -91,3 +91,9 @@ def test_table_of_angles_is_the_interface_itself():
     forward = jax.jacfwd(lambda s: leaving(table.at(s)))(5.3)
     difference = (leaving(table.at(jnp.asarray(5.31))) - leaving(table.at(jnp.asarray(5.29)))) / 0.02
     np.testing.assert_allclose(forward, difference, atol=1e-5 * float(jnp.max(jnp.abs(forward))) + 1e-9)
+    # At the ends of the range, where a search may begin or end, the derivative is that from within.
+    for end, inward in ((2.0, 0.01), (12.0, -0.01)):
+        at_end, near, far = (leaving(table.at(jnp.asarray(end + k * inward))) for k in range(3))
+        difference = (4 * near - 3 * at_end - far) / (2 * inward)
+        forward = jax.jacfwd(lambda s: leaving(table.at(s)))(end)
+        np.testing.assert_allclose(forward, difference, atol=1e-4 * float(jnp.max(jnp.abs(forward))))

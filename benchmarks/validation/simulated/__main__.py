@@ -81,7 +81,6 @@ def section(name: str) -> tuple[str, list[str]]:
     worst = max((abs(float(row[4])) for row in rows if row[4]), default=float("nan"))
     scan = sum(s.jacobians for s in result.searches if s.method == "scan")
     jacobians = sum(s.jacobians for s in result.searches) - scan
-    seconds = sum(s.run_seconds for s in result.searches)
     overview = [
         f"`{name}`",
         f"{m.chi_square:.1f} / {m.degrees_of_freedom}",
@@ -90,7 +89,7 @@ def section(name: str) -> tuple[str, list[str]]:
         *against_the_noise_free(result, truth),
         str(scan or ""),
         str(jacobians),
-        f"{seconds:.2f}",
+        f"{result.run_seconds:.2f}",
     ]
     header = ["quantity", "fitted", "standard error", "truth", "distance, s.e.", "profile interval"]
     notes = "".join(f"\n- {note}" for note in result.notes)

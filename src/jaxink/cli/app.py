@@ -86,7 +86,11 @@ def fit(
     sample: SampleFile,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for result.json, result.nc and figures.")],
     method: Annotated[
-        str, typer.Option(metavar="gradient|simplex", help="Gradient-based or Nelder-Mead simplex search.")
+        str,
+        typer.Option(
+            metavar="gradient|simplex|...",
+            help="Gradient-based search, Nelder-Mead simplex, or others for comparison (docs/result.md).",
+        ),
     ] = "gradient",
     objective: Annotated[
         str,
@@ -99,6 +103,30 @@ def fit(
             help="Number of starts: the sample file's values, then random ones.",
         ),
     ] = 1,
+    scan: Annotated[
+        bool | None,
+        typer.Option(
+            "--scan/--no-scan",
+            help="Scan the radius of particles first; by default before the gradient-based search only.",
+        ),
+    ] = None,
+    max_steps: Annotated[
+        int | None, typer.Option(metavar="N", help="Largest number of steps of each search.")
+    ] = None,
+    max_evaluations: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Largest number of evaluations of the model by all searches."),
+    ] = None,
+    max_seconds: Annotated[
+        float | None, typer.Option(metavar="S", help="Longest run time of all searches, without compilation.")
+    ] = None,
+    goal: Annotated[
+        float | None,
+        typer.Option(
+            metavar="X",
+            help="RMSD of the objective at which to stop; for chi_square in standard deviations of noise.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random starts.")] = 0,
     profile: Annotated[
         str,
@@ -134,6 +162,11 @@ def fit(
             "method": method,
             "objective": objective,
             "n_starts": starts,
+            "scan": scan,
+            "max_steps": max_steps,
+            "max_evaluations": max_evaluations,
+            "max_seconds": max_seconds,
+            "goal": goal,
             "seed": seed,
             "profile": profile,
             "accuracy": accuracy,

@@ -88,16 +88,16 @@ def _comparison_table(gradient: "FitResult", simplex: "FitResult") -> Table:
             fitted = (f"{r[name].value:.5g}" for r in (gradient, simplex))
             table.add_row(name, f"{truth:g}", f"{gradient[name].start:.4g}", *fitted)
     table.add_section()
-    efforts = [r.searches[0] for r in (gradient, simplex)]
+    searches = [r.searches[0] for r in (gradient, simplex)]
     for label, text in (
         ("chi-square", lambda s: f"{s.loss:.2f}"),
         ("Jacobians", lambda s: str(s.jacobians)),
         ("evaluations", lambda s: str(s.evaluations)),
-        ("compilation, s", lambda s: f"{s.compile_seconds:.2f}"),
-        ("run time, s", lambda s: f"{s.run_seconds:.2f}"),
         ("outcome", lambda s: s.outcome),
     ):
-        table.add_row(label, "", "", *(text(s) for s in efforts))
+        table.add_row(label, "", "", *(text(s) for s in searches))
+    for label, of in (("compilation, s", "compile_seconds"), ("run time, s", "run_seconds")):
+        table.add_row(label, "", "", *(f"{getattr(r, of):.2f}" for r in (gradient, simplex)))
     return table
 
 

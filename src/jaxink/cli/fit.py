@@ -57,7 +57,7 @@ def run_fit(
 
 def exit_code(result: "FitResult") -> ExitCode:
     """Exit code of a command that fitted."""
-    if not result.converged:
+    if not result.outcome.is_as_asked:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if result.verdict.is_misfit else ExitCode.FITTED
 

@@ -13,6 +13,7 @@ from jaxink.numerics.digits import interval, percent, plain, relative_error, wit
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
     from jaxink.fitting.fitted_parameters import FittedParameter
+    from jaxink.fitting.result import SearchSummary
 
 # ASCII if the terminal cannot show more.
 MOST_MISTAKES = 3
@@ -83,8 +84,8 @@ def show_outcome(to: Console, result: "FitResult") -> None:
         f"scan{'s' * (scans != 1)}, {spectrum}"
     )
     objective = "chi-square" if result.objective == "chi_square" else f"the {result.objective} RMSD"
-    sentence = f"{result.method.capitalize()} fit of {objective} {result.outcome.value}."
-    to.print(sentence, style="bold" if result.converged else "bold red")
+    sentence = f"{result.method.capitalize().replace('_', '-')} fit of {objective} {result.outcome.value}."
+    to.print(sentence, style="bold" if result.outcome.is_as_asked else "bold red", soft_wrap=True)
     for sentence in mask_sentences(data.mask)[:-1]:
         to.print(sentence, soft_wrap=True)
 
@@ -236,10 +237,17 @@ def search_lines(result: "FitResult") -> list[str]:
         start = f"start {i + 1}, " if several and s.is_single else ""
         lines.append(
             f"{start}{s.method}: {s.jacobians} Jacobians, {s.evaluations} evaluations, misfit "
-            f"{s.loss_start:.5g} -> {s.loss:.6g}; compilation {s.compile_seconds:.2f} s, "
-            f"run time {s.run_seconds:.2f} s"
+            f"{s.loss_start:.5g} -> {s.loss:.6g}; {_seconds(s)}"
         )
+    if len(result.searches) > 1:
+        jacobians = sum(s.jacobians for s in result.searches)
+        evaluations = sum(s.evaluations for s in result.searches)
+        lines.append(f"in all: {jacobians} Jacobians, {evaluations} evaluations; {_seconds(result)}")
     return lines
+
+
+def _seconds(effort: "FitResult | SearchSummary") -> str:
+    return f"compilation {effort.compile_seconds:.2f} s, run time {effort.run_seconds:.2f} s"
 
 
 def show_files(to: Console, files: Iterable[Path]) -> None:

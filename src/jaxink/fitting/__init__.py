@@ -1,4 +1,4 @@
-"""Fitting a sample to a measurement, gradient-based or with the Nelder-Mead simplex."""
+"""Fitting a sample to a measurement, gradient-based or by other methods for comparison."""
 
 from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
@@ -6,6 +6,7 @@ from jaxink.fitting.input_check import check_input
 from jaxink.fitting.inputs import marked, prepare_data
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
+from jaxink.fitting.methods import METHODS
 from jaxink.fitting.minimisation import fit
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective
@@ -16,6 +17,7 @@ from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 
 __all__ = [
+    "METHODS",
     "OBJECTIVES",
     "FitOptions",
     "FitResult",

@@ -10,10 +10,11 @@ import numpy as np
 
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.merit import merit, merit_by_scan
+from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
-from jaxink.fitting.outcome import Search
-from jaxink.fitting.result import DerivedQuantity, FitResult, ProfileCurve, SearchSummary
+from jaxink.fitting.outcome import Outcome, Search, SearchPath
+from jaxink.fitting.result import DerivedQuantity, FitResult, PathSummary, ProfileCurve, SearchSummary
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
@@ -193,14 +194,29 @@ def _summary(search: Search, objective: Objective) -> SearchSummary:
             "outcome": search.outcome.name.lower(),
             "start": objective.numbers(search.start),
             "values": objective.numbers(search.unit),
+            "path": _path(search.path, objective),
         }
+    )
+
+
+def _path(path: SearchPath, objective: Objective) -> PathSummary:
+    values = np.array([objective.scale.to_physical(unit) for unit in path.unit]).T
+    return PathSummary(
+        evaluations=tuple(path.evaluations.tolist()),
+        jacobians=tuple(path.jacobians.tolist()),
+        seconds=tuple(path.seconds.tolist()),
+        loss=tuple(path.loss.tolist()),
+        values=dict(zip(objective.free, map(tuple, values.tolist()), strict=True)),
     )
 
 
 def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Found) -> list[str]:
     notes = []
-    if found.errors is None and options.method == "simplex":
-        notes.append("The simplex has no Jacobian, so there are no standard errors.")
+    if found.errors is None and not METHODS[options.method].has_jacobian:
+        title = METHODS[options.method].title
+        notes.append(f"The {title} has no Jacobian, so there are no standard errors.")
+    elif found.best.outcome is Outcome.GOAL:
+        notes.append("The fit stopped at its goal, not in a minimum, so there are no standard errors.")
     elif found.errors is None:
         notes.append(
             f"The objective '{options.objective}' is not chi-square, so there are no standard errors."

@@ -1,31 +1,43 @@
-"""Levenberg-Marquardt within a box, for optimistix, by an active set and clipped steps.
+"""Levenberg-Marquardt within a box, by an active set, clipped steps and a second-order correction.
 
-optimistix 0.1.0 has no bounds. Here a variable at its bound with the gradient pointing outward is excluded
-from the step, and the step of the others is clipped at their bounds. The trust region judges the clipped
-step, so a bound does not affect the damping.
+A variable at its bound with the gradient pointing outward is excluded from the step, and the step of the
+others is clipped at their bounds. The damping is judged by the clipped step, so a bound does not affect it.
 """
 
+import dataclasses
 from collections.abc import Callable
-from typing import Any
+from functools import cached_property
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
-import optimistix as optx
-from jaxtyping import Array, Bool, Float, PyTree
+import numpy as np
+from jaxtyping import ArrayLike, Bool, Float
+
+from jaxink.fitting.compiled import Point
+from jaxink.fitting.outcome import Outcome
 
 # Singular values below this share of the largest are rounding: no step is made along their directions.
 _RANK_TOLERANCE = 1e-11
+# Decrement at which a search ends, relative to the sum of squares per degree of freedom. The distance to the
+# minimum is then the root of it, 0.001 standard errors, in any units.
+DECREMENT = 1e-6
+_FIRST_DAMPING = 1e-3
+# Share of the promised decrease that a step must bring to be accepted; below which it is corrected, and the
+# damping stays; and above which the damping falls quickly.
+_ACCEPTED, _POOR, _GOOD = 1e-4, 0.25, 0.75
+_QUICKLY, _SLOWLY = 0.1, 1 / 3
+# The largest correction relative to the step, in units of the scaled variables.
+_LARGEST_CORRECTION = 0.75
+# Refused steps in a row after which a search ends: the damping is then 2^66 times larger.
+_MOST_REFUSALS = 12
 
 
 def bounded_step(
-    triangle: Float[Array, "parameters parameters"],
-    projected: Float[Array, " parameters"],
-    y: Float[Array, " parameters"],
-    lower: Float[Array, " parameters"],
-    upper: Float[Array, " parameters"],
-    damping: Float[Array, ""],
-) -> Float[Array, " parameters"]:
+    triangle: Float[ArrayLike, "parameters parameters"],
+    projected: Float[ArrayLike, " parameters"],
+    y: Float[ArrayLike, " parameters"],
+    lower: Float[ArrayLike, " parameters"],
+    upper: Float[ArrayLike, " parameters"],
+    damping: float,
+) -> Float[np.ndarray, " parameters"]:
     """Step d that minimises |R d + Q^T r|^2 + damping |D d|^2 within the box, D^2 = diag(R^T R).
 
     Parameters
@@ -43,147 +55,180 @@ def bounded_step(
     ----------
     Marquardt 1963 J. SIAM 11, 431; Nocedal, Wright 2006 Numerical Optimization, section 16.7.
     """
-    n = y.shape[0]
-    norms = jnp.sqrt(jnp.sum(triangle**2, axis=0))
-    norms = jnp.where(norms > 0, norms, 1.0)
-    scaled = triangle / norms
-    held = _held(y, scaled.T @ projected, lower, upper)
-    ridge = jnp.sqrt(damping) * jnp.eye(n)
-
-    def tighten(_, carry):
-        held, step = carry
-        fixed = jnp.where(held, step, 0.0)
-        free = jnp.where(held, 0.0, 1.0)
-        target = jnp.concatenate([-(projected + triangle @ fixed), jnp.zeros(n)])
-        solution, *_ = jnp.linalg.lstsq(
-            jnp.concatenate([scaled, ridge]) * free, target, rcond=_RANK_TOLERANCE
-        )
-        step = jnp.where(held, fixed, solution / norms)
-        clipped = jnp.clip(step, lower - y, upper - y)
-        return held | (clipped != step), clipped
-
-    # Each pass fixes at least one more variable, or changes nothing.
-    _, step = jax.lax.fori_loop(0, n + 1, tighten, (held, jnp.zeros(n)))
-    return jnp.clip(step, lower - y, upper - y)
+    triangle, projected = np.asarray(triangle), np.asarray(projected)
+    y, lower, upper = (np.asarray(values) for values in (y, lower, upper))
+    n = len(y)
+    norms = _norms(triangle)
+    damped = np.concatenate([triangle / norms, np.sqrt(damping) * np.eye(n)])
+    held = held_by_bounds(y, triangle.T @ projected, lower, upper)
+    step = np.zeros(n)
+    # Each pass fixes at least one more variable, or ends.
+    for _ in range(n + 1):
+        fixed = np.where(held, step, 0.0)
+        target = np.concatenate([-(projected + triangle @ fixed), np.zeros(n)])
+        solution = np.linalg.lstsq(damped * ~held, target, rcond=_RANK_TOLERANCE)[0]
+        free = np.where(held, fixed, solution / norms)
+        step = np.clip(free, lower - y, upper - y)
+        tightened = held | (step != free)
+        if np.array_equal(tightened, held):
+            break
+        held = tightened
+    return step
 
 
-def _held(y, gradient, lower, upper):
+def held_by_bounds(y, gradient, lower, upper) -> Bool[np.ndarray, " parameters"]:
     """Variables at a bound with the gradient pointing outward, or without any range."""
     outward = ((y <= lower) & (gradient > 0)) | ((y >= upper) & (gradient < 0))
     return outward | (lower >= upper)
 
 
-def _explained(triangle, projected):
-    """Part of |Q^T r|^2 in the range of the columns: 0 exactly at a constrained minimum."""
-    norms = jnp.sqrt(jnp.sum(triangle**2, axis=0))
-    left, singular, _ = jnp.linalg.svd(triangle / jnp.where(norms > 0, norms, 1.0))
-    kept = singular > _RANK_TOLERANCE * jnp.max(singular)
-    return jnp.sum(jnp.where(kept, left.T @ projected, 0.0) ** 2)
+def _norms(matrix):
+    norms = np.linalg.norm(matrix, axis=0)
+    return np.where(norms > 0, norms, 1.0)
 
 
-class _DescentState(eqx.Module):
-    y: Float[Array, " parameters"]
-    jacobian: Float[Array, "rows parameters"]
-    triangle: Float[Array, "parameters parameters"]
-    projected: Float[Array, " parameters"]
-    decrement: Float[Array, ""]
-    scale: Float[Array, ""]
-
-
-class BoundedDampedDescent(optx.AbstractDescent):
-    """Damped Gauss-Newton step inside a box.
+@dataclasses.dataclass(frozen=True)
+class Linearised:
+    """A point with its factorised Jacobian, in a box.
 
     Parameters
     ----------
+    point
+        With its Jacobian.
     lower, upper
-        The box, shape ``(parameters,)``.
-    first_damping
-        Damping relative to diag(J^T J) while the trust region has size 1.
+        The box.
     """
 
-    lower: Float[Array, " parameters"]
-    upper: Float[Array, " parameters"]
-    first_damping: float = 1e-3
+    point: Point
+    lower: Float[np.ndarray, " parameters"]
+    upper: Float[np.ndarray, " parameters"]
 
-    def init(self, y, f_info_struct) -> _DescentState:
-        """Initial state with the right shapes; see `optimistix.AbstractDescent`."""
-        n, rows = y.shape[0], f_info_struct.residual.shape[0]
-        empty = jnp.zeros((rows, n)), jnp.zeros((n, n)), jnp.zeros(n)
-        return _DescentState(y, *empty, jnp.asarray(jnp.inf), jnp.asarray(1.0))
+    @cached_property
+    def factors(self) -> tuple[np.ndarray, np.ndarray]:
+        """Q and R, the latter square, even if there are fewer rows than parameters."""
+        jacobian = self.point.jacobian
+        assert jacobian is not None
+        missing = max(jacobian.shape[1] - jacobian.shape[0], 0)
+        return np.linalg.qr(np.concatenate([jacobian, np.zeros((missing, jacobian.shape[1]))]))
 
-    def query(self, y, f_info, state) -> _DescentState:
-        """Factorise the Jacobian of an accepted point."""
-        del state
-        jacobian = f_info.jac.as_matrix()
-        n_data, n = jacobian.shape
-        # Keeps the triangle square if there are fewer data than parameters.
-        padded = jnp.concatenate([jacobian, jnp.zeros((max(n - n_data, 0), n))])
-        residual = jnp.concatenate([f_info.residual, jnp.zeros(max(n - n_data, 0))])
-        q, triangle = jnp.linalg.qr(padded)
-        projected = q.T @ residual
-        gradient = triangle.T @ projected
-        decrement = _explained(triangle * ~_held(y, gradient, self.lower, self.upper), projected)
-        scale = jnp.sum(residual**2) / max(n_data - n, 1)
-        return _DescentState(y, jacobian, triangle, projected, decrement, scale)
+    @property
+    def triangle(self) -> Float[np.ndarray, "parameters parameters"]:
+        """R."""
+        return self.factors[1]
 
-    def step(self, step_size, state):
-        """Step for the present damping."""
-        damping = self.first_damping / step_size
-        step = bounded_step(state.triangle, state.projected, state.y, self.lower, self.upper, damping)
-        return step, optx.RESULTS.successful
+    @cached_property
+    def projected(self) -> Float[np.ndarray, " parameters"]:
+        """Q^T r."""
+        return self.project(self.point.residual)
+
+    @property
+    def gradient(self) -> Float[np.ndarray, " parameters"]:
+        """J^T r."""
+        return self.triangle.T @ self.projected
+
+    def project(self, rows: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " parameters"]:
+        """Q^T of a vector of rows."""
+        q = self.factors[0]
+        return q[: len(rows)].T @ rows
+
+    @cached_property
+    def decrement(self) -> float:
+        """Part of |Q^T r|^2 in the range of the columns that are not held: 0 at a constrained minimum."""
+        if not np.all(np.isfinite(self.triangle)):
+            return float("inf")
+        held = held_by_bounds(self.point.unit, self.gradient, self.lower, self.upper)
+        free = self.triangle * ~held
+        left, singular, _ = np.linalg.svd(free / _norms(free))
+        kept = singular > _RANK_TOLERANCE * np.max(singular)
+        return float(np.sum(np.where(kept, left.T @ self.projected, 0.0) ** 2))
+
+    def meets_conditions(self, decrement: float = DECREMENT) -> bool:
+        """Whether the first-order conditions of a minimum hold."""
+        freedom = max(len(self.point.residual) - len(self.point.unit), 1)
+        return self.decrement <= decrement * self.point.loss / freedom
+
+    def step(
+        self, damping: float, curvature: Float[np.ndarray, " rows"] | None = None
+    ) -> Float[np.ndarray, " parameters"]:
+        """Damped step, with the curvature of the residual along a trial step added to the residual."""
+        projected = self.projected if curvature is None else self.projected + self.project(curvature)
+        return bounded_step(self.triangle, projected, self.point.unit, self.lower, self.upper, damping)
+
+    def promised(self, step: Float[np.ndarray, " parameters"]) -> float:
+        """Decrease in the loss that the linear model promises for a step."""
+        after = self.projected + self.triangle @ step
+        return float(self.projected @ self.projected - after @ after)
 
 
-class BoundedLevenbergMarquardt(optx.AbstractGaussNewton):
-    """Levenberg-Marquardt inside a box.
+def descend(
+    evaluate: Callable[[np.ndarray], Point],
+    start: Float[np.ndarray, " parameters"],
+    lower: Float[np.ndarray, " parameters"],
+    upper: Float[np.ndarray, " parameters"],
+    decrement: float = DECREMENT,
+    follow: Callable[[], None] | None = None,
+) -> tuple[Linearised, Outcome]:
+    """Search a minimum by damped Gauss-Newton steps; return where it ended, and how.
 
-    Stops when the undamped step inside the box would lower the sum of squares by less than ``decrement``
-    times the sum of squares per degree of freedom. The distance to the minimum is then sqrt(decrement)
-    standard errors, in any units.
+    A step that brings less than a quarter of what it promises reveals the curvature of the residual along it.
+    The step is then corrected for it, at the same damping, which follows a curved valley far more quickly
+    than shorter steps do.
 
     Parameters
     ----------
+    evaluate
+        The residual with its Jacobian at a point; it may raise to end the search.
+    start
+        Inside the box.
     lower, upper
-        The box, shape ``(parameters,)``.
+        The box; equal entries hold a variable fixed.
     decrement
-        See above.
-    rtol, atol
-        optimistix's own test on the change of variables and residuals, which also stops the search.
-    verbose
-        Called with the progress of each step, as in optimistix.
+        As of `DECREMENT`.
+    follow
+        Called after each trial point.
+
+    References
+    ----------
+    Nielsen 1999 Damping parameter in Marquardt's method, IMM-REP-1999-05 (growth of the damping); Transtrum,
+    Sethna 2012 arXiv:1201.5885 (the correction, here from the trial point instead of a second derivative).
     """
-
-    rtol: float
-    atol: float
-    norm: Callable[[PyTree], Array]
-    descent: BoundedDampedDescent
-    search: optx.ClassicalTrustRegion
-    verbose: Callable[..., None]
-    decrement: float
-
-    def __init__(
-        self,
-        lower,
-        upper,
-        decrement: float = 1e-6,
-        rtol: float = 1e-9,
-        atol: float = 1e-9,
-        verbose: Callable[..., None] | None = None,
-    ):
-        self.rtol, self.atol, self.norm = rtol, atol, optx.max_norm
-        self.descent = BoundedDampedDescent(jnp.asarray(lower, float), jnp.asarray(upper, float))
-        self.search = optx.ClassicalTrustRegion(
-            high_cutoff=0.75, low_cutoff=0.01, high_constant=10.0, low_constant=0.1
-        )
-        self.verbose = _silent if verbose is None else verbose
-        self.decrement = decrement
-
-    def terminate(self, fn, y, args, options, state, tags: frozenset) -> tuple[Bool[Array, ""], Any]:
-        """Whether the first-order conditions hold at the last accepted point."""
-        del fn, y, args, options, tags
-        descent = state.descent_state
-        small = descent.decrement <= self.decrement * descent.scale
-        return state.terminate | (small & ~state.first_step), state.result
+    follow = follow or (lambda: None)
+    here = Linearised(evaluate(start), lower, upper)
+    follow()
+    if not np.isfinite(here.point.loss):
+        return here, Outcome.NOT_FINITE
+    damping, growth, refusals = _FIRST_DAMPING, 2.0, 0
+    while refusals < _MOST_REFUSALS:
+        if not np.all(np.isfinite(here.triangle)):
+            return here, Outcome.NO_SLOPE
+        if here.meets_conditions(decrement):
+            return here, Outcome.CONVERGED
+        point, gain = _trial(evaluate, here, damping, follow)
+        if gain > _ACCEPTED:
+            here = Linearised(point, lower, upper)
+            damping *= _QUICKLY if gain > _GOOD else _SLOWLY if gain > _POOR else 1.0
+            growth, refusals = 2.0, 0
+        else:
+            damping, growth, refusals = damping * growth, 2 * growth, refusals + 1
+    return here, Outcome.STALLED
 
 
-def _silent(**kwargs) -> None:
-    del kwargs
+def _trial(evaluate, here: Linearised, damping: float, follow: Callable[[], None]) -> tuple[Point, float]:
+    """The point of one step, corrected if that is better, and its share of the promised decrease."""
+    step = here.step(damping)
+    promised = max(here.promised(step), 1e-300)
+
+    def at(change):
+        point = evaluate(np.clip(here.point.unit + change, here.lower, here.upper))
+        follow()
+        return point, (here.point.loss - point.loss) / promised
+
+    point, gain = at(step)
+    if gain >= _POOR or not np.isfinite(point.loss):
+        return point, gain
+    curvature = point.residual - here.point.residual - here.point.jacobian @ step
+    corrected = here.step(damping, curvature)
+    norms = _norms(here.triangle)
+    if np.linalg.norm(norms * (corrected - step)) > _LARGEST_CORRECTION * np.linalg.norm(norms * step):
+        return point, gain
+    return max((point, gain), at(corrected), key=lambda trial: trial[1])

@@ -16,8 +16,8 @@ from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
 from jaxink.files.result_folder import CORRECTED, REPORT_FILE, result_file
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
+from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import OBJECTIVES
-from jaxink.fitting.options import METHODS
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import COLUMNS, SCHEMA_VERSION, FitResult, json_fields
 from jaxink.measurement import GonioData
@@ -56,8 +56,9 @@ def _entries() -> dict[str, Any]:
     declared = get_type_hints(FitResult) | forms
     # A field with a default is a class attribute of the dataclass.
     fields = {n: NotRequired[declared[n]] if hasattr(FitResult, n) else declared[n] for n in json_fields()}
-    # Older results lack the identifier and the verdict; the latter follows from the residuals.
+    # Older results lack the identifier, the verdict and the seconds; the latter two follow from the rest.
     later = {"result_id": NotRequired[str | None], "verdict": NotRequired[_VerdictEntry]}
+    later |= {name: NotRequired[float] for name in ("run_seconds", "compile_seconds")}
     return head | fields | later
 
 

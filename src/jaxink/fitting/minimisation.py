@@ -10,13 +10,15 @@ import numpy as np
 from jaxink.effects import AugmentedModel, Scene, settled
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import Found, assemble
+from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import GradientSearch, scan, starts, together
 from jaxink.fitting.inputs import prepare_data, read_inputs
+from jaxink.fitting.limits import Budget
+from jaxink.fitting.method import search
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.options import FitOptions
-from jaxink.fitting.outcome import Search
+from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.simplex import SimplexSearch
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
 from jaxink.model.forward import ForwardModel
@@ -84,19 +86,22 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )
-    engine, searches, scans = _search(objective, sample, options, progress)
+    budget = Budget(options.limits(len(objective.measured)))
+    searches, scans = _search(objective, sample, options, budget, progress)
     best = _lowest(searches, sample)
     for _ in range(_MOST_REFINEMENTS):
         config = _larger_sizes(objective, best, options)
-        if config is None:
+        if config is None or budget.is_spent(best.loss):
             break
         objective = make_objective(data, sample, options.objective, config, noise)
-        engine, best = _search_on(objective, best.unit, options, progress)
+        best = _search_from(CompiledObjective(objective), best.unit, options, budget, progress, "refinement")
         searches.append(_lowest([best], sample))
-    errors = _covariance(best) if options.objective == "chi_square" else None
+    # At a goal, which is no minimum, the covariance says nothing about the distance from one.
+    at_minimum = best.outcome is not Outcome.GOAL
+    errors = _covariance(best) if options.objective == "chi_square" and at_minimum else None
     found = Found(best, errors, tuple(searches), scans)
-    if engine is not None and errors is not None and options.profile != "none":
-        found = _with_profiles(engine, found, options.profile, progress)
+    if errors is not None and options.profile != "none":
+        found = _with_profiles(GradientSearch(objective), found, options.profile, progress)
     return assemble(data, sample, options, noise, objective, found)
 
 
@@ -111,33 +116,33 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
 
 
 def _search(
-    objective: Objective, sample: Sample, options: FitOptions, progress: Progress
-) -> tuple[GradientSearch | None, list[Search], tuple[Search, ...]]:
-    """Search from several starts: gradient engine if any, searches, and the scan, if any, as one."""
+    objective: Objective, sample: Sample, options: FitOptions, budget: Budget, progress: Progress
+) -> tuple[list[Search], tuple[Search, ...]]:
+    """Search from several starts: the searches, and the scan, if any, as one."""
     free = sample.parameters.free
     first = objective.scale.to_unit(np.array([p.value for p in free]))
-    if options.method == "simplex":
-        return None, [SimplexSearch(objective).run(first, _named(progress, "simplex"))], ()
-    engine, scans = GradientSearch(objective), tuple[Search, ...]()
-    points = starts(first, options.n_starts, options.seed)
+    points, scans = starts(first, options.n_starts, options.seed), tuple[Search, ...]()
     rugged = [i for i, p in enumerate(free) if p.multimodal]
-    if rugged and options.scan:
-        more, whole = scan(engine, first, rugged[0], _named(progress, "scan"))
+    if rugged and options.scans_first:
+        more, whole = scan(GradientSearch(objective), first, rugged[0], _named(progress, "scan"), budget)
         points, scans = more + points[1:], (whole,)
-    searches = [
-        engine.run(start, progress=_named(progress, f"start {i + 1}")) for i, start in enumerate(points)
-    ]
-    return engine, searches, scans
+    compiled, searches = CompiledObjective(objective), []
+    for number, start in enumerate(points):
+        searches.append(_search_from(compiled, start, options, budget, progress, f"start {number + 1}"))
+        if budget.is_spent(searches[-1].loss):
+            break
+    return searches, scans
 
 
-def _search_on(
-    objective: Objective, unit: np.ndarray, options: FitOptions, progress: Progress
-) -> tuple[GradientSearch | None, Search]:
-    """Continue from a solution at a higher resolution."""
-    if options.method == "simplex":
-        return None, SimplexSearch(objective).run(unit, _named(progress, "simplex"))
-    engine = GradientSearch(objective)
-    return engine, engine.run(unit, progress=_named(progress, "refinement"))
+def _search_from(
+    compiled: CompiledObjective,
+    start: np.ndarray,
+    options: FitOptions,
+    budget: Budget,
+    progress: Progress,
+    what: str,
+) -> Search:
+    return search(options.make_method(), compiled, start, budget, _named(progress, what))
 
 
 def _lowest(searches: list[Search], sample: Sample) -> Search:

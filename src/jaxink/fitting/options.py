@@ -2,13 +2,14 @@
 
 import dataclasses
 
-from jaxink.errors import require_integer, require_kind, require_one_of
+from jaxink.errors import InputRefusedError, require_integer, require_kind, require_number, require_one_of
+from jaxink.fitting.limits import Limits
+from jaxink.fitting.method import Method
+from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import LAYER_METHODS
-
-METHODS = ("gradient", "simplex")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,16 +19,30 @@ class FitOptions:
     Parameters
     ----------
     method
-        ``gradient``, or ``simplex`` (Nelder-Mead) as the baseline.
+        ``gradient``: jaxink's own; ``simplex`` (Nelder-Mead) is the baseline. The others, of scipy and of
+        optimistix, are for comparison; their names are the keys of `jaxink.fitting.METHODS`.
     objective
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
     n_starts
-        Number of starts of the gradient-based fit: that of the sample, and random ones.
+        Number of starts: that of the sample, and random ones.
     scan
-        Whether to scan a free parameter along which the misfit has many minima (the particle radius), and to
-        start from the lowest ones instead of the sample's own start.
+        Whether to scan a free parameter along which the misfit has many minima (the particle radius) by the
+        gradient method, and to start from the lowest ones instead of the sample's own start. None: before
+        the gradient method only.
+    max_steps
+        Largest number of steps of each search.
+    max_evaluations
+        Largest number of evaluations of the model by the scan and all searches together, of which a Jacobian
+        is one.
+    max_seconds
+        Longest run time of the scan and all searches together, without compilation. If neither this nor
+        another limit is given, a search is limited to 200 steps, or to 2000 evaluations by a method without
+        derivatives. Profile likelihoods, which follow a search that has converged, are not limited.
+    goal
+        Root mean square residual at which to stop: the RMSD of the objective, in 1/sr for ``absolute`` and a
+        fraction for ``relative`` and ``logarithmic``; in standard deviations of the noise for ``chi_square``.
     seed
-        Of the random starts.
+        Of the random starts, and of methods that draw random numbers.
     profile
         ``auto``: for parameters that are weakly determined according to the covariance; ``all``; or ``none``.
     accuracy
@@ -42,7 +57,11 @@ class FitOptions:
     method: str = "gradient"
     objective: str = "chi_square"
     n_starts: int = 1
-    scan: bool = True
+    scan: bool | None = None
+    max_steps: int | None = None
+    max_evaluations: int | None = None
+    max_seconds: float | None = None
+    goal: float | None = None
     seed: int = 0
     profile: str = "auto"
     accuracy: float = DEFAULT_ACCURACY
@@ -60,5 +79,39 @@ class FitOptions:
         require_accuracy(self.accuracy)
         require_integer("n_starts", self.n_starts, 1, 10_000)
         require_integer("seed", self.seed, 0)
+        for name in ("max_steps", "max_evaluations"):
+            if getattr(self, name) is not None:
+                require_integer(name, getattr(self, name), 1)
+        for name in ("max_seconds", "goal"):
+            if getattr(self, name) is not None:
+                _require_positive(name, getattr(self, name))
         if self.config is not None:
             require_kind("config", self.config, SolverConfig)
+
+    def make_method(self) -> Method:
+        """The method of the searches."""
+        return METHODS[self.method](self.seed)
+
+    @property
+    def scans_first(self) -> bool:
+        """Whether a scan precedes the searches if a free parameter calls for it."""
+        return self.method == "gradient" if self.scan is None else self.scan
+
+    def limits(self, n_points: int) -> Limits:
+        """Limits of the searches of a fit.
+
+        Parameters
+        ----------
+        n_points
+            Number of fitted points, over which chi-square is averaged.
+        """
+        goal_loss = None
+        if self.goal is not None:
+            goal_loss = self.goal**2 * (n_points if self.objective == "chi_square" else 1)
+        return Limits(self.max_steps, self.max_evaluations, self.max_seconds, goal_loss)
+
+
+def _require_positive(name: str, value: object) -> None:
+    require_number(name, value)
+    if not 0 < value < float("inf"):  # type: ignore[operator]
+        raise InputRefusedError(f"{name} is {value}; it must be positive and finite.")

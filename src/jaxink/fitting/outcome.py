@@ -1,18 +1,27 @@
-"""Possible outcomes of a search for a minimum."""
+"""Possible outcomes of a search for a minimum, and what is kept of it."""
 
 import dataclasses
 import enum
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from jaxink.display.brief import brief_repr
+
+_GO_ON = "or go on from this result by giving its folder as the sample"
 
 
 class Outcome(enum.Enum):
     """How a search ended."""
 
     CONVERGED = "converged: the first-order conditions hold within the bounds"
-    MAX_STEPS = "did not converge: the limit on the number of evaluations was reached"
+    GOAL = "stopped at its goal, which need not be a minimum"
+    MAX_STEPS = f"did not converge: the limit of steps was reached; raise max_steps (--max-steps), {_GO_ON}"
+    MAX_EVALUATIONS = (
+        "did not converge: the limit of evaluations was reached; raise max_evaluations (--max-evaluations), "
+        f"{_GO_ON}"
+    )
+    MAX_SECONDS = f"did not converge: the time limit was reached; raise max_seconds (--max-seconds), {_GO_ON}"
     STALLED = (
         "did not converge: no step lowers the misfit further, but the first-order conditions do not hold"
     )
@@ -24,6 +33,36 @@ class Outcome(enum.Enum):
         """Whether a minimum was found."""
         return self is Outcome.CONVERGED
 
+    @property
+    def is_as_asked(self) -> bool:
+        """Whether the search ended as it should: in a minimum, or at the goal that the user set."""
+        return self in (Outcome.CONVERGED, Outcome.GOAL)
+
+
+@dataclasses.dataclass(frozen=True)
+class SearchPath:
+    """The way of a search: one entry for each evaluation that lowered the loss, the start first.
+
+    Parameters
+    ----------
+    evaluations, jacobians
+        Number of evaluations of the objective alone and of Jacobians up to there.
+    seconds
+        Run time up to there, without compilation.
+    loss
+        Loss there.
+    unit
+        Free parameters there, scaled to [0, 1].
+    """
+
+    __repr__ = brief_repr
+
+    evaluations: Int[np.ndarray, " entries"]
+    jacobians: Int[np.ndarray, " entries"]
+    seconds: Float[np.ndarray, " entries"]
+    loss: Float[np.ndarray, " entries"]
+    unit: Float[np.ndarray, "entries parameters"]
+
 
 @dataclasses.dataclass(frozen=True)
 class Search:
@@ -32,14 +71,15 @@ class Search:
     Parameters
     ----------
     method
-        ``gradient`` or ``simplex``; ``scan`` or ``profile`` for all searches of a scan or of the profiles
-        combined.
+        Name of the method; ``scan`` or ``profile`` for all searches of a scan or of the profiles combined.
     outcome
         How it ended.
     start, unit
         Free parameters scaled to [0, 1], at the start and at the end.
     loss_start, loss
         Sum of squares of the objective there.
+    steps
+        Number of steps.
     jacobians, evaluations
         Number of evaluations of the Jacobian, and of the objective alone. Each trial point of the
         gradient-based search is a Jacobian, accepted or not.
@@ -48,11 +88,11 @@ class Search:
     decrement
         Decrease in the loss that the undamped step promises: the first-order test.
     triangle, gradient
-        R of the QR factorisation of the final Jacobian J, and J^T r; None for the simplex.
+        R of the QR factorisation of the final Jacobian J, and J^T r; None for a method without a Jacobian.
     predicted
         Predicted BSDF at the end, 1/sr.
     path
-        Loss after each step.
+        The way to the end.
     """
 
     __repr__ = brief_repr
@@ -63,6 +103,7 @@ class Search:
     unit: np.ndarray
     loss_start: float
     loss: float
+    steps: int
     jacobians: int
     evaluations: int
     run_seconds: float
@@ -71,4 +112,4 @@ class Search:
     triangle: np.ndarray | None
     gradient: np.ndarray | None
     predicted: np.ndarray
-    path: tuple[float, ...]
+    path: SearchPath

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, cast
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.display.card import Card, Presented
 from jaxink.effects import AugmentedModel, forward_model
 from jaxink.errors import InputRefusedError
@@ -66,8 +67,21 @@ class DerivedQuantity:
 
 
 @dataclasses.dataclass(frozen=True)
+class PathSummary:
+    """The way of a search, with the values of each parameter; see `jaxink.fitting.outcome.SearchPath`."""
+
+    evaluations: tuple[int, ...]
+    jacobians: tuple[int, ...]
+    seconds: tuple[float, ...]
+    loss: tuple[float, ...]
+    values: dict[str, tuple[float, ...]]
+
+    __repr__ = brief_repr
+
+
+@dataclasses.dataclass(frozen=True)
 class SearchSummary:
-    """One search of the fit; see `jaxink.fitting.outcome.Search`."""
+    """One search of the fit; see `jaxink.fitting.outcome.Search`. An older result has no path."""
 
     method: str
     outcome: str
@@ -79,11 +93,12 @@ class SearchSummary:
     evaluations: int
     run_seconds: float
     compile_seconds: float
+    path: PathSummary | None = None
 
     @property
     def is_single(self) -> bool:
         """Whether it is one search from one start, not several combined."""
-        return self.method in ("gradient", "simplex")
+        return self.method not in ("scan", "profile")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,7 +195,7 @@ class FitResult(SavedInFolder, Presented):
 
     @property
     def converged(self) -> bool:
-        """Whether the fit ended in a minimum."""
+        """Whether the fit ended in a minimum; one that stopped at its goal did not."""
         return self.outcome.converged
 
     @cached_property
@@ -194,6 +209,16 @@ class FitResult(SavedInFolder, Presented):
         verdict = judge_fit(self.outcome, self.objective, whitened, n_free, bounds)
         mistakes = mistakes_sentence(self.mistakes, verdict.reduced_chi_square)
         return dataclasses.replace(verdict, sentence=f"{verdict.sentence} {mistakes}".rstrip())
+
+    @property
+    def run_seconds(self) -> float:
+        """Run time of everything that was searched: the scan, all starts, refinement and profiles."""
+        return sum(search.run_seconds for search in self.searches)
+
+    @property
+    def compile_seconds(self) -> float:
+        """Time of all compilation before these searches."""
+        return sum(search.compile_seconds for search in self.searches)
 
     @property
     def values(self) -> dict[str, float]:
@@ -298,6 +323,8 @@ class FitResult(SavedInFolder, Presented):
                 "sentence": self.outcome.value,
             },
             "verdict": self.verdict,
+            "run_seconds": self.run_seconds,
+            "compile_seconds": self.compile_seconds,
             "data_file": DATA_FILE,
             "source": self.data.source,
         }

@@ -25,7 +25,8 @@ class FitVerdictCode(enum.StrEnum):
     NOT_CONVERGED = "not_converged", "the search did not end in a minimum"
     NOT_JUDGED = (
         "not_judged",
-        "the noise is unknown, the objective is not chi-square, or there are not more points than parameters",
+        "the noise is unknown, the objective is not chi-square, there are not more points than parameters, "
+        "or the fit stopped at its goal",
     )
 
     def __new__(cls, code: str, meaning: str):
@@ -105,10 +106,15 @@ def judge_fit(
         reduced = chi_square / freedom
         if objective == "chi_square":
             code = _judged(chi_square, freedom)
-    if not outcome.converged:
+    if outcome is Outcome.GOAL:
+        code = FitVerdictCode.NOT_JUDGED
+    elif not outcome.converged:
         code = FitVerdictCode.NOT_CONVERGED
-    holds = code not in (FitVerdictCode.MISFIT, FitVerdictCode.NOT_CONVERGED)
-    if code is FitVerdictCode.NOT_JUDGED:
+    holds = outcome is not Outcome.GOAL and code not in (FitVerdictCode.MISFIT, FitVerdictCode.NOT_CONVERGED)
+    if outcome is Outcome.GOAL:
+        known = "" if reduced is None else f" (reduced chi-square there: {reduced:.4g})"
+        sentence = f"The misfit is not judged: the fit {outcome.value}{known}."
+    elif code is FitVerdictCode.NOT_JUDGED:
         sentence = _why_not_judged(objective, whitened, reduced)
     else:
         sentence = _sentence(code, outcome, reduced, at_bound)

@@ -8,9 +8,15 @@ from jaxink.plots.fit_figures import FIGURE_FOLDER, cut_figure, figures, residua
 if TYPE_CHECKING:
     from jaxink.plots.corner import corner_figure
     from jaxink.plots.lobe_figures import lobe_figure, table_lobe_figure
+    from jaxink.plots.progress import progress_figure
 
 # Their modules import matplotlib.
-_LATER = {"corner_figure": "corner", "lobe_figure": "lobe_figures", "table_lobe_figure": "lobe_figures"}
+_LATER = {
+    "corner_figure": "corner",
+    "lobe_figure": "lobe_figures",
+    "progress_figure": "progress",
+    "table_lobe_figure": "lobe_figures",
+}
 
 __all__ = [
     "FIGURE_FOLDER",
@@ -18,6 +24,7 @@ __all__ = [
     "cut_figure",
     "figures",
     "lobe_figure",
+    "progress_figure",
     "residual_map",
     "save_figures",
     "table_lobe_figure",

@@ -160,7 +160,7 @@ def _quantities(effect: DeclaredEffect) -> dict[str, Quantity]:
 def _require_simple(name: str, table: dict[str, Any], quantities: dict[str, Quantity]) -> None:
     """Reject numbers by wavelength: effects have one value for all."""
     for key in quantities.keys() & table.keys():
-        if isinstance(table[key], dict) and {"per_wavelength", "dispersion"} & table[key].keys():
+        if isinstance(table[key], dict) and {"per_wavelength", "shape", "dispersion"} & table[key].keys():
             raise InputRefusedError(
                 f"effects.{name}.{key} depends on the wavelength; an effect has one value for all of them."
             )

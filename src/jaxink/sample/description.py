@@ -145,7 +145,9 @@ class Sample(Presented):
             One of the wavelengths at which the parameters are given.
         """
         at = f"@{wavelength_nm:g}"
-        plain = {n.removesuffix(at): v for n, v in values.items() if "@" not in n or n.endswith(at)}
+        plain = {n: v for n, v in values.items() if "@" not in n}
+        # A value at the wavelength takes the place of the mean over all of them.
+        plain |= {n.removesuffix(at): v for n, v in values.items() if n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
 
     def card(self) -> Card:

@@ -120,9 +120,10 @@ def read_dispersion(
         if value is None:
             raise missing(each, key, coefficient)
         entry = parameter_entry(value, each, coefficient)
-        if "per_wavelength" in entry:
+        by_wavelength = next((k for k in ("per_wavelength", "shape") if k in entry), None)
+        if by_wavelength is not None:
             raise InputRefusedError(
-                f"{each} has per_wavelength, but the dispersion already gives the index at each wavelength; "
+                f"{each} has {by_wavelength}, but the dispersion already gives the index at each wavelength; "
                 "remove it."
             )
         parameters.append(parameter_of(each, entry, coefficient))

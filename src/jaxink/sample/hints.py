@@ -57,6 +57,7 @@ _WORDS = {
     "min and max": "bounds range limits",
     "standard_deviation": "std sd sigma",
     "tie": "tied equal_to same_as expression formula",
+    "shape": "spectrum spectral_shape relative_values ratios profile",
     "lit_side": "lit illuminated illuminated_side",
 }
 # Further words for a value.

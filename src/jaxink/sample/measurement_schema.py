@@ -15,7 +15,7 @@ TOP = {
     "wavelength_nm": Entry(
         f"number or list, {WAVELENGTH_NM.lowest:g} ... {WAVELENGTH_NM.highest:g}",
         "all of the measurement",
-        "rows with other wavelengths are omitted; required if a parameter has `per_wavelength`",
+        "rows with other wavelengths are omitted; required if a parameter has `per_wavelength` or `shape`",
     ),
     "lit_side": Entry("name", "the first layer", "check only: layers are listed from the illuminated side"),
     "surroundings": Entry("table", "air on both sides", "see below"),
@@ -56,6 +56,12 @@ NUMBER = {
         "`false`",
         "separate values at each of `wavelength_nm`: `value` is a list by ascending wavelength, or one "
         "number for all",
+    ),
+    "shape": Entry(
+        "list of numbers, 0 or more",
+        "none",
+        "values at each of `wavelength_nm` in these ratios, in ascending order of wavelength; `value`, "
+        "`free`, `min`, `max`, `prior` and `tie` are then those of their mean",
     ),
 }
 INSTRUMENT = {

@@ -1,12 +1,26 @@
 """Reading the numbers of a sample file: parameters, one for each wavelength if needed, and dispersions."""
 
+import dataclasses
+import math
 from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample.dispersion import Dispersion, read_dispersion
-from jaxink.sample.entries import missing, parameter_entry, parameter_of, true_or_false
+from jaxink.sample.entries import (
+    is_list_of_numbers,
+    missing,
+    parameter_entry,
+    parameter_of,
+    true_or_false,
+)
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.quantity import Quantity
+
+# Quantities that are the same in light of any wavelength.
+_WITHOUT_SPECTRUM = (
+    *("thickness_mm", "thickness_um", "radius_nm", "radius_variance_ln", "volume_fraction"),
+    *("beam_diameter_mm", "detector_diameter_mm"),
+)
 
 
 class ParameterReader:
@@ -38,18 +52,59 @@ class ParameterReader:
             self.parameters.extend(coefficients)
             return
         entry = parameter_entry(given, name, quantity)
-        if true_or_false(entry, "per_wavelength", False, f"{name}: per_wavelength"):
+        if isinstance(entry.get("tie"), list):
+            raise InputRefusedError(
+                f"{name} has a list of ties; a tie is one expression. For values in fixed ratios at the "
+                "wavelengths, write shape = [...] with one number for each, and free or tie for their mean."
+            )
+        if "shape" in entry:
+            self.parameters += self._in_fixed_ratios(name, key, entry, quantity)
+        elif true_or_false(entry, "per_wavelength", False, f"{name}: per_wavelength"):
             self.parameters += self._at_each_wavelength(name, entry, quantity)
         else:
             self.parameters.append(parameter_of(name, entry, quantity))
 
-    def _at_each_wavelength(self, name: str, entry: dict[str, Any], quantity: Quantity) -> list[Parameter]:
-        wavelengths, values = self.wavelengths_nm, entry.get("value")
-        if not wavelengths:
+    def _in_fixed_ratios(
+        self, name: str, key: str, entry: dict[str, Any], quantity: Quantity
+    ) -> list[Parameter]:
+        """The mean over the wavelengths, and the values at them, tied to it."""
+        if key in _WITHOUT_SPECTRUM:
+            raise InputRefusedError(f"{name} has a shape, but is the same at every wavelength; remove it.")
+        self._require_wavelengths(name, "a shape")
+        shape, n = entry["shape"], len(self.wavelengths_nm)
+        if not is_list_of_numbers(shape) or len(shape) != n or min(shape) < 0 or max(shape) == 0:
             raise InputRefusedError(
-                f"{name} has per_wavelength = true, but the file gives no wavelengths; write "
+                f"{name}: shape must be a list of {n} numbers, one for each wavelength in ascending order, "
+                "none negative and not all 0."
+            )
+        if "per_wavelength" in entry or isinstance(entry.get("value"), list):
+            raise InputRefusedError(
+                f"{name} has a shape, which gives the ratios of the values at the wavelengths; write value = "
+                "<their mean>, without per_wavelength."
+            )
+        mean = parameter_of(name, {k: v for k, v in entry.items() if k != "shape"}, quantity)
+        factors = [float(one) * n / math.fsum(shape) for one in shape]
+        if mean.tie is None:
+            _require_possible(mean, factors, quantity)
+        limits = quantity.lowest, quantity.highest, quantity.unit
+        return [
+            dataclasses.replace(mean, shape=tuple(map(float, shape))),
+            *(
+                Parameter(f"{name}@{wavelength:g}", math.nan, False, *limits, f"{factor!r} * {name}")
+                for wavelength, factor in zip(self.wavelengths_nm, factors, strict=True)
+            ),
+        ]
+
+    def _require_wavelengths(self, name: str, what: str) -> None:
+        if not self.wavelengths_nm:
+            raise InputRefusedError(
+                f"{name} has {what}, but the file gives no wavelengths; write "
                 "wavelength_nm = [...] at the top."
             )
+
+    def _at_each_wavelength(self, name: str, entry: dict[str, Any], quantity: Quantity) -> list[Parameter]:
+        self._require_wavelengths(name, "per_wavelength = true")
+        wavelengths, values = self.wavelengths_nm, entry.get("value")
         values = values if isinstance(values, list) else [values] * len(wavelengths)
         if len(values) != len(wavelengths):
             raise InputRefusedError(
@@ -60,3 +115,14 @@ class ParameterReader:
         each = [common if value is None else common | {"value": value} for value in values]
         pairs = zip(wavelengths, each, strict=True)
         return [parameter_of(f"{name}@{wavelength:g}", one, quantity) for wavelength, one in pairs]
+
+
+def _require_possible(mean: Parameter, factors: list[float], quantity: Quantity) -> None:
+    """Reject a mean whose values at the wavelengths may be impossible, at the start or in a fit."""
+    for value in (mean.minimum, mean.maximum) if mean.free else (mean.value,):
+        for factor in (min(factors), max(factors)):
+            if not quantity.lowest <= factor * value <= quantity.highest:
+                raise InputRefusedError(
+                    f"{mean.name}: with its shape, a mean of {value:g} gives {factor * value:g} at a "
+                    f"wavelength; it must lie between {quantity.lowest:g} and {quantity.highest:g}."
+                )

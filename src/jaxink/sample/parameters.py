@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.display.card import CardTable
 from jaxink.display.named_rows import NamedRows
 from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of
@@ -58,12 +59,17 @@ class Parameter:
     multimodal
         Whether the misfit may have many minima along it, as along the radius of a sphere with resonances; a
         fit then scans the range first.
+    shape
+        Of a mean over the wavelengths of the file: the ratios of the values at them, in ascending order; else
+        empty. The values themselves are parameters ``name@wavelength`` that are tied to it.
 
     Raises
     ------
     InputRefusedError
         If value or range are not numbers, the tie is not a string, the range is empty, or the scale unknown.
     """
+
+    __repr__ = brief_repr
 
     name: str
     value: float
@@ -75,6 +81,7 @@ class Parameter:
     prior: Prior | None = None
     scale: str = "linear"
     multimodal: bool = False
+    shape: tuple[float, ...] = ()
 
     def __post_init__(self):
         if self.tie is not None:

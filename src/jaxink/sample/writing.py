@@ -174,11 +174,12 @@ def _entry(parameter: Parameter) -> str:
 
 def _parts(p: Parameter) -> dict[str, str]:
     """Keys of the table of one number; a fixed one has its value only."""
+    shape = {"shape": _list(p.shape)} if p.shape else {}
     if p.tie is not None:
-        return {"tie": _word(p.tie)}
+        return {"tie": _word(p.tie)} | shape
     if not p.free:
-        return {"value": repr(p.value)}
-    parts = {"value": repr(p.value), "free": "true", "min": repr(p.minimum), "max": repr(p.maximum)}
+        return {"value": repr(p.value)} | shape
+    parts = {"value": repr(p.value), "free": "true", "min": repr(p.minimum), "max": repr(p.maximum)} | shape
     if p.prior is not None:
         prior = {"mean": repr(p.prior.mean), "standard_deviation": repr(p.prior.standard_deviation)}
         parts["prior"] = _inline(prior)

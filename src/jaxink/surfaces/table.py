@@ -17,6 +17,8 @@ from jaxink.surfaces.slopes import slope_density
 
 # Added to the angle before taking the logarithm; below this, in degrees, a surface is practically smooth.
 _SMOOTH_DEG = 0.3
+# Distance beyond the ends of the range, relative to half its logarithm, that is due to rounding.
+_ROUNDING = 1e-9
 # Nodes of the angle per factor of e in its range, and their largest and smallest number.
 _NODES_PER_E, _MOST_NODES, _FEWEST_NODES = 4, 24, 6
 
@@ -41,11 +43,14 @@ class RoughTable(eqx.Module):
         if n_nodes == 1:
             return jax.tree.map(lambda values: values[0], self.interface)
         low, high = (math.log(limit + _SMOOTH_DEG) for limit in self.sigma_deg)
-        x = jnp.clip((2 * jnp.log(sigma_deg + _SMOOTH_DEG) - low - high) / (high - low), -1.0, 1.0)
-        # A sum of Chebyshev polynomials, unlike a barycentric quotient, is differentiable at the nodes.
-        angle = jnp.arccos(jnp.clip(x, -1 + 1e-14, 1 - 1e-14))
+        x = (2 * jnp.log(sigma_deg + _SMOOTH_DEG) - low - high) / (high - low)
+        # At the ends of the range a clipped value, and an angle arccos(x), have no one-sided derivative.
+        x = jnp.where(jnp.abs(x) > 1 + _ROUNDING, jnp.clip(x, -1.0, 1.0), x)
+        polynomials = [jnp.ones_like(x), x]
+        while len(polynomials) < n_nodes:
+            polynomials.append(2 * x * polynomials[-1] - polynomials[-2])
         degrees = np.arange(n_nodes)
-        share = jnp.where(degrees == 0, 1.0, 2.0) * jnp.cos(degrees * angle) / n_nodes
+        share = np.where(degrees == 0, 1.0, 2.0) * jnp.stack(polynomials) / n_nodes
         weights = share @ np.cos(np.outer(degrees, _angles(n_nodes)))
         return jax.tree.map(lambda values: jnp.tensordot(weights, values, axes=1), self.interface)
 

@@ -1,0 +1,1 @@
+"""Methods of minimisation compared on published, simulated and measured problems."""

@@ -1,0 +1,70 @@
+"""Performance profiles (Dolan, More 2002) and data profiles (More, Wild 2009) of the methods."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.optimisers.judgement import Judged, Variant
+from jaxink.plots.figure import PageFigure, blank_figure
+
+_WIDE, _TALL = 4.2, 3.2
+# The compared methods, in the order of the legend: own, baseline, others.
+_STYLES = ("-", "--")
+
+
+def draw(problems: Sequence[Judged], variants: Sequence[Variant], path: Path) -> None:
+    """Both profiles of some variants on the same problems, side by side."""
+    with blank_figure(2 * _WIDE + 4.3, _TALL + 1.1) as page:
+        _performance(page, problems, variants)
+        _data(page, problems, variants)
+        path.write_bytes(page.png())
+
+
+def _style(number: int, variant: Variant) -> dict:
+    if variant.method == "gradient":
+        return {"color": "black", "linewidth": 2.2}
+    return {"color": f"C{number % 10}", "linestyle": _STYLES[number // 10 % 2], "linewidth": 1.2}
+
+
+def _performance(page: PageFigure, problems: Sequence[Judged], variants: Sequence[Variant]) -> None:
+    axes = page.panel(0.7, 0.6, _WIDE, _TALL)
+    table = []
+    for problem in problems:
+        each = [list(problem.efforts(variant, lambda entry: entry[2])) for variant in variants]
+        table += [list(column) for column in zip(*each, strict=True)]
+    seconds = np.array(table)
+    least = np.min(seconds, axis=1, keepdims=True)
+    # A case that no method solves counts as unsolved for all.
+    ratio = np.where(np.isfinite(seconds), seconds / np.where(np.isfinite(least), least, 1.0), np.inf)
+    factors = np.geomspace(1, 300, 400)
+    for number, variant in enumerate(variants):
+        share = [np.mean(ratio[:, number] <= factor) for factor in factors]
+        axes.plot(factors, share, label=variant.title, **_style(number, variant))
+    _finish(axes, "seconds relative to the quickest method", "share of searches that reach the best minimum")
+    axes.set_xscale("log")
+
+
+def _data(page: PageFigure, problems: Sequence[Judged], variants: Sequence[Variant]) -> None:
+    axes = page.panel(_WIDE + 1.3, 0.6, _WIDE, _TALL)
+    budgets = np.geomspace(1, 1000, 400)
+    for number, variant in enumerate(variants):
+        groups: list[float] = []
+        for problem in problems:
+            # A Jacobian counts as much as one by differences.
+            cost = problem.n + 1
+            groups += problem.efforts(variant, lambda entry, cost=cost: (entry[0] + cost * entry[1]) / cost)
+        share = [np.mean(np.array(groups) <= budget) for budget in budgets]
+        axes.plot(budgets, share, label=variant.title, **_style(number, variant))
+    _finish(axes, "evaluations / (parameters + 1), a Jacobian counting as parameters + 1", "")
+    axes.set_xscale("log")
+    axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False, fontsize=8)
+
+
+def _finish(axes, x: str, y: str) -> None:
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
+    axes.set_ylim(-0.02, 1.02)
+    axes.grid(True, color="0.9", linewidth=0.6)
+    axes.tick_params(labelsize=8)
+    axes.spines[["top", "right"]].set_visible(False)

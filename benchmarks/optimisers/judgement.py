@@ -1,0 +1,140 @@
+"""What the kept searches of one problem say."""
+
+import dataclasses
+import statistics
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from jaxink.fitting.methods import METHODS
+
+# A search has reached the best known minimum if its loss is within this share of the best one.
+WITHIN = 0.01
+_SAME = 1e-6
+
+
+@dataclasses.dataclass(frozen=True)
+class Variant:
+    """A method, alone or after a scan."""
+
+    method: str
+    scan: bool
+
+    @property
+    def title(self) -> str:
+        """Its name in tables."""
+        return f"{self.method}, after the scan" if self.scan else self.method
+
+
+@dataclasses.dataclass(frozen=True)
+class Judged:
+    """One problem with its kept searches.
+
+    Parameters
+    ----------
+    name, kind
+        Problem and kind of objective.
+    rows, n
+        Number of residuals and of parameters.
+    searches
+        Kept lines by variant and start.
+    """
+
+    name: str
+    kind: str
+    rows: int
+    n: int
+    searches: dict[Variant, dict[int, dict]]
+
+    @classmethod
+    def of(cls, name: str, kind: str, rows: int, n: int, lines: list[dict]) -> "Judged":
+        """From the lines of a problem."""
+        found: dict[Variant, dict[int, dict]] = {}
+        for method in METHODS:
+            for scan in (False, True):
+                of_variant = [x for x in lines if x["method"] == method and x.get("scan") is scan]
+                if of_variant:
+                    found[Variant(method, scan)] = {x["start"]: x for x in of_variant}
+        return cls(name, kind, rows, n, found)
+
+    @property
+    def best(self) -> dict:
+        """The search with the lowest loss of all."""
+        every = (line for lines in self.searches.values() for line in lines.values())
+        return min((line for line in every if line["loss"] is not None), key=lambda line: line["loss"])
+
+    @property
+    def target(self) -> float:
+        """Loss at which the best known minimum counts as reached."""
+        return (1 + WITHIN) * self.best["loss"]
+
+    @property
+    def default(self) -> Variant:
+        """What `jaxink.fit` does by default: a scan comes first if a radius is free."""
+        after = Variant("gradient", True)
+        return after if after in self.searches else Variant("gradient", False)
+
+    def rms(self, loss: float) -> float:
+        """Root mean square residual: an RMSD, or in standard deviations of the noise."""
+        return float(np.sqrt(loss / self.rows)) if self.kind == "chi_square" else float(np.sqrt(loss))
+
+    def share(self, variant: Variant) -> tuple[int, int]:
+        """Number of starts that reached the best known minimum, and of all."""
+        lines = self.searches[variant].values()
+        return sum(line["loss"] is not None and line["loss"] <= self.target for line in lines), len(lines)
+
+    def median(self, variant: Variant, of: Callable[[dict], float | None]) -> float | None:
+        """Median over the starts."""
+        known = [value for line in self.searches[variant].values() if (value := of(line)) is not None]
+        return statistics.median(known) if known else None
+
+    def parameter_error(self, line: dict) -> float | None:
+        """Largest distance of a parameter from the best minimum, in its standard errors there.
+
+        Of an objective other than chi-square, the standard errors are those that its misfit would cause.
+        """
+        deviation = self._deviation()
+        if line["loss"] is None or deviation is None:
+            return None
+        known = np.isfinite(deviation) & (deviation > 0)
+        distance = np.abs(np.array(line["unit"]) - np.array(self.best["unit"]))[known] / deviation[known]
+        return float(np.max(distance, initial=0.0))
+
+    def _deviation(self) -> np.ndarray | None:
+        with_errors = [
+            line
+            for lines in self.searches.values()
+            for line in lines.values()
+            if line["deviation"] is not None and line["loss"] is not None
+        ]
+        if not with_errors:
+            return None
+        best = min(with_errors, key=lambda line: line["loss"])
+        deviation = np.array([np.nan if d is None else d for d in best["deviation"]])
+        if self.kind != "chi_square":
+            deviation = deviation * np.sqrt(best["loss"] / max(self.rows - self.n, 1))
+        return deviation
+
+    def speed_up(self) -> list[float]:
+        """How many times faster than the simplex alone the default reaches the simplex's own final loss.
+
+        By start; 0 where it does not.
+        """
+        default, simplex = self.searches[self.default], self.searches.get(Variant("simplex", False), {})
+        found = []
+        for start in default.keys() & simplex.keys():
+            end = simplex[start]["path"][-1]
+            reached = effort_at(default[start], end[3] * (1 + _SAME), lambda entry: entry[2])
+            found.append(0.0 if reached is None else end[2] / max(reached, 1e-9))
+        return found
+
+    def efforts(self, variant: Variant, measure: Callable[[list], float]) -> Iterator[float]:
+        """Effort up to the best known minimum by start; infinite where it was not reached."""
+        for line in self.searches[variant].values():
+            reached = effort_at(line, self.target, measure)
+            yield np.inf if reached is None else reached
+
+
+def effort_at(line: dict, loss: float, measure: Callable[[list], float]) -> float | None:
+    """Effort at which a search reached a loss; None if it did not."""
+    return next((measure(entry) for entry in line["path"] if entry[3] is not None and entry[3] <= loss), None)

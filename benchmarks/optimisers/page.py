@@ -1,0 +1,159 @@
+"""docs/optimisers.md from the kept searches."""
+
+import statistics
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from benchmarks.optimisers.figures import draw
+from benchmarks.optimisers.judgement import Judged, Variant
+from benchmarks.optimisers.problems import PRINTED, Posed
+from benchmarks.optimisers.searches import BUDGET, N_STARTS
+from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
+from jaxink.fitting.methods import METHODS
+
+_FOLDER = Path(__file__).parent
+# Share of starts, and speed-up over the simplex, that the default method should reach.
+_ENOUGH, _FASTER = 0.95, 10.0
+
+
+def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]]) -> None:
+    """Write the page and its figures from the lines of each problem."""
+    judged = []
+    for name, lines in kept.items():
+        if any(line["method"] != "scan" for line in lines):
+            objective = pose[name]().objective
+            rows, n = len(objective.measured), len(objective.free)
+            judged.append(Judged.of(name, objective.kind, rows, n, lines))
+    missing = [name for name in kept if name not in {one.name for one in judged}]
+    complete = [one for one in judged if {v.method for v in one.searches} == set(METHODS)]
+    text = filled(
+        _FOLDER / "page.md.in",
+        machine=machine(),
+        n_starts=N_STARTS,
+        evaluations=BUDGET.evaluations,
+        seconds=BUDGET.seconds,
+        overview=overview(judged),
+        verdict=verdict(judged),
+        missing=f"Not run yet: {', '.join(f'`{name}`' for name in missing)}." if missing else "",
+        figures=figures(complete),
+        sections="\n\n".join(section(one) for one in judged),
+    )
+    write_page("optimisers.md", text)
+
+
+def overview(judged: list[Judged]) -> str:
+    """The default method and the simplex on every problem."""
+    header = ["problem", "residuals", "parameters", "starts", "best rms residual", "published", "its steps"]
+    header += ["default: reached", "Jacobians", "seconds", "simplex alone: reached", "evaluations", "seconds"]
+    header += ["default faster, times"]
+    rows = []
+    for one in judged:
+        default, simplex = one.default, Variant("simplex", False)
+        printed = PRINTED.get(one.name, ("", ""))
+        row = [f"`{one.name}`", str(one.rows), str(one.n), str(one.share(default)[1])]
+        row += [_rms(one, one.best["loss"]), *printed, _share(one, default)]
+        row += [_median(one, default, "jacobians", 0), _median(one, default, "seconds", 2)]
+        if simplex in one.searches:
+            row += [_share(one, simplex), _median(one, simplex, "evaluations", 0)]
+            row += [_median(one, simplex, "seconds", 2), f"{statistics.median(one.speed_up()):.2g}"]
+        else:
+            row += [""] * 4
+        rows.append(row)
+    return table(header, rows)
+
+
+def verdict(judged: list[Judged]) -> str:
+    """Where the default method reaches its target, and where it does not."""
+    lines = []
+    rare = [one for one in judged if _ratio(one, one.default) < _ENOUGH]
+    compared = [one for one in judged if one.speed_up()]
+    slow = [one for one in compared if statistics.median(one.speed_up()) < _FASTER]
+    lines.append(
+        f"The default reaches the best known minimum from at least {100 * _ENOUGH:.0f} % of the starts on "
+        f"{len(judged) - len(rare)} of {len(judged)} problems" + _except(rare) + "."
+    )
+    lines.append(
+        f"At the median over the starts it is at least {_FASTER:.0f} times faster to the simplex's own final "
+        f"loss on {len(compared) - len(slow)} of {len(compared)}" + _except(slow) + "."
+    )
+    return "\n".join(lines)
+
+
+def _except(problems: list[Judged]) -> str:
+    return f" (not on {', '.join(f'`{one.name}`' for one in problems)})" if problems else ""
+
+
+def figures(complete: list[Judged]) -> str:
+    """Profiles of all methods alone, and after the scan, on the problems where all were run."""
+    if not complete:
+        return "No problem has been searched by all methods yet."
+    parts = []
+    for scan, file, what in (
+        (False, "optimisers-alone.png", "each method alone"),
+        (True, "optimisers-after-scan.png", "each method after the same scan"),
+    ):
+        chosen = [one for one in complete if not scan or Variant("gradient", True) in one.searches]
+        common = [_common(one) for one in chosen]
+        if not chosen:
+            continue
+        draw(common, [Variant(method, scan) for method in METHODS], REPOSITORY / "docs" / file)
+        names = ", ".join(f"`{one.name}`" for one in common)
+        parts.append(f"![Profiles of {what}]({file})\n\nProfiles of {what}, on {names}.")
+    return "\n\n".join(parts)
+
+
+def _common(one: Judged) -> Judged:
+    """A problem with the starts that all methods have searched from."""
+    starts = set.intersection(*(set(lines) for lines in one.searches.values()))
+    searches = {v: {k: lines[k] for k in sorted(starts)} for v, lines in one.searches.items()}
+    return Judged(one.name, one.kind, one.rows, one.n, searches)
+
+
+def section(one: Judged) -> str:
+    """All methods on one problem."""
+    header = ["method", "reached", "converged", "evaluations", "Jacobians", "seconds", "rms residual"]
+    header += ["parameter error, s.e."]
+    rows = []
+    for variant in one.searches:
+        lines = one.searches[variant].values()
+        converged = sum(line["outcome"] == "converged" for line in lines)
+        loss = one.median(variant, lambda line: line["loss"])
+        error = one.median(variant, one.parameter_error)
+        rows.append(
+            [
+                f"**{variant.title}**" if variant == one.default else variant.title,
+                _share(one, variant),
+                f"{converged} of {len(lines)}",
+                _median(one, variant, "evaluations", 0),
+                _median(one, variant, "jacobians", 0),
+                _median(one, variant, "seconds", 2),
+                "" if loss is None else _rms(one, loss),
+                "" if error is None else f"{error:.2g}",
+            ]
+        )
+    return f"## `{one.name}`\n\n{table(header, rows)}"
+
+
+def _rms(one: Judged, loss: float) -> str:
+    value = one.rms(loss)
+    return {
+        "chi_square": f"{value:.4f} sigma",
+        "absolute": f"{value:.4g} /sr",
+        "relative": f"{100 * value:.4g} %",
+        "logarithmic": f"{100 * value:.4g} %",
+    }[one.kind]
+
+
+def _ratio(one: Judged, variant: Variant) -> float:
+    reached, of = one.share(variant)
+    return reached / of
+
+
+def _share(one: Judged, variant: Variant) -> str:
+    reached, of = one.share(variant)
+    return f"{reached} of {of}"
+
+
+def _median(one: Judged, variant: Variant, key: str, digits: int) -> str:
+    value = one.median(variant, lambda line: line[key])
+    return "" if value is None else f"{value:.{digits}f}"

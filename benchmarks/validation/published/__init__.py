@@ -1,0 +1,1 @@
+"""The published reconstructions repeated on simulated stand-ins."""

@@ -1,0 +1,135 @@
+"""An objective's compiled programs, the same for all methods of minimisation."""
+
+import copy
+import time
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.fitting.objective import Objective
+from jaxink.fitting.programs import arrays_of, program_of
+from jaxink.numerics.compiling import Tiered, hastily
+from jaxink.numerics.weak_cache import WeakCache
+
+# Number of runs above which optimised compilation pays: of Jacobians, and of residuals alone.
+_MANY_JACOBIANS, _MANY_RESIDUALS = 1000, 3000
+
+
+class Point(NamedTuple):
+    """An objective at one point.
+
+    Parameters
+    ----------
+    unit
+        Free parameters scaled to [0, 1].
+    residual
+        Residual vector, shape ``(rows,)``.
+    predicted
+        Predicted BSDF, 1/sr.
+    jacobian
+        Derivatives of the residual, shape ``(rows, parameters)``; None if they were not computed.
+    """
+
+    unit: np.ndarray
+    residual: np.ndarray
+    predicted: np.ndarray
+    jacobian: np.ndarray | None = None
+
+    @property
+    def loss(self) -> float:
+        """Sum of squares of the residual; infinite where the model is not finite."""
+        # The square of a huge residual may overflow.
+        with np.errstate(over="ignore", invalid="ignore"):
+            loss = float(self.residual @ self.residual)
+        return loss if np.isfinite(loss) else np.inf
+
+    @classmethod
+    def of_loss(cls, unit: Float[np.ndarray, " parameters"], loss: float) -> "Point":
+        """A point of which only the loss is known."""
+        return cls(unit, np.sqrt([loss]), np.zeros(0))
+
+
+class CompiledPrograms:
+    """Compiled programs of one structure of objective, shared by all objectives of that structure."""
+
+    def __init__(self, evaluate):
+        self.ready: set = set()
+
+        def with_jacobian(arrays, unit):
+            def twice(u):
+                value = evaluate(arrays, u)
+                return value[0], value
+
+            jacobian, (residual, predicted) = jax.jacfwd(twice, has_aux=True)(unit)
+            return residual, predicted, jacobian
+
+        def alone(arrays, unit):
+            return evaluate(arrays, unit)
+
+        # Traced once for all programs that call them.
+        self.traced_alone = evaluate
+        self.traced_with_jacobian = jax.jit(with_jacobian)
+        self.with_jacobian = Tiered(with_jacobian, _MANY_JACOBIANS)
+        self.alone = Tiered(alone, _MANY_RESIDUALS)
+        self.once = hastily(alone)
+
+
+_programs = WeakCache(CompiledPrograms)
+
+
+class CompiledObjective:
+    """The residual of an objective and its Jacobian by forward differentiation, compiled on demand.
+
+    Parameters
+    ----------
+    objective
+        To be evaluated; programs are shared by all objectives of the same structure.
+    """
+
+    def __init__(self, objective: Objective):
+        residual, self.arrays = program_of(objective)
+        self.programs = _programs(residual)
+
+    def on(self, objective: Objective) -> "CompiledObjective":
+        """The same programs for another objective of the same structure."""
+        other = copy.copy(self)
+        other.arrays = arrays_of(objective)
+        return other
+
+    def residual(self, unit: Float[np.ndarray, " parameters"]) -> Point:
+        """The residual at a point."""
+        residual, predicted = self.programs.alone.now()(self.arrays, jnp.asarray(unit))
+        return Point(np.array(unit, float), np.asarray(residual), np.asarray(predicted))
+
+    def linearised(self, unit: Float[np.ndarray, " parameters"]) -> Point:
+        """The residual and its Jacobian at a point."""
+        program = self.programs.with_jacobian.now()
+        residual, predicted, jacobian = program(self.arrays, jnp.asarray(unit))
+        self.programs.ready.add(program)
+        return Point(np.array(unit, float), *map(np.asarray, (residual, predicted, jacobian)))
+
+    def predicted(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " points"]:
+        """Predicted BSDF, 1/sr."""
+        if self.programs.with_jacobian.now() in self.programs.ready:
+            # This program computes more, but is already compiled.
+            return self.linearised(unit).predicted
+        return np.asarray(self.programs.once(self.arrays, jnp.asarray(unit))[1])
+
+    def prepare(self, unit: Float[np.ndarray, " parameters"], jacobian: bool) -> float:
+        """Compile what a search needs, if necessary; return the seconds it took."""
+        programs = self.programs
+        program = (programs.with_jacobian if jacobian else programs.alone).now()
+        if program in programs.ready:
+            return 0.0
+        began = time.perf_counter()
+        jax.block_until_ready(program(self.arrays, jnp.asarray(unit)))
+        programs.ready.add(program)
+        return time.perf_counter() - began
+
+    def count(self, evaluations: int, jacobians: int) -> None:
+        """Take note of runs; programs that have run often are optimised before the next search."""
+        self.programs.alone.now(evaluations)
+        self.programs.with_jacobian.now(jacobians)

@@ -1,0 +1,141 @@
+"""Methods of minimisation as types, and one search by any of them."""
+
+import abc
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.fitting.bounded import DECREMENT, Linearised
+from jaxink.fitting.compiled import CompiledObjective
+from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.outcome import Outcome, Search
+from jaxink.fitting.watched import LimitReached, WatchedObjective
+
+
+@dataclasses.dataclass(frozen=True)
+class Method(abc.ABC):
+    """A method that minimises an objective in a box.
+
+    Parameters
+    ----------
+    seed
+        Of random numbers, for a method that draws them.
+    decrement
+        As of `jaxink.fitting.bounded.DECREMENT`, for the test of the first-order conditions.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    # Limits of a search where the user sets none.
+    usual_limits: ClassVar[Limits]
+    # Whether it computes Jacobians, so that its result has standard errors.
+    has_jacobian: ClassVar[bool]
+
+    seed: int = 0
+    decrement: float = DECREMENT
+
+    @abc.abstractmethod
+    def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
+        """Search from a start by evaluating an objective, which keeps the best point; return how it ended."""
+
+    def prepare(self, compiled: CompiledObjective, start: Float[np.ndarray, " parameters"]) -> float:
+        """Compile what the method calls; return the seconds it took."""
+        return compiled.prepare(start, self.has_jacobian)
+
+
+class WithJacobian(Method):
+    """A method that uses derivatives; its result is tested by the first-order conditions."""
+
+    has_jacobian = True
+    usual_limits = Limits(steps=200)
+
+
+class WithoutDerivatives(Method):
+    """A method that only compares values; it ends by its own criterion."""
+
+    has_jacobian = False
+    usual_limits = Limits(evaluations=2000)
+
+
+def search(
+    method: Method,
+    compiled: CompiledObjective,
+    start: Float[np.ndarray, " parameters"],
+    budget: Budget | None = None,
+    progress: Callable[[int, float], None] | None = None,
+    held: Mapping[int, float] | None = None,
+    own: Limits | None = None,
+) -> Search:
+    """One search from one start.
+
+    Parameters
+    ----------
+    method
+        How to search.
+    compiled
+        What to minimise.
+    start
+        Free parameters scaled to [0, 1].
+    budget
+        Limits of the fit that this search belongs to; None for none.
+    progress
+        Called after each step with its number and the best loss.
+    held
+        Parameters, by position, that are held at a value in [0, 1].
+    own
+        Limits of this search alone; None for the usual ones of the method unless the fit has limits.
+    """
+    budget = Budget(Limits()) if budget is None else budget
+    if own is None:
+        own = method.usual_limits if budget.limits.is_open else Limits()
+    lower, upper = np.zeros_like(start, float), np.ones_like(start, float)
+    at = np.clip(np.asarray(start, float), lower, upper)
+    for position, value in (held or {}).items():
+        lower[position] = upper[position] = at[position] = value
+    compile_seconds = method.prepare(compiled, at)
+    watched = WatchedObjective(compiled, lower, upper, budget.narrowed(own), progress)
+    try:
+        outcome = method.descend(watched, at)
+    except LimitReached as reached:
+        outcome = reached.outcome
+    outcome, end = _ended(method, watched, outcome)
+    seconds = watched.seconds
+    budget.spend(watched.evaluations + watched.jacobians, seconds)
+    compiled.count(watched.evaluations, watched.jacobians)
+    first, best = watched.first, watched.best
+    assert first is not None
+    assert best is not None
+    return Search(
+        method=method.name,
+        outcome=outcome,
+        start=np.asarray(start),
+        unit=best.unit,
+        loss_start=first.loss,
+        loss=best.loss,
+        steps=watched.steps,
+        jacobians=watched.jacobians,
+        evaluations=watched.evaluations,
+        run_seconds=seconds,
+        compile_seconds=compile_seconds,
+        decrement=float("nan") if end is None else end.decrement,
+        triangle=None if end is None else end.triangle,
+        gradient=None if end is None else end.gradient,
+        predicted=best.predicted,
+        path=watched.path(),
+    )
+
+
+def _ended(method: Method, watched: WatchedObjective, outcome: Outcome) -> tuple[Outcome, Linearised | None]:
+    """How a search ended, and the derivatives at its best point if the method has them."""
+    best = watched.complete(method.has_jacobian)
+    end = None if best.jacobian is None else Linearised(best, watched.lower, watched.upper)
+    if not np.isfinite(best.loss):
+        outcome = Outcome.NOT_FINITE
+    elif end is not None and not np.all(np.isfinite(end.triangle)):
+        outcome = Outcome.NO_SLOPE
+    elif end is not None and outcome in (Outcome.CONVERGED, Outcome.STALLED):
+        outcome = Outcome.CONVERGED if end.meets_conditions(method.decrement) else Outcome.STALLED
+    return outcome, end
