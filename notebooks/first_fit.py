@@ -12,7 +12,7 @@
 # From a measured file and a description of the sample to the optical properties of the ink. The measurement
 # is the embedded one: it is **simulated**, so that the truth is known.
 #
-# Needs nothing but jaxink. Takes about 10 s on two cores, most of it compilation.
+# Needs nothing but jaxink. Takes about 10 s of processor time, most of it compilation.
 
 # %%
 import matplotlib.pyplot as plt

@@ -13,7 +13,7 @@
 # notebook compiles it, differentiates it, and maps it over many samples, and uses each for something: which
 # angles see which parameter, which measurement would determine an ink best, and how thick an ink must be.
 #
-# Needs nothing but jaxink. Takes about 30 s on two cores, most of it compilation.
+# Needs nothing but jaxink. Takes about 30 s of processor time, most of it compilation.
 
 # %%
 import jax

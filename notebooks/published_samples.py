@@ -19,7 +19,7 @@
 # Two questions: does the published protocol, one scan in transmission, determine the ink? And does the model
 # matter?
 #
-# Needs the files in `notebooks/data`. Takes about 110 s on two cores, most of it compilation.
+# Needs the files in `notebooks/data`. Takes about 125 s of processor time, most of it compilation.
 
 # %%
 from pathlib import Path

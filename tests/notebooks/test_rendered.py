@@ -56,7 +56,7 @@ def test_a_notebook_says_what_it_needs_and_how_long_it_takes():
         first = cells(NOTEBOOKS / f"{name}.py")[0]
         assert not first.is_code
         assert re.search(
-            r"\bNeeds .*\bTakes\s+(about\s+)?\d+\s+s\s+on\s+two\s+cores", first.source, re.DOTALL
+            r"\bNeeds .*\bTakes\s+(about\s+)?\d+\s+s\s+of\s+processor\s+time", first.source, re.DOTALL
         ), name
 
 
