@@ -61,27 +61,6 @@ def test_commands_are_single_lines_for_a_fresh_machine():
         assert run.startswith(f".venv/bin/{then}")
 
 
-def test_notebook_runs(coarsely, capsys):
-    runpy.run_path(str(ROOT / "notebooks" / "first_fit.py"))
-    slopes = dict(line.split() for line in capsys.readouterr().out.splitlines()[-3:])
-    assert float(slopes["ink.absorption_per_mm"]) < 0 < float(slopes["ink.scattering_per_mm"])
-
-
-@pytest.mark.slow
-def test_posterior_notebook_mixes(coarsely):
-    pytest.importorskip("numpyro")
-    import jax
-
-    try:
-        names = runpy.run_path(str(ROOT / "notebooks" / "posterior.py"))
-    finally:
-        # The notebook switches 64 bits on for good, as a program of its own does.
-        jax.config.update("jax_enable_x64", False)
-    chains = np.asarray(names["samples"]["ink.scattering_per_mm"])
-    assert chains.shape == (2, 1000)
-    assert abs(chains.mean() - names["result"]["ink.scattering_per_mm"].value) < 0.5 * chains.std()
-
-
 @pytest.mark.parametrize(
     "path", sorted(p.relative_to(ROOT).as_posix() for p in [ROOT / "README.md", *ROOT.glob("docs/*.md")])
 )

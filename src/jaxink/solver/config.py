@@ -5,6 +5,7 @@ from typing import Any
 
 import equinox as eqx
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import require_integer
 
 _SIZES = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
@@ -34,6 +35,9 @@ class SolverConfig(eqx.Module):
     InputRefusedError
         If a number is not an integer from 1 to 4096.
     """
+
+    # equinox's own omits numbers that are the defaults.
+    __repr__ = brief_repr
 
     nodes_escaping: int = eqx.field(static=True, default=16)
     nodes_trapped: int = eqx.field(static=True, default=12)
