@@ -154,6 +154,7 @@ def _of_both_faces(measurements, kind: str, config: SolverConfig | None) -> Obje
         data,
         sample,
         noise_of(data, sample.noise),
+        {p.name: p.value for p in sample.parameters.values() if p.is_fixed},
         kind=kind,
         scale=UnitScale.of(free),
         free=tuple(p.name for p in free),
