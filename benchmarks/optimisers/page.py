@@ -114,7 +114,7 @@ def section(one: Judged) -> str:
     rows = []
     for variant in one.searches:
         lines = one.searches[variant].values()
-        converged = sum(line["outcome"] == "converged" for line in lines)
+        converged = sum(line["outcome"] in ("converged", "settled") for line in lines)
         loss = one.median(variant, lambda line: line["loss"])
         error = one.median(variant, one.parameter_error)
         rows.append(

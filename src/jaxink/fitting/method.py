@@ -134,6 +134,8 @@ def _ended(method: Method, watched: WatchedObjective, outcome: Outcome) -> tuple
     end = None if best.jacobian is None else Linearised(best, watched.lower, watched.upper)
     if not np.isfinite(best.loss):
         outcome = Outcome.NOT_FINITE
+    elif end is None and outcome is Outcome.CONVERGED:
+        outcome = Outcome.SETTLED
     elif end is not None and not np.all(np.isfinite(end.triangle)):
         outcome = Outcome.NO_SLOPE
     elif end is not None and outcome in (Outcome.CONVERGED, Outcome.STALLED):

@@ -15,6 +15,8 @@ class Outcome(enum.Enum):
     """How a search ended."""
 
     CONVERGED = "converged: the first-order conditions hold within the bounds"
+    # For methods without derivatives.
+    SETTLED = "converged by the method's own criterion; the first-order conditions are not tested"
     GOAL = "stopped at its goal, which need not be a minimum"
     MAX_STEPS = f"did not converge: the limit of steps was reached; raise max_steps (--max-steps), {_GO_ON}"
     MAX_EVALUATIONS = (
@@ -30,13 +32,13 @@ class Outcome(enum.Enum):
 
     @property
     def converged(self) -> bool:
-        """Whether a minimum was found."""
-        return self is Outcome.CONVERGED
+        """Whether a minimum was found, as far as the method can tell."""
+        return self in (Outcome.CONVERGED, Outcome.SETTLED)
 
     @property
     def is_as_asked(self) -> bool:
         """Whether the search ended as it should: in a minimum, or at the goal that the user set."""
-        return self in (Outcome.CONVERGED, Outcome.GOAL)
+        return self.converged or self is Outcome.GOAL
 
 
 @dataclasses.dataclass(frozen=True)
