@@ -150,7 +150,9 @@ def silence_xla() -> None:
     not know; real failures are raised. A level set by the user is respected.
     """
     if "jaxlib" not in sys.modules:
-        os.environ.setdefault(_LOG_LEVEL, _FATAL_ONLY)
+        # A program that has imported JAX hands its level on to the commands that it starts.
+        if os.environ.get(_LOG_LEVEL, _JAX_OWN) == _JAX_OWN:
+            os.environ[_LOG_LEVEL] = _FATAL_ONLY
         return
     # JAX is imported already: it has read the variable, or set it if it was not set.
     if os.environ.get(_LOG_LEVEL) == _JAX_OWN:
