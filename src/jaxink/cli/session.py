@@ -164,16 +164,9 @@ def silence_xla() -> None:
 
 def prepare_jax() -> None:
     """Import JAX and keep its compiled programs on disk between commands."""
-    import jax
+    from jaxink.numerics.program_store import lend_to_jax
 
-    from jaxink.numerics.program_store import compiled_folder
-
-    # JAX makes the attributes of its configuration at run time.
-    chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
-    folder = None if chosen else compiled_folder()
-    if folder is not None:
-        jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    lend_to_jax()
 
 
 def installed_version() -> str:

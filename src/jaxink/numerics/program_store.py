@@ -129,29 +129,42 @@ def clear_store() -> Stored:
     return stored()
 
 
-@contextmanager
-def kept_by_jax() -> Iterator[None]:
-    """JAX keeps what it compiles in the store, unless the process has chosen a folder of its own."""
+def lend_to_jax() -> float | None:
+    """Let JAX keep what it compiles in the store, unless the process has chosen a folder of its own.
+
+    Returns
+    -------
+    float or None
+        JAX's earlier shortest compile time of what it keeps, in seconds; None if nothing has changed.
+    """
     import jax
 
     # JAX makes the attributes of its configuration at run time.
     config: Any = jax.config
     folder = None if config.jax_compilation_cache_dir else compiled_folder()
     if folder is None:
-        yield
-        return
-    from jax.experimental.compilation_cache import compilation_cache
-
+        return None
     seconds = config.jax_persistent_cache_min_compile_time_secs
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    return seconds
+
+
+@contextmanager
+def kept_by_jax() -> Iterator[None]:
+    """As `lend_to_jax`, and restored afterwards."""
+    seconds = lend_to_jax()
     try:
         yield
     finally:
-        jax.config.update("jax_compilation_cache_dir", None)
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", seconds)
-        # Otherwise JAX would go on using the folder for the caller's own programs.
-        compilation_cache.reset_cache()
+        if seconds is not None:
+            import jax
+            from jax.experimental.compilation_cache import compilation_cache
+
+            jax.config.update("jax_compilation_cache_dir", None)
+            jax.config.update("jax_persistent_cache_min_compile_time_secs", seconds)
+            # Otherwise JAX would go on using the folder for the caller's own programs.
+            compilation_cache.reset_cache()
 
 
 def _path(name: str) -> Path | None:
