@@ -17,7 +17,7 @@ from jaxink.fitting.watched import WatchedObjective
 
 # Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
 _SCAN_VALUES = 48
-_SCAN_JACOBIANS, _ANEW_JACOBIANS = 10, 20
+_DIRECT_JACOBIANS, _SCAN_JACOBIANS, _ANEW_JACOBIANS = 50, 10, 20
 _SCAN_KEPT = 3
 # A scan only ranks the values: their losses need not be exact.
 _SCAN_DECREMENT = 0.1
@@ -105,10 +105,12 @@ def scan(
 ) -> tuple[list[np.ndarray], Search]:
     """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
 
-    All other parameters are fitted at each value of the scanned one, starting from the solution at the
-    previous value, up the range and down again. A fit that ends at a bound is made anew: from the start
-    values on the way up, from the middle of the ranges on the way down. There are up to `_SCAN_KEPT` starts,
-    lowest first; the search ends at the lowest.
+    A search of all parameters from the start values comes first: it costs little, often ends in the right
+    minimum, and leaves a good one where a limit cuts the scan short. Then all other parameters are fitted at
+    each value of the scanned one, starting from the solution at the previous value, up the range and down
+    again. A fit that ends at a bound is made anew: from the start values on the way up, from the middle of
+    the ranges on the way down. There are up to `_SCAN_KEPT` starts, lowest first, after the end of the first
+    search where that is lower; the search ends at the lowest.
 
     Parameters
     ----------
@@ -125,9 +127,12 @@ def scan(
     """
     grid = np.linspace(0.0, 1.0, _SCAN_VALUES)
     found: dict[int, Search] = {}
-    every: list[Search] = []
+    direct = engine.run(first, max_jacobians=_DIRECT_JACOBIANS, within=within)
+    every: list[Search] = [direct]
     at = first
     for number, i in enumerate([*range(_SCAN_VALUES), *reversed(range(_SCAN_VALUES))]):
+        if within is not None and within.is_spent(min(search.loss for search in every)):
+            break
         anew = first if number < _SCAN_VALUES else np.full_like(first, 0.5)
         tried = _fitted(engine, at, anew, {position: float(grid[i])}, within)
         every += tried
@@ -137,14 +142,14 @@ def scan(
             found[i] = here
         if progress is not None:
             progress(number + 1, here.loss)
-        if within is not None and within.is_spent(here.loss):
-            break
     loss = np.array([found[i].loss if i in found else np.inf for i in range(_SCAN_VALUES)])
     loss = np.where(np.isfinite(loss), loss, np.inf)
     padded = np.concatenate([[np.inf], loss, [np.inf]])
     minima = [i for i in found if loss[i] <= min(padded[i], padded[i + 2])]
-    best = sorted(minima, key=lambda i: (loss[i], i))[:_SCAN_KEPT]
-    return [found[i].unit for i in best], together("scan", every, found[best[0]])
+    ends = [found[i] for i in sorted(minima, key=lambda i: (loss[i], i))[:_SCAN_KEPT]]
+    if not ends or direct.loss < ends[0].loss:
+        ends.insert(0, direct)
+    return [end.unit for end in ends], together("scan", every, ends[0])
 
 
 def _fitted(
