@@ -1,7 +1,7 @@
 """The forward model: predicted BSDF at the measured directions from the parameters of a sample."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Protocol, runtime_checkable
 
 import equinox as eqx
@@ -94,6 +94,21 @@ class ForwardModel(eqx.Module):
     def wavelengths_nm(self) -> tuple[float, ...]:
         """Wavelengths of the points, ascending."""
         return self.points.wavelengths_nm
+
+    @property
+    def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
+        """Wavelength of each point."""
+        return np.array(self.wavelengths_nm)[self.points.wavelength_of_point]
+
+    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
+        """Wavelength of each of some parameters that affect no other one.
+
+        Parameters
+        ----------
+        names
+            Names of parameters.
+        """
+        return self.sample.own_wavelengths(names, self.wavelengths_nm)
 
     def sizes(
         self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
