@@ -11,7 +11,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Float
 
 from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms, Point
@@ -145,6 +144,8 @@ class OptimistixLevenbergMarquardt(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.LevenbergMarquardt(_TOLERANCE, _TOLERANCE)
 
 
@@ -156,6 +157,8 @@ class OptimistixDogleg(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.Dogleg(_TOLERANCE, _TOLERANCE)
 
 
@@ -166,6 +169,8 @@ class OptimistixBfgs(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.BFGS(_TOLERANCE, _TOLERANCE)
 
 
@@ -178,6 +183,8 @@ class OptimistixNelderMead(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.NelderMead(_COARSE_TOLERANCE, _COARSE_TOLERANCE, adelta=_FIRST_SIMPLEX)
 
     def effort(self, before, after) -> tuple[int, int]:
