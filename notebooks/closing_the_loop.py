@@ -29,7 +29,7 @@ import jaxink.plots
 from jaxink.data import STRAY_LIGHT_TRUTH, stray_light_example
 from jaxink.diagnosis import read_report
 from jaxink.effects import CATALOGUE
-from jaxink.plots.diagnosis_figures import diagnosis_figures
+from jaxink.plots import diagnosis_figures
 
 # %% [markdown]
 # ## A simulated effect

@@ -28,7 +28,7 @@ import jaxink
 import jaxink.plots
 from jaxink.data import SIMULATED_TRUTH, simulated_example
 from jaxink.effects import CATALOGUE, ReadingEffect
-from jaxink.plots.diagnosis_figures import diagnosis_figures
+from jaxink.plots import diagnosis_figures
 
 LOSS = 0.3
 data_file, sample_file = simulated_example()

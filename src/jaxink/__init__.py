@@ -22,12 +22,13 @@ _HOMES = {
     "jaxink.solver.plan": ("plan_channels",),
     "jaxink.solver.resolution": ("choose_sizes",),
     "jaxink.optics.layers": ("ClearLayer", "ScatteringLayer"),
+    "jaxink.particles.phase_function": ("HenyeyGreenstein", "Rayleigh", "TwoTermHenyeyGreenstein"),
     "jaxink.solver.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.optics.directions": ("Directions",),
-    "jaxink.ink": ("InkTable", "ink_table", "read_ink_table"),
+    "jaxink.ink": ("InkTable", "TableOptions", "ink_table", "read_ink_table"),
     "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose", "load_diagnosis"),
     "jaxink.effects": ("Effect", "forward_model"),
-    "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict"),
+    "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict", "predict_at"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -41,12 +42,13 @@ if TYPE_CHECKING:
         PrecisionError,
         UnsafeVersionError,
     )
-    from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict
-    from jaxink.ink import InkTable, ink_table, read_ink_table
+    from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict, predict_at
+    from jaxink.ink import InkTable, TableOptions, ink_table, read_ink_table
     from jaxink.measurement import GonioData, MaskLimits, NoiseModel, estimate_noise, read
     from jaxink.model.forward import ForwardModel
     from jaxink.optics.directions import Directions
     from jaxink.optics.layers import ClearLayer, ScatteringLayer
+    from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh, TwoTermHenyeyGreenstein
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
     from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
     from jaxink.solver.config import SolverConfig

@@ -4,6 +4,7 @@ import dataclasses
 import enum
 import importlib
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -85,6 +86,12 @@ def test_parameters_are_one_kind_of_thing(example_result):
         assert frame.free.sum() == len(table.free) == 3
 
 
+def test_a_fitted_parameter_shows_few_digits(example_result):
+    shown = repr(example_result["ink.scattering_per_mm"])
+    assert f"value={example_result['ink.scattering_per_mm'].value:.6g}" in shown
+    assert max(map(len, re.findall(r"[0-9.]+", shown))) <= 8
+
+
 def test_covariance_is_that_of_the_standard_errors(example_result):
     found = example_result.covariance
     assert found.names == tuple(p.name for p in example_result.parameters.free)
@@ -114,6 +121,9 @@ def test_frame_of_the_data_has_every_point(example_result):
     assert frame.side.tolist() == data.side.tolist()
     assert frame.masked.tolist().count("user") == 1
     assert frame.masked.iloc[3] == "user"
+    towards = frame.theta_o_deg[(frame.phi_deg == 0)]
+    np.testing.assert_array_equal(frame.signed_theta_o_deg[towards.index], -towards)
+    assert (frame.signed_theta_o_deg[frame.phi_deg == 180] >= 0).all()
     fitted = example_result.to_frame()
     np.testing.assert_array_equal(fitted.predicted_per_sr, example_result.predicted_per_sr)
     np.testing.assert_array_equal(fitted.residual_whitened, example_result.whitened)

@@ -92,6 +92,26 @@ def test_the_session_keeps_its_precision(inputs):
         assert not jax.config.jax_enable_x64
 
 
+def test_prediction_at_chosen_directions(inputs, refused):
+    data, sample = inputs
+    rows = data.select(side="T")
+    columns = rows.theta_i_deg, rows.theta_o_deg, rows.phi_deg
+    found = jaxink.predict_at(sample, *columns, side="T")
+    np.testing.assert_allclose(found.bsdf_per_sr, jaxink.predict(sample, rows), rtol=1e-9)
+    # Signed angles in the plane of incidence, and arguments that broadcast.
+    signed = np.array([-40.0, 0.0, 40.0])
+    pairs = jaxink.predict_at(sample, np.array([[0.0], [30.0]]), signed)
+    assert pairs.theta_i_deg.tolist() == [0, 0, 0, 30, 30, 30]
+    assert pairs.theta_o_deg.tolist() == [40, 0, 40] * 2
+    assert pairs.phi_deg.tolist() == [0, 180, 180] * 2
+    assert not pairs.is_transmission.any()
+    assert pairs.bsdf_per_sr[0] == pytest.approx(pairs.bsdf_per_sr[2], rel=1e-6)
+    with refused("side"):
+        jaxink.predict_at(sample, 0.0, signed, side="reflection")
+    with refused("wavelength_nm"):
+        jaxink.predict_at(dataclasses.replace(sample, wavelengths_nm=(500.0, 550.0)), 0.0, signed)
+
+
 def test_a_parameter_that_the_data_do_not_know_is_called_so(inputs):
     data, sample = inputs
     # Two coefficients that act as a sum only.

@@ -10,7 +10,15 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from jaxink.measurement import GonioData
-from jaxink.plots import corner_figure, cut_figure, figures, lobe_figure, residual_map, save_figures
+from jaxink.plots import (
+    comparison_figure,
+    corner_figure,
+    cut_figure,
+    figures,
+    lobe_figure,
+    residual_map,
+    save_figures,
+)
 from jaxink.plots.cuts import FITTED, MASKED, MEASURED
 from jaxink.plots.scan_views import scan_views
 
@@ -237,6 +245,53 @@ def test_corner_of_samples_draws_them(example_result, refused):
         corner_figure(example_result, ["ink.haze"])
     with refused(names[1]):
         corner_figure(example_result, names, {names[0]: values[names[0]]})
+
+
+def test_corner_marks_the_truth_and_reaches_beyond_it(example_result, refused):
+    names = example_result.covariance.names[:2]
+    value, error = (getattr(example_result[names[0]], name) for name in ("value", "standard_error"))
+    truth = {names[0]: value + 8 * error}
+    figure = corner_figure(example_result, names, truth=truth)
+    for axes in (figure.axes[0], figure.axes[1]):
+        marked = [line for line in axes.lines if line.get_color() == "black"]
+        assert [set(line.get_xdata()) for line in marked] == [{truth[names[0]]}]
+        assert axes.get_xlim()[1] > truth[names[0]]
+    assert not [line for line in figure.axes[2].lines if line.get_color() == "black"]
+    with refused("ink.haze"):
+        corner_figure(example_result, names, truth={"ink.haze": 1.0})
+
+
+def test_comparison_draws_each_fit_and_its_residuals(example_result, ball, refused):
+    other = dataclasses.replace(
+        example_result,
+        predicted_per_sr=1.1 * example_result.predicted_per_sr,
+        whitened=example_result.whitened + 2,
+    )
+    figure = comparison_figure({"Mie": example_result, "HG": other}, 550.0, "R")
+    values, first, second = panels(figure, 3)[0]
+    data = example_result.data
+    here = (data.theta_i_deg == 0) & ~data.is_transmission
+    drawn = [np.sort(line.get_ydata()) for line in values.lines if line.get_linewidth() in (1.2, 1.3)]
+    predicted = np.sort(example_result.predicted_per_sr[here])
+    assert {round(float(np.nanmax(y) / predicted[-1]), 6) for y in drawn} == {1.0, 1.1}
+    assert first.get_ylabel() == "Mie [σ]"
+    assert second.get_ylabel() == "HG [σ]"
+    shift = np.sort(lines(second, MEASURED)[:, 1]) - np.sort(lines(first, MEASURED)[:, 1])
+    np.testing.assert_allclose(shift, 2, rtol=1e-12)
+    assert first.get_ylim() == second.get_ylim()
+    with refused("ball"):
+        comparison_figure({"Mie": example_result, "ball": scattered(example_result, ball)}, 550.0, "R")
+    with refused("results"):
+        comparison_figure({"Mie": example_result}, 550.0, "R")
+
+
+def test_title_has_the_chi_square_that_was_minimised(example_result, told):
+    weighed = dataclasses.replace(example_result.sample, weights=((None, "R", 0.0),))
+    result = dataclasses.replace(example_result, sample=weighed)
+    side_t = example_result.data.is_transmission[example_result.data.used]
+    freedom = side_t.sum() - 3
+    expected = np.sum(example_result.whitened[side_t] ** 2) / freedom
+    told(texts(cut_figure(result, 550.0, "T")), f"weighted reduced χ² {expected:.4g}")
 
 
 def test_lobes_are_those_in_the_plane(example_result, refused):

@@ -12,7 +12,7 @@ from jaxink.effects.volume import Polydispersity
 from jaxink.fitting import FitOptions
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
-from jaxink.plots.diagnosis_figures import diagnosis_figures
+from jaxink.plots.diagnosis_pages import diagnosis_figures
 from jaxink.report import write_report
 from jaxink.report.ink_table import inside_change
 from tests.samples import STRAY_LIGHT, STRAY_PER_SR, TRUTH

@@ -23,7 +23,7 @@ from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import compare_tables
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
-from jaxink.plots.diagnosis_figures import diagnosis_figures, drawn_wavelengths
+from jaxink.plots.diagnosis_pages import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
 from jaxink.report import next_steps, write_report
 from jaxink.report.html import tables

@@ -18,7 +18,7 @@ from benchmarks.pages import data_folder, rms
 from benchmarks.validation.measured.diagnosis_page import DOCS, REPORTS, SPECTRALON_NM, write
 from jaxink.diagnosis import transfer
 from jaxink.measurement import symmetry_repeatability
-from jaxink.plots.diagnosis_figures import diagnosis_figures
+from jaxink.plots.diagnosis_pages import diagnosis_figures
 
 SAMPLES = Path(__file__).parent / "samples"
 OTHER_WAVELENGTHS_NM = (351.0, 633.0, 1064.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
-from benchmarks.validation.published import fits, one_sheet, relief
+from benchmarks.validation.published import boundary, boundary_page, fits, one_sheet, profiles, relief
 from benchmarks.validation.published.conclusions import inside_percent, numbers, side_percent
 from benchmarks.validation.published.figures import draw
 from benchmarks.validation.published.fits import kept, made
@@ -82,14 +82,19 @@ def _inside(found: dict, *components: str) -> str:
     return f"{f'{rms:.0f}' if rms >= 9.5 else f'{rms:.2g}'} ({_percent(largest)})"
 
 
+def _word(key: str) -> tuple[str, str]:
+    """Word and unit of a parameter."""
+    stem, _, wavelength = key.rpartition(".")[2].partition("@")
+    word, unit = _WORDS[stem]
+    return word + (f" at {wavelength}" if wavelength else ""), unit
+
+
 def _parameters(name: str, found: dict) -> str:
     """Fitted values with standard errors, and how far spheres are from the truth."""
     truth = truth_values(name) if name.endswith("-mie") else {}
     parts = []
     for key, p in found["parameters"].items():
-        stem, _, wavelength = key.rpartition(".")[2].partition("@")
-        word, unit = _WORDS[stem]
-        word += f" at {wavelength}" if wavelength else ""
+        word, unit = _word(key)
         error = "" if p["standard_error"] is None else f" ± {p['standard_error']:.2g}"
         off = f", {_percent(100 * (p['value'] / truth[key] - 1))} %" if key in truth else ""
         unknown = found["kind"] == "chi_square" and p["standard_error"] is None
@@ -261,6 +266,14 @@ def main() -> None:
             one_sheet=one_sheet.text(),
             relief=relief.make(),
             relief_picture=relief.picture().name,
+            profiles=profiles.text(_word),
+            lower_minima=profiles.lower_minima(),
+            profiles_seconds=profiles.seconds(),
+            boundary=boundary_page.text(),
+            boundary_picture=boundary_page.picture().name,
+            boundary_seconds=boundary_page.seconds(),
+            joining=f"{boundary_page.joining_percent():.1g}",
+            photons=boundary.N_PHOTONS,
             **numbers(),
             **{ink: f"## {TITLES[ink]}\n\n{text}" for ink, text in sections.items()},
         ),

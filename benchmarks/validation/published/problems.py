@@ -178,8 +178,6 @@ def variants(name: str) -> tuple[str, ...]:
     ink = name.split("-")[0]
     if ink in (COLOURED, SHEET):
         return (PROTOCOL, WEIGHTED, EVERYTHING)
-    if ink == ROUGH:
-        return (PROTOCOL, WEIGHTED, WITH_R, EVERYTHING)
     return (PROTOCOL, WEIGHTED, WITH_R, WITH_T_45, EVERYTHING)
 
 

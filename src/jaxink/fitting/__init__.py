@@ -12,7 +12,7 @@ from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.prediction import predict
+from jaxink.fitting.prediction import predict, predict_at
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 
@@ -35,6 +35,7 @@ __all__ = [
     "make_objective",
     "marked",
     "predict",
+    "predict_at",
     "predict_left_out",
     "prepare_data",
 ]

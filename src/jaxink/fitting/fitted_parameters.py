@@ -51,6 +51,8 @@ class FittedParameter:
     flag: str = ""
     interval: tuple[float, float] | None = None
 
+    __repr__ = brief_repr
+
 
 class FittedParameters(NamedRows[FittedParameter]):
     """All parameters of a fit, in the order of the sample."""

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from jaxink.effects import forward_model
+from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import GonioData
 from jaxink.model.forward import evaluate
-from jaxink.sample import Sample
+from jaxink.sample import Sample, load_sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
 
@@ -49,3 +51,62 @@ def predict(
     """
     data, sample = read_inputs(data, sample)
     return evaluate(forward_model(sample, data, config, accuracy))
+
+
+def predict_at(
+    sample: Sample | str | Path,
+    theta_i_deg: ArrayLike,
+    theta_o_deg: ArrayLike,
+    phi_deg: ArrayLike | None = None,
+    wavelength_nm: ArrayLike | None = None,
+    side: ArrayLike = "R",
+    accuracy: float = DEFAULT_ACCURACY,
+) -> GonioData:
+    """Predict the BSDF of a sample in chosen directions.
+
+    The arguments may be numbers or arrays of shapes that broadcast, so that ``theta_i_deg`` of shape
+    ``(n, 1)`` and ``theta_o_deg`` of shape ``(m,)`` give all pairs.
+
+    Parameters
+    ----------
+    sample
+        Sample, or its file; of a fit, ``result.sample``.
+    theta_i_deg
+        Polar angles of incidence.
+    theta_o_deg
+        Polar angles of view; without ``phi_deg`` signed, in the plane of incidence, negative towards the
+        source.
+    phi_deg
+        Azimuths as in `GonioData`.
+    wavelength_nm
+        Wavelengths; None: the only one of the sample.
+    side
+        ``"R"`` or ``"T"``, or an array of these.
+    accuracy
+        As for `predict`.
+
+    Returns
+    -------
+    GonioData
+        The directions with the predicted BSDF, one point after the other.
+
+    Raises
+    ------
+    InputRefusedError
+        An argument is invalid, or the wavelength is missing.
+    """
+    require_kind("sample", sample, Sample, str, Path)
+    sample = sample if isinstance(sample, Sample) else load_sample(sample)
+    if wavelength_nm is None:
+        if len(sample.wavelengths_nm) != 1:
+            raise InputRefusedError("wavelength_nm is missing; the sample does not have exactly one.")
+        wavelength_nm = sample.wavelengths_nm[0]
+    if not np.isin(side, ("R", "T")).all():
+        raise InputRefusedError(f"side is {side!r}; it must be 'R' or 'T', or an array of these.")
+    view = np.asarray(theta_o_deg, float)
+    phi = np.where(view < 0, 0.0, 180.0) if phi_deg is None else phi_deg
+    polar = np.abs(view) if phi_deg is None else view
+    shaped = np.broadcast_arrays(theta_i_deg, polar, phi, wavelength_nm, np.asarray(side) == "T")
+    columns = [column.ravel() for column in shaped]
+    data = GonioData(*columns, bsdf_per_sr=np.zeros(columns[0].size), source="prediction")
+    return data.replace(bsdf_per_sr=predict(sample, data, accuracy=accuracy))

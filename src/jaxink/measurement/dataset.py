@@ -166,6 +166,11 @@ class GonioData(Presented):
         return theta_i, theta_o, phi, wavelength, is_transmission
 
     @property
+    def signed_theta_o_deg(self) -> Float[np.ndarray, " points"]:
+        """Polar angle of view, negative in the half-space of the source (azimuths below 90 degrees)."""
+        return np.where(np.abs(self.phi_deg) < 90, -self.theta_o_deg, self.theta_o_deg)
+
+    @property
     def used(self) -> Bool[np.ndarray, " points"]:
         """True if no mask excludes the point."""
         return np.equal(self.mask, 0)
@@ -310,12 +315,14 @@ class GonioData(Presented):
     def to_frame(self) -> "pandas.DataFrame":
         """The data as a pandas DataFrame, one line for each point, with the line of the file as index.
 
-        The column ``masked`` names the reasons for which a fit leaves a point out.
+        The column ``masked`` names the reasons for which a fit leaves a point out; ``signed_theta_o_deg`` is
+        the horizontal axis of figures.
         """
         import pandas
 
         names = (*_FLOATS[:4], "side", "bsdf_per_sr", "sigma_per_sr")
         columns = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        columns["signed_theta_o_deg"] = self.signed_theta_o_deg
         columns |= {**self.extra, "masked": np.array(mask_names(self.mask))}
         return pandas.DataFrame(columns, index=pandas.Index(self.row, name="row"))
 

@@ -6,9 +6,13 @@ import equinox as eqx
 from jax.typing import ArrayLike
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
+
 
 class PhaseFunction(eqx.Module):
     """Angular distribution of single scattering, with mean 1 over the sphere (integral 4 pi)."""
+
+    __repr__ = brief_repr
 
     @abc.abstractmethod
     def value(self, scattering_cosine: Float[ArrayLike, "*points"]) -> Float[Array, "*points"]:

@@ -1,4 +1,4 @@
-"""Figures of a fit result; matplotlib is imported on demand and its global state is not changed."""
+"""Figures of fits, diagnoses and ink tables; matplotlib is imported on demand, its global state unchanged."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -6,13 +6,18 @@ from typing import TYPE_CHECKING, Any
 from jaxink.plots.fit_figures import FIGURE_FOLDER, cut_figure, figures, residual_map, save_figures
 
 if TYPE_CHECKING:
+    from jaxink.plots.comparison import comparison_figure
     from jaxink.plots.corner import corner_figure
+    from jaxink.plots.diagnosis_pages import CaptionedFigure, diagnosis_figures
     from jaxink.plots.lobe_figures import lobe_figure, table_lobe_figure
     from jaxink.plots.progress import progress_figure
 
 # Their modules import matplotlib.
 _LATER = {
+    "CaptionedFigure": "diagnosis_pages",
+    "comparison_figure": "comparison",
     "corner_figure": "corner",
+    "diagnosis_figures": "diagnosis_pages",
     "lobe_figure": "lobe_figures",
     "progress_figure": "progress",
     "table_lobe_figure": "lobe_figures",
@@ -20,8 +25,11 @@ _LATER = {
 
 __all__ = [
     "FIGURE_FOLDER",
+    "CaptionedFigure",
+    "comparison_figure",
     "corner_figure",
     "cut_figure",
+    "diagnosis_figures",
     "figures",
     "lobe_figure",
     "progress_figure",

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.plots.cuts import BEFORE, FITTED
-from jaxink.plots.figure import PageFigure, blank_figure
+from jaxink.plots.figure import PageFigure, Style, blank_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,9 @@ _PANEL, _BETWEEN, _LEFT, _RIGHT, _TOP, _BOTTOM = 1.75, 0.12, 1.0, 0.25, 0.5, 0.9
 # Half-width of an axis in standard errors.
 _SPAN = 3.5
 _BINS = 40
+# An axis reaches beyond the truth by this factor.
+_MARGIN = 1.15
+_TRUTH: Style = {"color": "black", "linewidth": 0.9, "linestyle": (0, (4, 2)), "zorder": 3}
 # Ellipses hold these shares of a normal distribution of two variables: one and two standard deviations.
 _LEVELS = (1.0, 2.0)
 _MOST_DOTS = 4000
@@ -29,6 +32,7 @@ def corner_figure(
     result: "FitResult",
     names: Sequence[str] | None = None,
     samples: Mapping[str, Float[np.ndarray, " *samples"]] | None = None,
+    truth: Mapping[str, float] | None = None,
 ) -> PageFigure:
     """Distribution of each fitted parameter and of each pair.
 
@@ -42,11 +46,13 @@ def corner_figure(
         Parameters to draw; None: all that have a standard error.
     samples
         Samples of the posterior by name, of any equal shapes, drawn as histograms and dots; None for none.
+    truth
+        Values by name to mark with black dashes, such as those of a simulation; None for none.
 
     Raises
     ------
     InputRefusedError
-        A parameter has no standard error or no samples, or there is none to draw.
+        A parameter has no standard error or no samples, there is none to draw, or the truth has another name.
     """
     covariance = result.covariance
     chosen = list(covariance.names if names is None else names)
@@ -55,6 +61,9 @@ def corner_figure(
             raise InputRefusedError(f"the standard error of {name}, {no_such_name(covariance.names)}")
         if samples is not None and name not in samples:
             raise InputRefusedError(f"the samples of {name}, {no_such_name(samples)}")
+    for name in truth or {}:
+        if name not in result.parameters:
+            raise InputRefusedError(f"the truth of {name}, {no_such_name(result.parameters)}")
     if not chosen:
         raise InputRefusedError("no fitted parameter has a standard error; there is nothing to draw.")
     at = [covariance.names.index(name) for name in chosen]
@@ -66,13 +75,14 @@ def corner_figure(
         page.write_title(f"{result.data.source or 'Measurement'}: fitted parameters")
         units = [result[name].unit for name in chosen]
         labels = [f"{n} [{u}]" if u else n for n, u in zip(chosen, units, strict=True)]
-        _draw_panels(page, labels, centre, matrix, drawn)
+        marked = np.array([(truth or {}).get(name, np.nan) for name in chosen])
+        _draw_panels(page, labels, centre, matrix, drawn, marked)
     return page
 
 
-def _draw_panels(page: PageFigure, labels: list[str], centre, matrix, samples) -> None:
+def _draw_panels(page: PageFigure, labels: list[str], centre, matrix, samples, truth) -> None:
     n, deviation = len(labels), np.sqrt(np.diag(matrix))
-    reach = _SPAN * deviation
+    reach = np.fmax(_SPAN * deviation, _MARGIN * np.abs(truth - centre))
     for row in range(n):
         for column in range(row + 1):
             x = _LEFT + column * (_PANEL + _BETWEEN)
@@ -84,6 +94,10 @@ def _draw_panels(page: PageFigure, labels: list[str], centre, matrix, samples) -
                 pair = [column, row]
                 _draw_pair(axes, centre[pair], matrix[np.ix_(pair, pair)], samples, pair)
                 axes.set_ylim(centre[row] - reach[row], centre[row] + reach[row])
+                if np.isfinite(truth[row]):
+                    axes.axhline(truth[row], **_TRUTH)
+            if np.isfinite(truth[column]):
+                axes.axvline(truth[column], **_TRUTH)
             _label(axes, labels, row, column, n)
 
 

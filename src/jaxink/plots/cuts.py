@@ -1,7 +1,7 @@
 """In-plane scans of the measured and fitted BSDF, with the residuals below."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -110,7 +110,12 @@ class CutLayout:
         figure.write_below("viewing angle [°], negative towards the source", self._bottom - 0.02)
 
 
-def cut_page(states: Sequence[list[ScanView]], rows: Sequence[ResidualRow], title: str) -> PageFigure:
+def cut_page(
+    states: Sequence[list[ScanView]],
+    rows: Sequence[ResidualRow],
+    title: str,
+    styles: Mapping[str, Style] | None = None,
+) -> PageFigure:
     """One column for each scan of one side and wavelength: values, and rows of residuals below.
 
     Values of all incidences have one scale; the logarithmic panel is left out if they span less than a
@@ -119,13 +124,18 @@ def cut_page(states: Sequence[list[ScanView]], rows: Sequence[ResidualRow], titl
     Parameters
     ----------
     states
-        The scans with one prediction, or with those before and after a correction.
+        The scans with one prediction, or with several.
     rows
         The rows of residuals.
     title
         Of the page.
+    styles
+        Name and style of the line of each prediction; None: one is fitted, two are before and after a
+        correction.
     """
     views = states[0]
+    if styles is None:
+        styles = {"fitted": FITTED} if len(states) == 1 else {"before": BEFORE, "after": FITTED}
     low, high = _log_ends([view for state in states for view in state])
     layout = CutLayout(len(views), len(rows), high > _DECADE * low)
     with blank_figure(*layout.size) as figure:
@@ -135,39 +145,43 @@ def cut_page(states: Sequence[list[ScanView]], rows: Sequence[ResidualRow], titl
             if not seen[0].has_cut:
                 _say_absent(axes, seen[0])
                 continue
-            _draw_column(axes, layout, seen, rows, (low, high))
+            _draw_column(axes, layout, seen, rows, (low, high), tuple(styles.values()))
             if i % layout.columns == 0 or not views[i - 1].has_cut:
                 values = ["BSDF [1/sr], log", "BSDF [1/sr], linear"] if layout.has_log else ["BSDF [1/sr]"]
                 for axis, text in zip(axes, (*values, *(row.label for row in rows)), strict=True):
                     axis.set_ylabel(text, fontsize=9)
-        _draw_legend(figure, states, rows)
+        _draw_legend(figure, states, rows, styles)
     return figure
 
 
 def _draw_column(
-    axes, layout: CutLayout, seen: tuple[ScanView, ...], rows, ends: tuple[float, float]
+    axes,
+    layout: CutLayout,
+    seen: tuple[ScanView, ...],
+    rows,
+    ends: tuple[float, float],
+    styles: tuple[Style, ...],
 ) -> None:
     """Panels of one incidence; ``ends`` are those of the positive values of all incidences."""
     for axis in axes:
         set_angle_axis(axis, axis is axes[-1])
     *logarithmic, linear = axes[: 1 + layout.has_log]
     for axis in (*logarithmic, linear):
-        _draw_values(axis, seen)
+        _draw_values(axis, seen, styles)
     for axis in logarithmic:
         _set_log_axis(axis, ends)
     linear.set_ylim(0, 1.08 * ends[1])
-    styles = (FITTED,) if len(seen) == 1 else (BEFORE, FITTED)
     for axis, row in zip(axes[1 + layout.has_log :], rows, strict=True):
         _draw_residual(axis, seen[row.state], row.limit, styles[row.state])
 
 
-def _draw_values(axes: "Axes", states: tuple[ScanView, ...]) -> None:
+def _draw_values(axes: "Axes", states: tuple[ScanView, ...], styles: tuple[Style, ...]) -> None:
     view = states[0]
     plane = view.in_plane
     shown, hidden = plane & view.used, plane & ~view.used & (view.measured > 0)
     axes.axvline(view.theta_i_deg, **PEAK, zorder=1)
     order = np.argsort(view.signed_deg[shown], kind="stable")
-    for state, style in zip(states[::-1], (FITTED, BEFORE), strict=False):
+    for state, style in zip(states[::-1], styles[::-1], strict=True):
         x, y = (column[shown][order] for column in (state.signed_deg, state.fitted))
         axes.plot(*with_gaps(x, y), **style, zorder=2)
     axes.plot(view.signed_deg[hidden], view.measured[hidden], **MASKED, zorder=1)
@@ -222,11 +236,15 @@ def _say_absent(axes: "tuple[Axes, ...]", view: ScanView) -> None:
     axes[0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0].transAxes, fontsize=9)
 
 
-def _draw_legend(figure: PageFigure, states: Sequence[list[ScanView]], rows: Sequence[ResidualRow]) -> None:
+def _draw_legend(
+    figure: PageFigure,
+    states: Sequence[list[ScanView]],
+    rows: Sequence[ResidualRow],
+    styles: Mapping[str, Style],
+) -> None:
     views = states[0]
     peak = "specular direction" if views[0].side == "R" else "undeviated beam"
-    fits = [("before", BEFORE), ("after", FITTED)] if len(states) > 1 else [("fitted", FITTED)]
-    entries = [("measured", MEASURED), *fits, (peak, PEAK)]
+    entries = [("measured", MEASURED), *styles.items(), (peak, PEAK)]
     if any((view.in_plane & ~view.used).any() for view in views):
         entries.append(("masked, not fitted", MASKED))
     if any(_leaves(view, row.limit) for row in rows for view in states[row.state]):

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from jaxink.errors import InputRefusedError
 from jaxink.plots.scan_views import (
     SIDES,
@@ -143,10 +145,23 @@ def used_views(result: "FitResult", wavelength_nm: float, side: str) -> list[Sca
 
 
 def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> str:
-    merit = result.merit.reduced_chi_square
-    fit = f"{result.method} fit"
-    if merit is not None:
-        fit += f", reduced χ² {merit:.4g} over all scans"
+    fit = f"{result.method} fit{_misfit_words(result)}"
     if not result.converged:
         fit += ", DID NOT CONVERGE"
     return f"{measurement_name(result)}: {SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"
+
+
+def _misfit_words(result: "FitResult") -> str:
+    """Reduced chi-square, by the weights of the sample if it has any, as they were minimised."""
+    merit, whitened = result.merit, result.whitened
+    if merit.reduced_chi_square is None or whitened is None or merit.degrees_of_freedom is None:
+        return ""
+    if not result.sample.weights:
+        return f", reduced χ² {merit.reduced_chi_square:.4g} over all scans"
+    from jaxink.fitting.objective import weights_of
+
+    weight = weights_of(result.data, result.sample)
+    freedom = np.count_nonzero(weight) - (merit.points - merit.degrees_of_freedom)
+    if freedom <= 0:
+        return ", no degree of freedom with its weights"
+    return f", weighted reduced χ² {np.sum(weight * whitened**2) / freedom:.4g} over the scans that weigh"

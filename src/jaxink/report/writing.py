@@ -8,7 +8,7 @@ from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
 from jaxink.ink.comparison import TableComparison
 from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.diagnosis_figures import diagnosis_figures
+from jaxink.plots.diagnosis_pages import diagnosis_figures
 from jaxink.report import html, sections
 from jaxink.report.ink_table import inside_change
 from jaxink.report.next_steps import next_steps

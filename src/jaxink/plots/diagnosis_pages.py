@@ -40,6 +40,9 @@ class CaptionedFigure:
     caption: str
     figure: PageFigure
 
+    def _repr_png_(self) -> bytes:
+        return self.figure.png()
+
 
 def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
     """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
