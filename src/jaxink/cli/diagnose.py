@@ -51,4 +51,6 @@ def run_diagnose(
         show_diagnosis(console(), found, written, next_steps(found, out, inputs))
     if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
+    if found.verdict.code is jaxink.diagnosis.VerdictCode.UNFINISHED:
+        return ExitCode.UNFINISHED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

@@ -31,6 +31,7 @@ class ExitCode(IntEnum):
     UNEXPLAINED = 3
     NOT_CONVERGED = 4
     REFUSED = 5
+    UNFINISHED = 6
     INTERRUPTED = 130
 
 

@@ -14,6 +14,7 @@ from jaxink.diagnosis.findings.transfer import Transfer, transfer
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.procedure import diagnose
+from jaxink.diagnosis.search.allowance import Omission, Task, TimeLimit
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
@@ -51,6 +52,7 @@ __all__ = [
     "HeldOutGain",
     "Location",
     "Observations",
+    "Omission",
     "Points",
     "PreparedScreen",
     "PreparedStructure",
@@ -66,7 +68,9 @@ __all__ = [
     "StructureStatistic",
     "Summary",
     "TangentCone",
+    "Task",
     "Testability",
+    "TimeLimit",
     "Transfer",
     "Verdict",
     "VerdictCode",

@@ -8,6 +8,7 @@ import numpy as np
 
 from jaxink.diagnosis.findings.assembly import diagnosis_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.errors import require_kind
@@ -52,15 +53,39 @@ def diagnose(
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
     follow = progress or log_progress
+    allowance = Allowance(options.time_limit_s)
     if fitted is None:
         data = _without_weightless(data, sample)
         fitted = fit(data, sample, options.fit, progress)
-    result = fitted if fitted.mistakes else check_input(fitted, follow)
+        # The fit of the corrected model, at the end, takes about as long.
+        allowance.reserve(allowance.elapsed_s)
+    result = fitted if fitted.mistakes else _checked(fitted, allowance, follow)
     if any(mistake.is_named for mistake in result.mistakes):
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():
-        return diagnosis_of(search_effects(result, sample, options, follow), follow)
+        return diagnosis_of(search_effects(result, sample, options, follow, allowance), follow)
+
+
+class _TimeIsUp(Exception):  # noqa: N818 - it ends a task, and is no error
+    pass
+
+
+def _checked(fitted: FitResult, allowance: Allowance, follow: Progress) -> FitResult:
+    """The fit with mistakes in its input, or as it is if there is no time to look for them."""
+
+    def follow_in_time(what: str, step: int, misfit: float) -> None:
+        follow(what, step, misfit)
+        if allowance.is_over:
+            raise _TimeIsUp
+
+    if not allowance.permits(Task.INPUT_CHECK):
+        return fitted
+    try:
+        return check_input(fitted, follow_in_time)
+    except _TimeIsUp:
+        allowance.permits(Task.INPUT_CHECK)
+        return fitted
 
 
 def _without_weightless(data: GonioData, sample: Sample) -> GonioData:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.step import Screening, Step
@@ -86,7 +87,8 @@ def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[Candi
 
 def _limit(screening: Screening, c: ScreenedCandidate, direction: Direction, is_checked: bool) -> _Limit:
     limit, status, reason = c.detection_limit, c.status, c.reason
-    if status == Testability.TESTABLE and is_checked:
+    is_checked = is_checked and status == Testability.TESTABLE
+    if is_checked and screening.stage.setup.allowance.permits(Task.LIMIT, [c.name]):
         limit = limit_by_refits(screening.stage, direction, limit, c.critical_z)
     if limit >= direction.largest and status == Testability.TESTABLE:
         status, reason = Testability.HARDLY, "hardly any strength within its range would be detected"

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import best_refit, polished
 from jaxink.diagnosis.search.refit import Refit, estimates
 from jaxink.diagnosis.search.stage import Stage
@@ -9,8 +10,10 @@ from jaxink.diagnosis.search.step import Step
 
 
 def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
-    """A step with its class determined again in the presence of all other effects."""
-    policy = last.setup.policy
+    """A step with its class determined again in the presence of all other effects, if there is time."""
+    policy, allowance = last.setup.policy, last.setup.allowance
+    if not allowance.permits(Task.COMPARISON, [step.effect]):
+        return step
     others = tuple(e for e in last.accepted if e != step.form)
     terms = tuple(term.name for term in step.form.terms)
     found = estimates(last.bench, last.solution)
@@ -22,7 +25,7 @@ def with_class_beside_others(last: Stage, step: Step, n_points: int) -> Step:
     rivals = [
         polished(without, best_refit(without, directions[name]))
         for name in order[: policy.most_rivals]
-        if name != step.effect
+        if name != step.effect and allowance.permits(Task.COMPARISON, [step.effect])
     ]
     close = [
         r

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.candidate_refits import best_refit, polished
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
@@ -18,12 +19,13 @@ from jaxink.numerics.progress import Progress
 
 @dataclasses.dataclass(frozen=True)
 class ForwardSelection:
-    """Choice of the next effect; `follow` is called with the task, its number and chi-square."""
+    """Choice of the next effect while time allows; `follow` gets the task, its number and chi-square."""
 
     options: DiagnosisOptions
     n_points: int
     cross_validation: CrossValidation
     follow: Progress
+    allowance: Allowance
 
     def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
         """The first class of candidates that passes all tests, or None; `screening` collects the refits.
@@ -77,6 +79,8 @@ class ForwardSelection:
 
     def _refit(self, screening: Screening, name: str) -> None:
         refits = screening.refits
+        if not self.allowance.permits(Task.REFIT, [name]):
+            return
         refits[name] = best_refit(screening.stage, screening.directions[name])
         self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
 
@@ -85,8 +89,11 @@ class ForwardSelection:
         refits, policy = screening.refits, self.options.policy
         leading = sorted(refits, key=lambda name: -refits[name].penalised(self.n_points))
         for name in leading[: policy.most_polished]:
-            if refits[name].delta_chi_square >= policy.polish_share * refits[leading[0]].delta_chi_square:
-                refits[name] = polished(screening.stage, refits[name])
+            refit, least = refits[name], policy.polish_share * refits[leading[0]].delta_chi_square
+            if refit.delta_chi_square < least or refit.solution.search.outcome.converged:
+                continue
+            if self.allowance.permits(Task.CONVERGENCE, [name]):
+                refits[name] = polished(screening.stage, refit)
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
         """Whether one effect, or a pair, leaves little misfit, or there was little to begin with."""
@@ -105,6 +112,8 @@ class ForwardSelection:
             return {}
         reach: dict[str, float] = {}
         for refit in [r for r in ranked if not r.effect.own_program][: policy.most_foreseen]:
+            if not self.allowance.permits(Task.PAIR, [refit.effect.name]):
+                continue
             stage = screening.stage
             ahead = Stage(stage.setup, (*stage.accepted, refit.effect), refit.solution.values)
             directions = ahead.directions(with_own=False)
@@ -146,6 +155,9 @@ class ForwardSelection:
             # A strength at a bound of its range has no error, and counts as significant.
             is_clear = error is None or abs(best.strength) > policy.clear_errors * error
             gain = self.cross_validation.gain(screening.stage, best)
+            if gain is None:
+                self.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
+                return None
             if is_clear and gain.improves:
                 return _step(screening, best, members, gain)
         return None

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
@@ -68,13 +69,14 @@ class _Accepted(NamedTuple):
 
 
 def search_effects(
-    fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress
+    fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress, allowance: Allowance
 ) -> SearchResult:
     """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square."""
-    setup, points = _setup(fit, sample, options), Points.of(fit.data)
+    setup, points = _setup(fit, sample, options, allowance), Points.of(fit.data)
     cross_validation = CrossValidation(setup, points, follow)
-    selection = ForwardSelection(options, len(points), cross_validation, follow)
-    stage = first = Stage(setup, (), fit.values)
+    selection = ForwardSelection(options, len(points), cross_validation, follow, allowance)
+    is_in_time = allowance.permits(Task.SCREEN, (effect.name for effect in setup.listed(()).forms))
+    stage = first = Stage(setup if is_in_time else setup.without_candidates(), (), fit.values)
     structure_before = _structure(first, points)
     steps: list[Step] = []
     screenings: list[Screening] = []
@@ -82,6 +84,8 @@ def search_effects(
     for _ in range(2 * options.max_effects + 1):
         follow("screen", len(steps) + 1, stage.solution.chi_square)
         if steps and _is_quiet(_structure(stage, points), options.level):
+            break
+        if steps and not allowance.permits(Task.REPETITION):
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
@@ -91,7 +95,8 @@ def search_effects(
         steps.append(step)
         accepted = _without_superfluous(stage, step, len(points))
         steps = [s for s in steps if s.form in accepted.effects]
-        left, stage = stage, Stage(setup, accepted.effects, accepted.values)
+        ahead = setup.without_candidates() if allowance.is_over else setup
+        left, stage = stage, Stage(ahead, accepted.effects, accepted.values)
         left.release()
     if len(steps) > 1:
         steps = [with_class_beside_others(stage, step, len(points)) for step in steps]
@@ -110,7 +115,7 @@ def search_effects(
     )
 
 
-def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
+def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions, allowance: Allowance) -> Setup:
     data = fit.data
     used = data.used
     return Setup(
@@ -123,6 +128,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         options.screen,
         options.fit.accuracy,
         options.policy,
+        allowance,
     )
 
 
@@ -158,6 +164,8 @@ def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
     refit = step.refit
     effects = (*stage.accepted, step.form)
     for effect in stage.accepted:
+        if not stage.setup.allowance.permits(Task.COMPARISON, [effect.name]):
+            break
         terms = {t.name for t in effect.terms}
         free = tuple(name for name in refit.solution.free if name not in terms)
         neutral = {effect.strength.name: effect.neutral}

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
+from jaxink.diagnosis.search.allowance import Allowance
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.effects import Case, Effect, Listed, Scene, declared_effects, effects_for, extend, undivided
@@ -21,7 +22,8 @@ _FURTHER_SLOTS = 6
 class Setup:
     """What all stages share: sample, measurement and resolution, classes of effects, and thresholds.
 
-    `options` are those of the screen; `accuracy` is the largest relative error of the discretisation.
+    `options` are those of the screen; `accuracy` is the largest relative error of the discretisation;
+    `allowance` is the time for all of them.
     """
 
     sample: Sample
@@ -33,6 +35,11 @@ class Setup:
     options: ScreenOptions
     accuracy: float = DEFAULT_ACCURACY
     policy: SearchPolicy = DEFAULT_POLICY
+    allowance: Allowance = dataclasses.field(default_factory=Allowance)
+
+    def without_candidates(self) -> "Setup":
+        """The same without any effect to look for."""
+        return dataclasses.replace(self, catalogue=())
 
     def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
         """A workbench of the sample with some effects."""

@@ -9,6 +9,7 @@ import jax
 import numpy as np
 from jaxtyping import Int
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.direction import Direction, secants, tangents
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
@@ -105,10 +106,15 @@ class Stage:
         """Columns of all forms at all settings, by name; `with_own`: of those with an own program, too."""
         by_name: dict[str, list[Direction]] = {}
         inside = [e for e in self.listed.forms if not e.own_program]
+        inside = inside if self._may_screen(inside) else []
         shared = tangents(self.bench, self.solution, self.free, inside)
         for direction in [*shared, *(self._all_secants() if with_own else ())]:
             by_name.setdefault(direction.effect.name, []).append(direction.without_rounding())
         return by_name
+
+    def _may_screen(self, effects: Iterable[Effect]) -> bool:
+        task = Task.REPETITION if self.accepted else Task.SCREEN
+        return self.setup.allowance.permits(task, () if self.accepted else (e.name for e in effects))
 
     def _programs(self) -> dict[str, list[Effect]]:
         """Screened effects with programs of their own, by program."""
@@ -122,6 +128,8 @@ class Stage:
         """The fit; meanwhile, programs that the screen will need are compiled."""
 
         def make(effects):
+            if self.setup.allowance.is_over:
+                return
             with jax.enable_x64(True):
                 self.own_bench(effects[0]).predict(values)
 
@@ -142,6 +150,8 @@ class Stage:
         programs = self._programs()
 
         def of(program):
+            if not self._may_screen(programs[program]):
+                return []
             made = self._made.get(program)
             if made is not None and not made.cancelled():
                 made.result()
