@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from jaxink.diagnosis.search.allowance import Allowance, Task
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import best_refit, polished
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
@@ -14,18 +14,16 @@ from jaxink.diagnosis.search.stage import Stage, in_threads
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
-from jaxink.numerics.progress import Progress
+from jaxink.numerics.progress import StepOf
 
 
 @dataclasses.dataclass(frozen=True)
 class ForwardSelection:
-    """Choice of the next effect while time allows; `follow` gets the task, its number and chi-square."""
+    """Choice of the next effect while time allows."""
 
     options: DiagnosisOptions
     n_points: int
     cross_validation: CrossValidation
-    follow: Progress
-    allowance: Allowance
 
     def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
         """The first class of candidates that passes all tests, or None; `screening` collects the refits.
@@ -38,7 +36,7 @@ class ForwardSelection:
         for name in left_out:
             if self._is_enough(screening, reach):
                 break
-            self._refit(screening, name)
+            self._refit(screening, name, len(screening.refits) + len(left_out))
             self._polish(screening)
         return self._accepted(screening, reach)
 
@@ -57,8 +55,9 @@ class ForwardSelection:
         significant = [name for name in significant if self._has_room(stage, directions[name])]
         promise = {name: stage.promise(directions[name]) for name in significant}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
-        for name in (n for n in promise if n not in own):
-            self._refit(screening, name)
+        shared = [name for name in promise if name not in own]
+        for name in shared:
+            self._refit(screening, name, len(promise))
         self._polish(screening)
         drops = [r.delta_chi_square for r in screening.refits.values()]
         likely = max(drops + list(promise.values()), default=0.0)
@@ -68,7 +67,8 @@ class ForwardSelection:
         programs: dict[str, list[str]] = {}
         for name in worth:
             programs.setdefault(directions[name][0].effect.program, []).append(name)
-        in_threads(lambda names: [self._refit(screening, name) for name in names], programs.values())
+        total = len(shared) + len(worth)
+        in_threads(lambda names: [self._refit(screening, name, total) for name in names], programs.values())
         self._polish(screening)
         return [name for name in own if name not in screening.refits]
 
@@ -77,12 +77,14 @@ class ForwardSelection:
         most = self.options.max_parameters
         return most is None or len(stage.free) + len(directions[0].effect.terms) <= most
 
-    def _refit(self, screening: Screening, name: str) -> None:
-        refits = screening.refits
-        if not self.allowance.permits(Task.REFIT, [name]):
+    def _refit(self, screening: Screening, name: str, total: int) -> None:
+        """Refit one of so many effects."""
+        stage, refits = screening.stage, screening.refits
+        if not stage.setup.allowance.permits(Task.REFIT, [name]):
             return
-        refits[name] = best_refit(screening.stage, screening.directions[name])
-        self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
+        lowest = min([stage.solution.chi_square, *(r.solution.chi_square for r in refits.values())])
+        stage.setup.follow(f"refit with {name}", StepOf(len(refits) + 1, total), lowest)
+        refits[name] = best_refit(stage, screening.directions[name])
 
     def _polish(self, screening: Screening) -> None:
         """Continue the leading refits to convergence."""
@@ -92,7 +94,7 @@ class ForwardSelection:
             refit, least = refits[name], policy.polish_share * refits[leading[0]].delta_chi_square
             if refit.delta_chi_square < least or refit.solution.search.outcome.converged:
                 continue
-            if self.allowance.permits(Task.CONVERGENCE, [name]):
+            if screening.stage.setup.allowance.permits(Task.CONVERGENCE, [name]):
                 refits[name] = polished(screening.stage, refit)
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
@@ -111,10 +113,12 @@ class ForwardSelection:
         if not ranked or ranked[0].solution.chi_square < policy.enough_reduced_chi_square * n:
             return {}
         reach: dict[str, float] = {}
-        for refit in [r for r in ranked if not r.effect.own_program][: policy.most_foreseen]:
-            if not self.allowance.permits(Task.PAIR, [refit.effect.name]):
+        stage, leading = screening.stage, [r for r in ranked if not r.effect.own_program]
+        for number, refit in enumerate(leading[: policy.most_foreseen], start=1):
+            if not stage.setup.allowance.permits(Task.PAIR, [refit.effect.name]):
                 continue
-            stage = screening.stage
+            step = StepOf(number, min(len(leading), policy.most_foreseen))
+            stage.setup.follow(f"pairs with {refit.effect.name}", step, refit.solution.chi_square)
             ahead = Stage(stage.setup, (*stage.accepted, refit.effect), refit.solution.values)
             directions = ahead.directions(with_own=False)
             order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
@@ -125,7 +129,6 @@ class ForwardSelection:
             costs = len(refit.effect.terms) * np.log(n)
             ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
             reach[refit.effect.name] = min(ends, default=np.inf)
-            self.follow(f"foresight with {refit.effect.name}", len(reach), refit.solution.chi_square)
         return reach
 
     def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
@@ -156,7 +159,7 @@ class ForwardSelection:
             is_clear = error is None or abs(best.strength) > policy.clear_errors * error
             gain = self.cross_validation.gain(screening.stage, best)
             if gain is None:
-                self.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
+                screening.stage.setup.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
                 return None
             if is_clear and gain.improves:
                 return _step(screening, best, members, gain)

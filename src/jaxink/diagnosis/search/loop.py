@@ -14,6 +14,7 @@ from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import Effect, Scene, model_at
@@ -62,28 +63,30 @@ class SearchResult:
 
 
 class _Accepted(NamedTuple):
-    """Effects, and values of all parameters with them."""
+    """Effects, values of all parameters with them, and a workbench that has their program."""
 
     effects: tuple[Effect, ...]
     values: dict[str, float]
+    bench: Workbench
 
 
 def search_effects(
     fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress, allowance: Allowance
 ) -> SearchResult:
     """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square."""
-    setup, points = _setup(fit, sample, options, allowance), Points.of(fit.data)
-    cross_validation = CrossValidation(setup, points, follow)
-    selection = ForwardSelection(options, len(points), cross_validation, follow, allowance)
+    setup = _setup(fit, sample, options)
+    setup, points = dataclasses.replace(setup, allowance=allowance, follow=follow), Points.of(fit.data)
+    cross_validation = CrossValidation(setup, points)
+    selection = ForwardSelection(options, len(points), cross_validation)
     is_in_time = allowance.permits(Task.SCREEN, (effect.name for effect in setup.listed(()).forms))
     stage = first = Stage(setup if is_in_time else setup.without_candidates(), (), fit.values)
-    structure_before = _structure(first, points)
+    structure = structure_before = _structure(first, points)
     steps: list[Step] = []
     screenings: list[Screening] = []
     # Effects that make each other unnecessary must not alternate forever.
     for _ in range(2 * options.max_effects + 1):
         follow("screen", len(steps) + 1, stage.solution.chi_square)
-        if steps and _is_quiet(_structure(stage, points), options.level):
+        if steps and _is_quiet(structure, options.level):
             break
         if steps and not allowance.permits(Task.REPETITION):
             break
@@ -95,11 +98,15 @@ def search_effects(
         steps.append(step)
         accepted = _without_superfluous(stage, step, len(points))
         steps = [s for s in steps if s.form in accepted.effects]
-        ahead = setup.without_candidates() if allowance.is_over else setup
-        left, stage = stage, Stage(ahead, accepted.effects, accepted.values)
-        left.release()
+        left, stage = stage, Stage(setup, accepted.effects, accepted.values, accepted.bench)
+        structure = _structure(stage, points)
+        if not (_is_quiet(structure, options.level) or allowance.is_over):
+            # Now with all effects that may still be missing.
+            stage = Stage(setup, accepted.effects, stage.solution.values)
+            structure = _structure(stage, points)
+        left.release(kept=stage.bench)
     if len(steps) > 1:
-        steps = [with_class_beside_others(stage, step, len(points)) for step in steps]
+        steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
     return SearchResult(
         options=options,
         fit=fit,
@@ -111,11 +118,11 @@ def search_effects(
         steps=tuple(steps),
         screenings=tuple(screenings),
         structure_before=structure_before,
-        structure_after=_structure(stage, points) if steps else structure_before,
+        structure_after=structure,
     )
 
 
-def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions, allowance: Allowance) -> Setup:
+def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
     data = fit.data
     used = data.used
     return Setup(
@@ -128,7 +135,6 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions, allowance:
         options.screen,
         options.fit.accuracy,
         options.policy,
-        allowance,
     )
 
 
@@ -172,5 +178,6 @@ def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
         without = refit.bench.fit(refit.solution.values | neutral, free)
         if without.chi_square - refit.solution.chi_square < len(terms) * np.log(n_points):
             _LOG.debug("%s is no longer needed", effect.name)
-            return _Accepted(tuple(e for e in effects if e != effect), without.values)
-    return _Accepted(effects, refit.solution.values)
+            left = tuple(e for e in effects if e != effect)
+            return _Accepted(left, without.values, refit.bench)
+    return _Accepted(effects, refit.solution.values, refit.bench)

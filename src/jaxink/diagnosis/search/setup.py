@@ -10,6 +10,7 @@ from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.effects import Case, Effect, Listed, Scene, declared_effects, effects_for, extend, undivided
 from jaxink.measurement import FitNoise, GonioData
+from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
@@ -23,7 +24,7 @@ class Setup:
     """What all stages share: sample, measurement and resolution, classes of effects, and thresholds.
 
     `options` are those of the screen; `accuracy` is the largest relative error of the discretisation;
-    `allowance` is the time for all of them.
+    `allowance` is the time for all of them; `follow` is called with task, step and chi-square.
     """
 
     sample: Sample
@@ -36,6 +37,7 @@ class Setup:
     accuracy: float = DEFAULT_ACCURACY
     policy: SearchPolicy = DEFAULT_POLICY
     allowance: Allowance = dataclasses.field(default_factory=Allowance)
+    follow: Progress = log_progress
 
     def without_candidates(self) -> "Setup":
         """The same without any effect to look for."""
