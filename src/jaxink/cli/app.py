@@ -257,6 +257,9 @@ def diagnose(
         float | None,
         typer.Option(metavar="S", help="Seconds after which to end with the best verdict so far."),
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where a diagnosis with the same --out was stopped.")
+    ] = False,
     accuracy: Accuracy = DEFAULT_ACCURACY,
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
@@ -277,7 +280,8 @@ def diagnose(
         choices |= {"time_limit_s": time_limit}
         columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
         output = _output(json, quiet)
-        raise typer.Exit(run_diagnose(data, sample, out, choices, accuracy, columns, not no_figures, output))
+        arguments = data, sample, out, choices, accuracy, columns, not no_figures, output
+        raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
 
 
 @app.command()

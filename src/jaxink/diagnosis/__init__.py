@@ -18,6 +18,7 @@ from jaxink.diagnosis.search.allowance import Omission, Task, TimeLimit
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
+from jaxink.diagnosis.search.unfinished import Origin, Unfinished
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenResult, Testability
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.statistics.points import Points
@@ -53,6 +54,7 @@ __all__ = [
     "Location",
     "Observations",
     "Omission",
+    "Origin",
     "Points",
     "PreparedScreen",
     "PreparedStructure",
@@ -72,6 +74,7 @@ __all__ = [
     "Testability",
     "TimeLimit",
     "Transfer",
+    "Unfinished",
     "Verdict",
     "VerdictCode",
     "block_folds",

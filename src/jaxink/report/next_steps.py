@@ -50,8 +50,8 @@ def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] =
         return [NextStep("Fix parameters that you know, or measure more points, and diagnose again.")]
     steps = []
     if code is VerdictCode.UNFINISHED:
-        again = _command("diagnose", *measured, "--sample", "SAMPLE.toml", "--out", folder)
-        steps.append(NextStep("Give the diagnosis more time:", again))
+        again = _command("diagnose", *measured, "--sample", "SAMPLE.toml", "--out", folder, "--resume")
+        steps.append(NextStep("Go on where the time limit ended the diagnosis:", again))
     steps += [
         NextStep(f"Measure {f.measurement}: it distinguishes {' from '.join(f.effects)}.")
         for f in diagnosis.further[:1]

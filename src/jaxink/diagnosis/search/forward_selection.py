@@ -1,6 +1,10 @@
 """Choice of the next effect: refits of the candidates of a stage, and the acceptance tests."""
 
 import dataclasses
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from itertools import zip_longest
 
 import numpy as np
 
@@ -33,11 +37,7 @@ class ForwardSelection:
         """
         left_out = self._refit_candidates(screening)
         reach = self._foresight(screening) if with_pairs else {}
-        for name in left_out:
-            if self._is_enough(screening, reach):
-                break
-            self._refit(screening, name, len(screening.refits) + len(left_out))
-            self._polish(screening)
+        self._refit_until_enough(screening, left_out, reach)
         return self._accepted(screening, reach)
 
     def _refit_candidates(self, screening: Screening) -> list[str]:
@@ -56,9 +56,10 @@ class ForwardSelection:
         promise = {name: stage.promise(directions[name]) for name in significant}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
         shared = [name for name in promise if name not in own]
-        for name in shared:
-            self._refit(screening, name, len(promise))
-        self._polish(screening)
+        with _prepared(stage, directions, promise, policy.own_program_share):
+            for name in shared:
+                self._refit(screening, name, len(promise))
+            self._polish(screening)
         drops = [r.delta_chi_square for r in screening.refits.values()]
         likely = max(drops + list(promise.values()), default=0.0)
         is_lost = stage.is_far and not self._is_enough(screening, {})
@@ -71,6 +72,24 @@ class ForwardSelection:
         in_threads(lambda names: [self._refit(screening, name, total) for name in names], programs.values())
         self._polish(screening)
         return [name for name in own if name not in screening.refits]
+
+    def _refit_until_enough(self, screening: Screening, names: list[str], reach: dict[str, float]) -> None:
+        """Refit effects with programs of their own one by one; meanwhile, the next one is compiled."""
+        pool, total = ThreadPoolExecutor(1), len(screening.refits) + len(names)
+        compiled: Future | None = None
+        try:
+            for name, following in zip_longest(names, names[1:]):
+                if self._is_enough(screening, reach):
+                    break
+                if compiled is not None:
+                    compiled.result()
+                if following is not None:
+                    effect = screening.directions[following][0].effect
+                    compiled = pool.submit(screening.stage.prepare, effect)
+                self._refit(screening, name, total)
+                self._polish(screening)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
     def _has_room(self, stage: Stage, directions: list[Direction]) -> bool:
         """Whether the number of free parameters allows for the terms of an effect."""
@@ -157,13 +176,32 @@ class ForwardSelection:
             error = best.estimates()[best.effect.strength.name].standard_error
             # A strength at a bound of its range has no error, and counts as significant.
             is_clear = error is None or abs(best.strength) > policy.clear_errors * error
+            if not is_clear:
+                continue
             gain = self.cross_validation.gain(screening.stage, best)
             if gain is None:
                 screening.stage.setup.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
                 return None
-            if is_clear and gain.improves:
+            if gain.improves:
                 return _step(screening, best, members, gain)
         return None
+
+
+@contextmanager
+def _prepared(
+    stage: Stage, directions: dict[str, list[Direction]], promise: dict[str, float], share: float
+) -> Iterator[None]:
+    """Compile the program of the most promising effect meanwhile, if it is one that will be refitted."""
+    own = [name for name in promise if directions[name][0].effect.own_program]
+    leading = max(own, key=lambda name: promise[name], default=None)
+    others = [promise[name] for name in promise if name not in own]
+    if leading is None or not others or promise[leading] < share * max(others):
+        yield
+        return
+    with ThreadPoolExecutor(1) as pool:
+        made = pool.submit(stage.prepare, directions[leading][0].effect)
+        yield
+        made.result()
 
 
 def _step(screening: Screening, best: Refit, members: tuple[str, ...], gain: HeldOutGain) -> Step:

@@ -11,6 +11,7 @@ from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
 from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
@@ -71,11 +72,16 @@ class _Accepted(NamedTuple):
 
 
 def search_effects(
-    fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress, allowance: Allowance
+    fit: FitResult,
+    sample: Sample,
+    options: DiagnosisOptions,
+    follow: Progress,
+    allowance: Allowance,
+    pieces: Pieces,
 ) -> SearchResult:
     """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square."""
-    setup = _setup(fit, sample, options)
-    setup, points = dataclasses.replace(setup, allowance=allowance, follow=follow), Points.of(fit.data)
+    setup, points = _setup(fit, sample, options), Points.of(fit.data)
+    setup = dataclasses.replace(setup, allowance=allowance, follow=follow, pieces=pieces)
     cross_validation = CrossValidation(setup, points)
     selection = ForwardSelection(options, len(points), cross_validation)
     is_in_time = allowance.permits(Task.SCREEN, (effect.name for effect in setup.listed(()).forms))

@@ -107,6 +107,13 @@ class Stage:
             self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots)
         return self._own[effect.program]
 
+    def prepare(self, effect: Effect) -> None:
+        """Compile the program for refits with an effect that has its own, in any thread."""
+        if not self.setup.allowance.is_over:
+            with jax.enable_x64(True):
+                free = self.free + tuple(term.name for term in effect.terms)
+                self.own_bench(effect).prepare(self.solution.values, free)
+
     def release(self, kept: Workbench) -> None:
         """Drop the compiled programs of a stage that is no longer needed, but for one workbench."""
         for bench in (self.bench, *self._own.values()):
