@@ -36,7 +36,9 @@ def samples() -> dict[str, str]:
     return {
         "smooth": re.sub(r"back_roughness = .*\n", "", text),
         "one density, angle free (from a table)": re.sub(r"sigma_deg = [0-9.]+", _SIGMA, text),
-        "two densities (computed in every step)": re.sub(r"(back_roughness = \{).*\}", rf"\1 {two} }}", text),
+        "two densities, all numbers free (from tables)": re.sub(
+            r"(back_roughness = \{).*\}", rf"\1 {two} }}", text
+        ),
         "waves, K-correlation (computed in every step)": re.sub(
             r"(back_roughness = \{).*\}", rf"\1 {heights} }}", text
         ),
@@ -95,8 +97,10 @@ resolution. Times are medians of {ROUNDS} rounds in which all models take turns.
 
 {table(header, rows)}
 
-A face with one density between fixed indices is tabulated over the range of its angle before the fit.
-Otherwise the integrals over the facets, or over the spectrum of heights, are computed again in every step.
+A face between fixed indices is tabulated over the ranges of its angles before the fit. Two densities are
+tabulated apart: what their facets do at each meeting adds up, and light that meets several of them follows
+from the sum. Otherwise the integrals over the facets, or over the spectrum of heights, are computed again in
+every step.
 """
     write_page("rough.md", text)
 

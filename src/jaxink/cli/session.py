@@ -4,11 +4,13 @@ import dataclasses
 import os
 import shlex
 import sys
+import threading
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -167,6 +169,18 @@ def prepare_jax() -> None:
     from jaxink.numerics.program_store import lend_to_jax
 
     lend_to_jax()
+
+
+def import_meanwhile(*modules: str) -> None:
+    """Import modules that will be needed, in another thread, while this one waits for XLA."""
+
+    def work():
+        # What is wrong with a module is said where it is needed.
+        with suppress(ImportError):
+            for module in modules:
+                import_module(module)
+
+    threading.Thread(target=work, daemon=True).start()
 
 
 def installed_version() -> str:

@@ -28,7 +28,7 @@ def interface_between_channels(
     if isinstance(face, WaveFace):
         return wave_interface(grid, outer, inner, face, config.n_orders)
     sizes = RoughSizes(n_outer=plan.n_outer(stack, k, config))
-    return rough_interface(grid, outer, inner, face, config.n_orders, sizes)
+    return rough_interface(grid, (outer, inner), face, config.n_orders, sizes)
 
 
 def rough_element(

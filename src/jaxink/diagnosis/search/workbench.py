@@ -7,6 +7,7 @@ program therefore fits any choice of parameters and computes any column of the J
 import dataclasses
 from typing import NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -14,6 +15,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene
+from jaxink.fitting.colouring import colours
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, compose
@@ -34,11 +36,28 @@ class SlotObjective(Objective):
     """
 
     position: Int[np.ndarray, " parameters"]
+    directions: int = eqx.field(static=True, default=0)
+
+    @property
+    def variables(self) -> tuple[str | None, ...]:
+        """Names that the slots stand for."""
+        return tuple(self.names[i] if i < len(self.names) else None for i in self.position)
+
+    @property
+    def least_directions(self) -> int:
+        """Enough for the largest fit."""
+        return self.directions
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Values of all names: the constants, replaced by the slots."""
         whole = jnp.asarray(self.constants).at[self.position].set(physical, mode="drop")
         return {name: whole[i] for i, name in enumerate(self.names)}
+
+
+def _directions(model: AugmentedModel, base_free: tuple[str, ...], n_slots: int) -> int:
+    """Directional derivatives of a fit in which the slots that are left stand for effects."""
+    own = model.own_wavelengths(base_free)
+    return 1 + int(max(colours(base_free, own), default=-1)) + n_slots - len(base_free)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,6 +157,7 @@ class Workbench:
             scale=UnitScale.of((_UNUSED,) * n_slots),
             free=tuple(f"slot{i}" for i in range(n_slots)),
             position=np.full(n_slots, len(names)),
+            directions=_directions(model, self.base_free, n_slots),
         )
 
     @property
