@@ -33,6 +33,7 @@ class ExitCode(IntEnum):
     UNEXPLAINED = 3
     NOT_CONVERGED = 4
     REFUSED = 5
+    UNFINISHED = 6
     INTERRUPTED = 130
 
 
@@ -130,7 +131,7 @@ def _fail(sentence: str, code: ExitCode) -> NoReturn:
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Progress | None]:
-    """One line on stderr that follows a fit, or several if it is not a terminal; None if quiet."""
+    """A bar on stderr that follows a computation, or lines if it is not a terminal; None if quiet."""
     if quiet:
         yield None
         return
@@ -138,11 +139,10 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
         with ProgressLines(partial(typer.echo, err=True)) as lines:
             yield lines
         return
-    from rich.console import Console
+    from jaxink.cli.progress_bar import ProgressBar
 
-    console = Console(stderr=True, markup=False, highlight=False)
-    with console.status("compiling ...", refresh_per_second=4) as status:
-        yield lambda what, step, loss: status.update(f"{what}: step {step}, misfit {loss:.6g}")
+    with ProgressBar() as bar:
+        yield bar
 
 
 def silence_xla() -> None:

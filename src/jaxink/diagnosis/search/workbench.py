@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene
 from jaxink.fitting.colouring import colours
@@ -115,6 +116,8 @@ class Workbench:
         Resolution of the solver.
     n_slots
         Largest number of free parameters of a fit.
+    pieces
+        Where results are kept; None to keep none.
     """
 
     def __init__(
@@ -126,7 +129,9 @@ class Workbench:
         config: SolverConfig,
         scene: Scene,
         n_slots: int,
+        pieces: Pieces | None = None,
     ):
+        self._pieces = pieces or Pieces()
         model = AugmentedModel(sample, effects, scene, config)
         self.base, self.effects = sample, model.effects
         table = model.sample.parameters
@@ -185,6 +190,12 @@ class Workbench:
             self._engine = GradientSearch(objective)
         return self._engine.on(objective)
 
+    def prepare(self, values: dict[str, float], free: tuple[str, ...]) -> None:
+        """Compile the program of fits, in a thread of its own if so wished."""
+        if not self._pieces.is_replaying:
+            objective, unit = self._with_slots(values, free, None)
+            self._search(objective).compiled.prepare(unit, jacobian=True)
+
     def release(self) -> None:
         """Drop the compiled programs; they are compiled again when needed."""
         self._engine = None
@@ -200,7 +211,9 @@ class Workbench:
     def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF at the used points, 1/sr."""
         objective, unit = self._with_slots(values, (), None)
-        return self._search(objective).predicted(unit)
+        return self._pieces.once(
+            "prediction", (objective, unit), ARRAY, lambda: self._search(objective).predicted(unit)
+        )
 
     def fit(
         self,
@@ -229,7 +242,12 @@ class Workbench:
         if measured is not None:
             objective = dataclasses.replace(objective, measured=measured)
         held = {i: 0.5 for i in range(len(free), self.n_slots)}
-        search = self._search(objective).run(unit, held, max_jacobians=max_jacobians)
+        search = self._pieces.once(
+            "fit",
+            (objective, unit, held, max_jacobians),
+            SEARCH,
+            lambda: self._search(objective).run(unit, held, max_jacobians=max_jacobians),
+        )
         physical = objective.scale.to_physical(np.asarray(search.unit))
         found = dict(zip(objective.names, objective.constants.tolist(), strict=True))
         found |= dict(zip(free, physical.tolist(), strict=False))
@@ -247,14 +265,19 @@ class Workbench:
         for batch in batches:
             names = (*fixed, *batch)
             objective, unit = self._with_slots(values, names, None)
-            search = self._search(objective)
-            value, jacobian = search.linearised(unit)
+            value, jacobian = self._linearised(objective, unit)
             slope = objective.scale.slope(unit)
             for i, name in enumerate(names):
                 found[name] = -jacobian[:, i] / slope[i]
             residual = value
         columns = [found[name] for name in free]
         return Linearisation(np.stack(columns, axis=1), residual)
+
+    def _linearised(self, objective: SlotObjective, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual and Jacobian in the slots."""
+        return self._pieces.once(
+            "linearisation", (objective, unit), ARRAYS, lambda: self._search(objective).linearised(unit)
+        )
 
     def whiten(
         self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
