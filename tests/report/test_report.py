@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.diagnosis import Verdict, VerdictCode
+from jaxink.diagnosis import Omission, Task, TimeLimit, Verdict, VerdictCode
 from jaxink.effects import Effect, declare
 from jaxink.effects.geometry import Pinholes, UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
@@ -365,8 +365,11 @@ def run(monkeypatch, found, change):
     """Run the command; what it computes is replaced."""
     given = []
 
-    def diagnosed(*arguments):
+    def diagnosed(*arguments, unfinished):
         given.append(arguments)
+        unfinished.begin(found.declared)
+        if run.outcome is None:
+            raise KeyboardInterrupt
         return run.outcome
 
     monkeypatch.setattr(jaxink, "diagnose", diagnosed, raising=False)
@@ -390,13 +393,34 @@ def with_code(found, code):
     return dataclasses.replace(found, verdict=Verdict(code, (), f"It is {code}."))
 
 
+def test_an_interrupted_diagnosis_goes_on_and_cleans_up(run, found, tmp_path, told):
+    out = tmp_path / "out"
+    run.outcome = None
+    done = run(out, "--no-figures")
+    assert done.exit_code == 130
+    told(done.stderr, "--resume")
+    assert (out / "unfinished").is_dir()
+    limit = TimeLimit(1.0, 2.0, (Omission(Task.LIMIT, ("gain",)),))
+    run.outcome = dataclasses.replace(found, time_limit=limit)
+    done = run(out, "--no-figures", "--resume", "--time-limit", "1")
+    told(done.stderr.splitlines()[0], "unfinished")
+    assert run.given[-1][2].time_limit_s == 1
+    told(done.stdout[done.stdout.index("Not done") :].split("\n\n")[0], "gain")
+    # What is missing can still be done.
+    assert (out / "unfinished").is_dir()
+    run.outcome = found
+    assert run(out, "--no-figures", "--resume", "--quiet").exit_code == 0
+    assert names_in(out) == sorted([*ALWAYS, *INSIDE])
+
+
 @pytest.mark.parametrize("code", VerdictCode)
 def test_exit_code_of_each_verdict(code, run, found, tmp_path):
     run.outcome = with_code(found, code)
     done = run(tmp_path / "out", "--no-figures", "--quiet")
     assert (done.stdout, done.stderr) == ("", "")
     unexplained = ("PARTLY_EXPLAINED", "UNEXPLAINED_STRUCTURE", "INPUT_MISTAKE")
-    assert done.exit_code == (3 if code.name in unexplained else 0)
+    left = 6 if code is VerdictCode.UNFINISHED else 0
+    assert done.exit_code == (3 if code.name in unexplained else left)
     assert names_in(tmp_path / "out") == sorted([*ALWAYS, *INSIDE])
     assert f"It is {code}." in (tmp_path / "out" / "report.html").read_text()
 
@@ -467,4 +491,6 @@ def test_failed_writing_leaves_nothing(run, tmp_path, monkeypatch, told):
     done = run(tmp_path / "out", "--no-figures")
     assert done.exit_code == 5
     told(done.stderr, f"jaxink: {tmp_path / 'out'}: ", "No space left on device")
-    assert list(tmp_path.iterdir()) == []
+    # No part of the result; what was computed is kept for --resume.
+    assert list(tmp_path.iterdir()) == [tmp_path / "out"]
+    assert list((tmp_path / "out").iterdir()) == [tmp_path / "out" / "unfinished"]

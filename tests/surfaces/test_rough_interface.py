@@ -13,8 +13,8 @@ from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
-from jaxink.surfaces.slopes import Beckmann, Cauchy, slope_density
-from jaxink.surfaces.table import rough_table
+from jaxink.surfaces.slopes import Beckmann, Cauchy, SlopeMixture, slope_density
+from jaxink.surfaces.table import mixture_table, rough_table
 
 AIR, GLASS = jnp.asarray(1.0), jnp.asarray(1.5)
 GRID = ChannelGrid(jnp.array([1.0, 1.5]), jnp.array([False, True]), (16, 12))
@@ -23,7 +23,7 @@ SIZES = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), 16, coarse_nodes=12)
 
 @pytest.fixture(scope="module")
 def response():
-    return eqx.filter_jit(lambda density: rough_interface(GRID, AIR, GLASS, density, 4, SIZES))
+    return eqx.filter_jit(lambda density: rough_interface(GRID, (AIR, GLASS), density, 4, SIZES))
 
 
 def cases():
@@ -79,14 +79,14 @@ def test_no_light_is_lost_along_any_channel(response, sigma_deg):
 
 
 def test_table_of_angles_is_the_interface_itself():
-    table = rough_table(GRID, (AIR, GLASS), "beckmann", (2.0, 12.0), 4, 16)
+    table = rough_table(GRID, (AIR, GLASS), ("beckmann", (2.0, 12.0)), 4, 16)
     known = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), 16, coarse_nodes=12)
     smooth_light = jnp.sqrt(GRID.squared_cosine(1.5))
 
     def leaving(interface):
         return interface.total.leaving[0][:16] @ smooth_light
 
-    expected = leaving(rough_interface(GRID, AIR, GLASS, slope_density("beckmann", 5.3), 4, known))
+    expected = leaving(rough_interface(GRID, (AIR, GLASS), slope_density("beckmann", 5.3), 4, known))
     np.testing.assert_allclose(leaving(table.at(jnp.asarray(5.3))), expected, rtol=3e-4)
     forward = jax.jacfwd(lambda s: leaving(table.at(s)))(5.3)
     difference = (leaving(table.at(jnp.asarray(5.31))) - leaving(table.at(jnp.asarray(5.29)))) / 0.02
@@ -97,3 +97,27 @@ def test_table_of_angles_is_the_interface_itself():
         difference = (4 * near - 3 * at_end - far) / (2 * inward)
         forward = jax.jacfwd(lambda s: leaving(table.at(s)))(end)
         np.testing.assert_allclose(forward, difference, atol=1e-4 * float(jnp.max(jnp.abs(forward))))
+
+
+def test_table_of_two_densities_is_the_interface_itself():
+    """The densities are tabulated apart; light that meets several facets follows from what both do."""
+    ranges = ("beckmann", (2.0, 12.0)), ("ggx", (10.0, 30.0))
+    table = mixture_table(GRID, (AIR, GLASS), ranges, 4, 16)
+    # Both widths in one quadrature need more nodes.
+    known = RoughSizes(FacetRule(72, 20), FacetRule(72, 8), 16, coarse_nodes=12)
+    smooth_light = jnp.sqrt(GRID.squared_cosine(1.5))
+
+    def leaving(interface):
+        return (interface.total.leaving[:2, :16] @ smooth_light).ravel()
+
+    at = jnp.array([5.3, 17.0, 0.3])
+    densities = slope_density("beckmann", 5.3), slope_density("ggx", 17.0)
+    for share, density in ((0.0, densities[0]), (1.0, densities[1]), (0.3, SlopeMixture(*densities, 0.3))):
+        expected = leaving(rough_interface(GRID, (AIR, GLASS), density, 4, known))
+        found = leaving(table.at(at[0], at[1], jnp.asarray(share)))
+        np.testing.assert_allclose(found, expected, rtol=5e-4)
+    slopes = jax.jacfwd(lambda x: leaving(table.at(*x)))(at)
+    for k, step in enumerate((0.01, 0.01, 0.001)):
+        change = jnp.zeros(3).at[k].set(step)
+        difference = (leaving(table.at(*(at + change))) - leaving(table.at(*(at - change)))) / (2 * step)
+        np.testing.assert_allclose(slopes[:, k], difference, atol=1e-4 * float(jnp.max(jnp.abs(difference))))

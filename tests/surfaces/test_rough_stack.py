@@ -52,7 +52,7 @@ def stack_of(order, density, albedo=1.0):
 
 @eqx.filter_jit
 def _interface(grid, outer, inner, density, sizes):
-    return rough_interface(grid, outer, inner, density, CONFIG.n_orders, sizes)
+    return rough_interface(grid, (outer, inner), density, CONFIG.n_orders, sizes)
 
 
 def plan_with_interfaces(stack):

@@ -34,7 +34,7 @@ app = typer.Typer(
     name="jaxink",
     help="Optical properties of printed and painted inks from goniometer BSDF measurements.",
     epilog="Exit codes: 0 fitted, 3 unexplained misfit, 4 did not converge, 5 invalid input, "
-    "2 unknown option, 1 anything else.",
+    "6 ended by its time limit, 2 unknown option, 1 anything else.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -253,6 +253,13 @@ def diagnose(
         int, typer.Option(metavar="N", help="Number of simulated null data sets (noise only).")
     ] = 2000,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of these data sets.")] = 20260,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Seconds after which to end with the best verdict so far."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where a diagnosis with the same --out was stopped.")
+    ] = False,
     accuracy: Accuracy = DEFAULT_ACCURACY,
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
@@ -270,9 +277,11 @@ def diagnose(
 
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
+        choices |= {"time_limit_s": time_limit}
         columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
         output = _output(json, quiet)
-        raise typer.Exit(run_diagnose(data, sample, out, choices, accuracy, columns, not no_figures, output))
+        arguments = data, sample, out, choices, accuracy, columns, not no_figures, output
+        raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
 
 
 @app.command()

@@ -11,7 +11,7 @@ from jaxink.cli import session
 from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import CORRECTED, DECLARED
+from jaxink.files.result_folder import CORRECTED, DECLARED, UNFINISHED
 from jaxink.files.writing import require_folder
 from jaxink.plots import FIGURE_FOLDER
 
@@ -25,23 +25,35 @@ def run_diagnose(
     columns: dict[str, Any],
     with_figures: bool,
     output: str,
+    is_resumed: bool,
 ) -> ExitCode:
     """Diagnose a measurement and write the report to the folder ``out``.
 
     ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
-    ``tables``, ``json`` or ``quiet``.
+    ``tables``, ``json`` or ``quiet``. ``is_resumed``: go on from what a stopped one left in ``out``.
     """
     require_folder(out, (FIGURE_FOLDER, DECLARED, CORRECTED))
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)
-    with session.progress(quiet=output != "tables") as follow:
-        found = jaxink.diagnose(data, sample, options, follow)
+    unfinished = jaxink.diagnosis.Unfinished(out / UNFINISHED, data, sample, options)
+    if not is_resumed:
+        unfinished.clear()
+    elif output != "quiet":
+        typer.echo(f"jaxink: {unfinished.sentence}", err=True)
+    try:
+        with session.progress(quiet=output != "tables") as follow:
+            found = jaxink.diagnose(data, sample, options, follow, unfinished=unfinished)
+    except KeyboardInterrupt:
+        typer.echo("jaxink: what is finished is kept; go on with the same command and --resume.", err=True)
+        raise
     from jaxink.report import next_steps, write_report
 
     inputs = input_words(data_files, columns)
     written = write_report(found, out, with_figures, inputs)
+    if found.time_limit is None or not found.time_limit.not_done:
+        unfinished.clear()
     if output == "json":
         typer.echo(json_text(found.to_dict()))
     elif output == "tables":
@@ -51,4 +63,6 @@ def run_diagnose(
         show_diagnosis(console(), found, written, next_steps(found, out, inputs))
     if not found.declared.converged:
         return ExitCode.NOT_CONVERGED
+    if found.verdict.code is jaxink.diagnosis.VerdictCode.UNFINISHED:
+        return ExitCode.UNFINISHED
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

@@ -34,6 +34,9 @@ def show_diagnosis(
         to.print(candidate_table(diagnosis))
     rest = len(diagnosis.candidates) - MOST_CANDIDATES
     show_lines(to, "", [f"The report lists {rest} more candidates."] if rest > 0 else [])
+    limit = diagnosis.time_limit
+    if limit is not None:
+        show_lines(to, "Not done within the time limit", [o.described() for o in limit.not_done])
     sentence = diagnosis.location.sentence
     show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
     show_lines(to, "Noise", [diagnosis.declared.noise_sentence])
@@ -50,7 +53,8 @@ def merit_table(diagnosis: "Diagnosis") -> Table:
     states = {"before": diagnosis.before} | ({"after": diagnosis.after} if diagnosis.steps else {})
     for name, summary in states.items():
         table.add_row(name, "fitted", *_merit_cells(summary.fitted))
-        table.add_row(name, "held out", *_merit_cells(summary.held_out))
+        if summary.held_out is not None:
+            table.add_row(name, "held out", *_merit_cells(summary.held_out))
     return table
 
 

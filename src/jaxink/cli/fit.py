@@ -42,6 +42,7 @@ def run_fit(
     session.prepare_jax()
     from jaxink.fitting import check_input
 
+    session.import_meanwhile("xarray", *(["jaxink.plots.cuts"] if formats else []))
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
         result = check_input(jaxink.fit(data, sample, chosen, follow), follow)

@@ -4,11 +4,13 @@ import dataclasses
 import os
 import shlex
 import sys
+import threading
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -31,6 +33,7 @@ class ExitCode(IntEnum):
     UNEXPLAINED = 3
     NOT_CONVERGED = 4
     REFUSED = 5
+    UNFINISHED = 6
     INTERRUPTED = 130
 
 
@@ -128,7 +131,7 @@ def _fail(sentence: str, code: ExitCode) -> NoReturn:
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Progress | None]:
-    """One line on stderr that follows a fit, or several if it is not a terminal; None if quiet."""
+    """A bar on stderr that follows a computation, or lines if it is not a terminal; None if quiet."""
     if quiet:
         yield None
         return
@@ -136,11 +139,10 @@ def progress(quiet: bool = False) -> Iterator[Progress | None]:
         with ProgressLines(partial(typer.echo, err=True)) as lines:
             yield lines
         return
-    from rich.console import Console
+    from jaxink.cli.progress_bar import ProgressBar
 
-    console = Console(stderr=True, markup=False, highlight=False)
-    with console.status("compiling ...", refresh_per_second=4) as status:
-        yield lambda what, step, loss: status.update(f"{what}: step {step}, misfit {loss:.6g}")
+    with ProgressBar() as bar:
+        yield bar
 
 
 def silence_xla() -> None:
@@ -167,6 +169,18 @@ def prepare_jax() -> None:
     from jaxink.numerics.program_store import lend_to_jax
 
     lend_to_jax()
+
+
+def import_meanwhile(*modules: str) -> None:
+    """Import modules that will be needed, in another thread, while this one waits for XLA."""
+
+    def work():
+        # What is wrong with a module is said where it is needed.
+        with suppress(ImportError):
+            for module in modules:
+                import_module(module)
+
+    threading.Thread(target=work, daemon=True).start()
 
 
 def installed_version() -> str:

@@ -14,9 +14,11 @@ from jaxink.diagnosis.findings.transfer import Transfer, transfer
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.procedure import diagnose
+from jaxink.diagnosis.search.allowance import Omission, Task, TimeLimit
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
+from jaxink.diagnosis.search.unfinished import Origin, Unfinished
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenResult, Testability
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.statistics.points import Points
@@ -51,6 +53,8 @@ __all__ = [
     "HeldOutGain",
     "Location",
     "Observations",
+    "Omission",
+    "Origin",
     "Points",
     "PreparedScreen",
     "PreparedStructure",
@@ -66,8 +70,11 @@ __all__ = [
     "StructureStatistic",
     "Summary",
     "TangentCone",
+    "Task",
     "Testability",
+    "TimeLimit",
     "Transfer",
+    "Unfinished",
     "Verdict",
     "VerdictCode",
     "block_folds",

@@ -8,8 +8,11 @@ import numpy as np
 
 from jaxink.diagnosis.findings.assembly import diagnosis_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.pieces import Pieces
+from jaxink.diagnosis.search.unfinished import Unfinished
 from jaxink.errors import require_kind
 from jaxink.fitting import FitResult, check_input, fit
 from jaxink.fitting.inputs import read_inputs
@@ -27,6 +30,7 @@ def diagnose(
     options: DiagnosisOptions | None = None,
     progress: Progress | None = None,
     fitted: FitResult | None = None,
+    unfinished: Unfinished | None = None,
 ) -> Diagnosis:
     """Test whether a model lacks something, identify and add it, and report the error before and after.
 
@@ -42,6 +46,9 @@ def diagnose(
         Called with the task, the step and the misfit.
     fitted
         Fit of this measurement and sample, if there is one already.
+    unfinished
+        Where finished pieces are kept, and taken from if the same diagnosis was stopped before; see
+        `Unfinished`.
 
     Raises
     ------
@@ -52,15 +59,44 @@ def diagnose(
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
     follow = progress or log_progress
+    allowance = Allowance(options.time_limit_s)
+    if fitted is None and unfinished is not None:
+        fitted = unfinished.fitted()
     if fitted is None:
         data = _without_weightless(data, sample)
         fitted = fit(data, sample, options.fit, progress)
-    result = fitted if fitted.mistakes else check_input(fitted, follow)
+        # The fit of the corrected model, at the end, takes about as long.
+        allowance.reserve(allowance.elapsed_s)
+    pieces = Pieces() if unfinished is None else unfinished.begin(fitted)
+    result = fitted if fitted.mistakes else _checked(fitted, allowance, follow)
+    if unfinished is not None and result.mistakes:
+        unfinished.keep(result)
     if any(mistake.is_named for mistake in result.mistakes):
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():
-        return diagnosis_of(search_effects(result, sample, options, follow), follow)
+        return diagnosis_of(search_effects(result, sample, options, follow, allowance, pieces), follow)
+
+
+class _TimeIsUp(Exception):  # noqa: N818 - it ends a task, and is no error
+    pass
+
+
+def _checked(fitted: FitResult, allowance: Allowance, follow: Progress) -> FitResult:
+    """The fit with mistakes in its input, or as it is if there is no time to look for them."""
+
+    def follow_in_time(what: str, step: int, misfit: float) -> None:
+        follow(what, step, misfit)
+        if allowance.is_over:
+            raise _TimeIsUp
+
+    if not allowance.permits(Task.INPUT_CHECK):
+        return fitted
+    try:
+        return check_input(fitted, follow_in_time)
+    except _TimeIsUp:
+        allowance.permits(Task.INPUT_CHECK)
+        return fitted
 
 
 def _without_weightless(data: GonioData, sample: Sample) -> GonioData:

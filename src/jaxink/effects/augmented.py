@@ -3,15 +3,16 @@
 import dataclasses
 import functools
 import operator
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.effects.declared import declared_effects, in_order
+from jaxink.effects.declared import declared_effects, in_order, is_of_catalogue
 from jaxink.effects.kinds import (
     AreaWithOtherSample,
     AreaWithOtherValues,
@@ -106,6 +107,20 @@ class AugmentedModel(eqx.Module):
     def config(self) -> SolverConfig:
         """Resolution of the solver."""
         return self.main.config
+
+    @property
+    def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
+        """As of `ForwardModel`."""
+        return self.scene.wavelength_nm
+
+    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
+        """As of `ForwardModel`; none if an effect of a user's own might mix wavelengths."""
+        mixing = (e for e in self.effects if isinstance(e, ReadingEffect | AreaWithOtherValues))
+        if not all(is_of_catalogue(effect) for effect in mixing):
+            return {}
+        models = (self.main, *(model for _, model in self.others))
+        found = [model.own_wavelengths(names) for model in models]
+        return {name: wave for name, wave in found[0].items() if all(name in each for each in found)}
 
     def sizes(self, values, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"):
         """As of `ForwardModel`."""

@@ -22,6 +22,11 @@ def in_order(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
     return tuple(sorted(effects, key=lambda e: (_POSITION.get(e.name, len(_POSITION)), str(e))))
 
 
+def is_of_catalogue(effect: Effect) -> bool:
+    """Whether an effect is one of the catalogue, not of a user's own."""
+    return type(effect) is _OF_CATALOGUE.get(effect.name)
+
+
 def declared_effects(sample: Sample) -> tuple[Effect, ...]:
     """The effects that a sample declares in tables of their own.
 

@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
-from scipy.interpolate import CubicSpline
 
 from jaxink.display.brief import brief_repr
 
@@ -80,6 +79,9 @@ class Scene(eqx.Module):
         keys = np.column_stack([theta_i_deg, positive_phi, wavelength_nm, is_transmission]).astype(float)
         planes, plane = np.unique(keys, axis=0, return_inverse=True)
         signed = np.where(forward, 1.0, -1.0) * theta_o_deg
+        # Importing it takes a quarter of a second, and few samples need it.
+        from scipy.interpolate import CubicSpline
+
         spline = CubicSpline(np.deg2rad(GRID_DEG), np.eye(GRID_DEG.size))
         at = np.deg2rad(np.clip(signed, GRID_DEG[0], GRID_DEG[-1]))
         waves, wave_of_point = np.unique(np.asarray(wavelength_nm, float), return_inverse=True)

@@ -9,6 +9,8 @@ LARGEST_RESULT_BYTES = 256_000_000
 # Of a diagnosis: its report, and the folders of its two fits.
 REPORT_FILE = "report.json"
 DECLARED, CORRECTED = "declared", "corrected"
+# What a diagnosis has finished while it is not complete.
+UNFINISHED = "unfinished"
 
 
 def result_file(path: Path) -> Path:

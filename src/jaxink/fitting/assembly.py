@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.methods import METHODS
@@ -145,11 +146,13 @@ def _judged(row: FittedParameter, position: int, objective: Objective, found: Fo
 
 
 @eqx.filter_jit
-def _coefficients(objective: Objective, unit):
-    def of(u):
-        return objective.model.coefficients(objective.values(u))
+def _coefficients(objective: Objective, unit, seeds):
+    """Coefficients of the layers, and their derivatives along directions."""
 
-    return of(unit), jax.jacfwd(of)(unit)
+    def along(seed):
+        return jax.jvp(lambda u: objective.model.coefficients(objective.values(u)), (unit,), (seed,))
+
+    return jax.vmap(along, out_axes=(None, 1))(seeds)
 
 
 _QUANTITIES = (
@@ -162,7 +165,8 @@ _QUANTITIES = (
 
 
 def _derived(objective: Objective, best: Search, errors: Covariance | None) -> tuple[DerivedQuantity, ...]:
-    values, slopes = _coefficients(objective, jnp.asarray(best.unit))
+    colouring = Colouring.of(objective)
+    values, slopes = _coefficients(objective, jnp.asarray(best.unit), jnp.asarray(colouring.seeds))
     rows = []
     for layer, coefficients in values.items():
         for i, wavelength in enumerate(objective.model.wavelengths_nm):
@@ -170,7 +174,8 @@ def _derived(objective: Objective, best: Search, errors: Covariance | None) -> t
                 value = float(getattr(coefficients, quantity)[i])
                 if not np.isfinite(value):
                     continue
-                slope = np.asarray(getattr(slopes[layer], quantity)[i])
+                along = np.asarray(getattr(slopes[layer], quantity)[i])
+                slope = colouring.expand_at(along, wavelength)
                 rows.append(DerivedQuantity(layer, wavelength, quantity, value, _propagated(slope, errors)))
     return tuple(rows)
 

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.programs import Structure, arrays_of, program_of
 from jaxink.numerics.compiling import Tiered, hastily
@@ -60,22 +61,21 @@ class CompiledPrograms:
         self.ready: set = set()
         evaluate = structure.residual
 
-        def with_jacobian(arrays, unit):
-            def twice(u):
-                value = evaluate(arrays, u)
-                return value[0], value
+        def with_slopes(arrays, unit, seeds):
+            def along(seed):
+                value, change = jax.jvp(lambda u: evaluate(arrays, u), (unit,), (seed,))
+                return *value, change[0]
 
-            jacobian, (residual, predicted) = jax.jacfwd(twice, has_aux=True)(unit)
-            return residual, predicted, jacobian
+            return jax.vmap(along, out_axes=(None, None, 1))(seeds)
 
         def alone(arrays, unit):
             return evaluate(arrays, unit)
 
         # Traced once for all programs that call them.
         self.traced_alone = evaluate
-        self.traced_with_jacobian = jax.jit(with_jacobian)
-        keys = [structure.key and fingerprint(structure.key, name) for name in ("with_jacobian", "alone")]
-        self.with_jacobian = Tiered(with_jacobian, _MANY_JACOBIANS, keys[0])
+        self.traced_with_slopes = jax.jit(with_slopes)
+        keys = [structure.key and fingerprint(structure.key, name) for name in ("with_slopes", "alone")]
+        self.with_slopes = Tiered(with_slopes, _MANY_JACOBIANS, keys[0])
         self.alone = Tiered(alone, _MANY_RESIDUALS, keys[1])
         self.once = hastily(alone, key=keys[1])
 
@@ -95,11 +95,12 @@ class CompiledObjective:
     def __init__(self, objective: Objective):
         structure, self.arrays = program_of(objective)
         self.programs = _programs(structure)
+        self.colouring = Colouring.of(objective)
 
     def on(self, objective: Objective) -> "CompiledObjective":
         """The same programs for another objective of the same structure."""
         other = copy.copy(self)
-        other.arrays = arrays_of(objective)
+        other.arrays, other.colouring = arrays_of(objective), Colouring.of(objective)
         return other
 
     def residual(self, unit: Float[np.ndarray, " parameters"]) -> Point:
@@ -109,14 +110,16 @@ class CompiledObjective:
 
     def linearised(self, unit: Float[np.ndarray, " parameters"]) -> Point:
         """The residual and its Jacobian at a point."""
-        program = self.programs.with_jacobian.now()
-        residual, predicted, jacobian = program(self.arrays, jnp.asarray(unit))
+        program = self.programs.with_slopes.now()
+        found = program(self.arrays, jnp.asarray(unit), jnp.asarray(self.colouring.seeds))
         self.programs.ready.add(program)
-        return Point(np.array(unit, float), *map(np.asarray, (residual, predicted, jacobian)))
+        residual, predicted, slopes = map(np.asarray, found)
+        jacobian = np.asarray(self.colouring.expand(slopes))
+        return Point(np.array(unit, float), residual, predicted, jacobian)
 
     def predicted(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF, 1/sr."""
-        if self.programs.with_jacobian.now() in self.programs.ready:
+        if self.programs.with_slopes.now() in self.programs.ready:
             # This program computes more, but is already compiled.
             return self.linearised(unit).predicted
         return np.asarray(self.programs.once(self.arrays, jnp.asarray(unit))[1])
@@ -124,15 +127,15 @@ class CompiledObjective:
     def prepare(self, unit: Float[np.ndarray, " parameters"], jacobian: bool) -> float:
         """Compile what a search needs, if necessary; return the seconds it took."""
         programs = self.programs
-        program = (programs.with_jacobian if jacobian else programs.alone).now()
+        program = (programs.with_slopes if jacobian else programs.alone).now()
         if program in programs.ready:
             return 0.0
         began = time.perf_counter()
-        jax.block_until_ready(program(self.arrays, jnp.asarray(unit)))
+        _ = self.linearised(unit) if jacobian else self.residual(unit)
         programs.ready.add(program)
         return time.perf_counter() - began
 
     def count(self, evaluations: int, jacobians: int) -> None:
         """Take note of runs; programs that have run often are optimised before the next search."""
         self.programs.alone.now(evaluations)
-        self.programs.with_jacobian.now(jacobians)
+        self.programs.with_slopes.now(jacobians)

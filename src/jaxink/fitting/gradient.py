@@ -13,7 +13,7 @@ from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.method import WithJacobian, search
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
-from jaxink.fitting.watched import WatchedObjective
+from jaxink.fitting.watched import LimitReached, WatchedObjective
 
 # Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
 _SCAN_VALUES = 48
@@ -23,7 +23,7 @@ _SCAN_KEPT = 3
 _SCAN_DECREMENT = 0.1
 
 
-class Gradient(WithJacobian):
+class Descent(WithJacobian):
     """jaxink's own bounded Levenberg-Marquardt; see `jaxink.fitting.bounded`."""
 
     name, title = "gradient", "gradient method"
@@ -32,6 +32,28 @@ class Gradient(WithJacobian):
         """Search from a start."""
         box = watched.lower, watched.upper
         _, outcome = descend(watched.linearised, start, *box, self.decrement, watched.step)
+        return outcome
+
+
+class Gradient(Descent):
+    """The same, and once more with the parameters that have ended at a bound back in the middle.
+
+    A search may have been driven to a bound far from the minimum, where it stays.
+    """
+
+    def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
+        """Search from a start."""
+        outcome, end = super().descend(watched, start), watched.best
+        assert end is not None
+        lower, upper = watched.lower, watched.upper
+        at_bound = (upper > lower) & ((end.unit <= lower) | (end.unit >= upper))
+        if outcome is not Outcome.CONVERGED or not at_bound.any():
+            return outcome
+        try:
+            super().descend(watched, np.where(at_bound, (lower + upper) / 2, end.unit))
+        except LimitReached:
+            if watched.best is not end:
+                raise
         return outcome
 
 
@@ -93,7 +115,7 @@ class GradientSearch:
             See `jaxink.fitting.bounded.DECREMENT`.
         """
         own = Limits(steps=max_jacobians or self.max_jacobians)
-        return search(Gradient(decrement=decrement), self.compiled, start, within, progress, held, own)
+        return search(Descent(decrement=decrement), self.compiled, start, within, progress, held, own)
 
 
 def scan(

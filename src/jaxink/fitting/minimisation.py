@@ -3,11 +3,10 @@
 import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
-from jaxink.effects import AugmentedModel, Scene, settled
+from jaxink.effects import Scene, settled
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import Found, assemble
 from jaxink.fitting.compiled import CompiledObjective
@@ -21,7 +20,6 @@ from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
-from jaxink.model.forward import ForwardModel
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
@@ -109,7 +107,7 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
     """Resolution needed at the solution, if it exceeds that of the fit."""
     if options.config is not None:
         return None
-    model = cast(ForwardModel | AugmentedModel, objective.model)
+    model = objective.model
     used, values = model.config, objective.numbers(best.unit)
     asked = used.at_least(model.sizes(values, options.accuracy, options.layer_method))
     return None if asked == used else asked

@@ -11,10 +11,11 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
-from jaxink.effects import model_at
+from jaxink.effects import AugmentedModel, model_at
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
+from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -79,7 +80,7 @@ class Objective(eqx.Module):
 
     __repr__ = brief_repr
 
-    model: eqx.Module
+    model: ForwardModel | AugmentedModel
     measured: Float[np.ndarray, " points"]
     sigma: Float[np.ndarray, " points"]
     scan: Int[np.ndarray, " points"]
@@ -94,6 +95,16 @@ class Objective(eqx.Module):
     n_scans: int = eqx.field(static=True)
     kind: str = eqx.field(static=True)
     free: tuple[str, ...] = eqx.field(static=True)
+
+    @property
+    def variables(self) -> tuple[str | None, ...]:
+        """Name of the parameter that each variable stands for; None for one without effect."""
+        return self.free
+
+    @property
+    def least_directions(self) -> int:
+        """Smallest number of directional derivatives of a Jacobian, so that objectives share a program."""
+        return 0
 
     def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Physical values of the free parameters from variables in [0, 1]."""
@@ -232,7 +243,7 @@ ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
 
 def compose(
     form: type[ObjectiveT],
-    model: eqx.Module,
+    model: ForwardModel | AugmentedModel,
     data: GonioData,
     sample: Sample,
     noise: FitNoise,

@@ -11,7 +11,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Float
 
 from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms, Point
@@ -39,33 +38,33 @@ class _Programs:
         self.is_ready = False
 
         @jax.custom_jvp
-        def in_box(unit, arrays):
-            return programs.traced_alone(arrays, unit)
+        def in_box(unit, given):
+            return programs.traced_alone(given[0], unit)
 
         @in_box.defjvp
         def _(primals, tangents):
             # The Jacobian as one matrix: optimistix linearises once and applies the result several times;
             # the tangent program would otherwise be traced and compiled each time.
-            unit, arrays = primals
-            residual, predicted, jacobian = programs.traced_with_jacobian(arrays, unit)
+            unit, (arrays, colouring) = primals
+            residual, predicted, slopes = programs.traced_with_slopes(arrays, unit, colouring.seeds)
             nothing = np.zeros(predicted.shape)
-            return (residual, predicted), (jacobian @ tangents[0], nothing)
+            return (residual, predicted), (colouring.expand(slopes) @ tangents[0], nothing)
 
-        def function(x, arrays):
-            residual, predicted = in_box(_unit(x), arrays)
+        def function(x, given):
+            residual, predicted = in_box(_unit(x), given)
             aux = residual, predicted
             return (residual if kind.is_least_squares else jnp.sum(residual**2)), aux
 
-        def initial(arrays, x):
-            f_struct, aux_struct = jax.eval_shape(function, x, arrays)
-            state = solver.init(function, x, arrays, {}, f_struct, aux_struct, _NO_TAGS)
+        def initial(given, x):
+            f_struct, aux_struct = jax.eval_shape(function, x, given)
+            state = solver.init(function, x, given, {}, f_struct, aux_struct, _NO_TAGS)
             dynamic, self._static_state = eqx.partition(state, eqx.is_array)
             return dynamic
 
-        def advance(arrays, x, dynamic):
+        def advance(given, x, dynamic):
             state = eqx.combine(dynamic, self._static_state)
-            x, state, _ = solver.step(function, x, arrays, {}, state, _NO_TAGS)
-            done, _ = solver.terminate(function, x, arrays, {}, state, _NO_TAGS)
+            x, state, _ = solver.step(function, x, given, {}, state, _NO_TAGS)
+            done, _ = solver.terminate(function, x, given, {}, state, _NO_TAGS)
             return x, eqx.partition(state, eqx.is_array)[0], done
 
         self.initial, self.advance = hastily(initial), hastily(advance, 1)
@@ -109,11 +108,11 @@ class OptimistixMethod(Method, abc.ABC):
         if made.is_ready:
             return seconds
         began = time.perf_counter()
-        arrays, x = compiled.arrays, _variables(start)
-        state = made.initial(arrays, x)
+        given, x = (compiled.arrays, compiled.colouring), _variables(start)
+        state = made.initial(given, x)
         # The first state has weak types, for which the step is compiled apart.
         for _ in range(2):
-            x, state, _ = made.advance(arrays, x, state)
+            x, state, _ = made.advance(given, x, state)
         jax.block_until_ready(x)
         made.is_ready = True
         return seconds + time.perf_counter() - began
@@ -123,12 +122,12 @@ class OptimistixMethod(Method, abc.ABC):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
-        made, arrays = self._programs(watched.compiled), watched.compiled.arrays
-        x = _variables(start)
-        state, done = made.initial(arrays, x), False
+        compiled, x = watched.compiled, _variables(start)
+        made, given = self._programs(compiled), (compiled.arrays, compiled.colouring)
+        state, done = made.initial(given, x), False
         while not done:
             before = state
-            x, state, finished = made.advance(arrays, x, state)
+            x, state, finished = made.advance(given, x, state)
             point = self.point(x, state)
             watched.note(point, *self.effort(before, state))
             watched.step()
@@ -145,6 +144,8 @@ class OptimistixLevenbergMarquardt(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.LevenbergMarquardt(_TOLERANCE, _TOLERANCE)
 
 
@@ -156,6 +157,8 @@ class OptimistixDogleg(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.Dogleg(_TOLERANCE, _TOLERANCE)
 
 
@@ -166,6 +169,8 @@ class OptimistixBfgs(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.BFGS(_TOLERANCE, _TOLERANCE)
 
 
@@ -178,6 +183,8 @@ class OptimistixNelderMead(OptimistixMethod):
 
     def solver(self):
         """The solver itself."""
+        import optimistix as optx
+
         return optx.NelderMead(_COARSE_TOLERANCE, _COARSE_TOLERANCE, adelta=_FIRST_SIMPLEX)
 
     def effort(self, before, after) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import Bounds, differential_evolution, least_squares, minimize
+from scipy import optimize
 
 from jaxink.fitting.compiled import Point
 from jaxink.fitting.method import WithJacobian, WithoutDerivatives
@@ -40,11 +40,11 @@ class ScipyMinimize(WithoutDerivatives):
         def step(*_):
             watched.step()
 
-        found = minimize(
+        found = optimize.minimize(
             watched.loss,
             start,
             method=self.scipy_name,
-            bounds=Bounds(watched.lower, watched.upper),
+            bounds=optimize.Bounds(watched.lower, watched.upper),
             callback=step,
             options=dict(self.options_for(max(loss_start, 1e-300), len(start))),
         )
@@ -100,9 +100,9 @@ class DifferentialEvolution(WithoutDerivatives):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
-        found = differential_evolution(
+        found = optimize.differential_evolution(
             watched.loss,
-            Bounds(watched.lower, watched.upper),
+            optimize.Bounds(watched.lower, watched.upper),
             x0=start,
             rng=self.seed,
             maxiter=10**6,
@@ -127,12 +127,12 @@ class LimitedMemoryBfgs(WithJacobian):
             assert point.jacobian is not None
             return point.loss / scale, 2 * point.jacobian.T @ point.residual / scale
 
-        minimize(
+        optimize.minimize(
             loss,
             start,
             jac=True,
             method="L-BFGS-B",
-            bounds=Bounds(watched.lower, watched.upper),
+            bounds=optimize.Bounds(watched.lower, watched.upper),
             callback=lambda *_: watched.step(),
             options={"maxfun": 10**6, "maxiter": 10**6, "ftol": _TIGHT, "gtol": _TIGHT},
         )
@@ -155,7 +155,7 @@ class LeastSquares(WithJacobian):
                 watched.step()
             return last[-1]
 
-        least_squares(
+        optimize.least_squares(
             lambda unit: linearised(unit).residual,
             start,
             jac=lambda unit: linearised(unit).jacobian,

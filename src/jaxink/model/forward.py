@@ -1,7 +1,7 @@
 """The forward model: predicted BSDF at the measured directions from the parameters of a sample."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Protocol, runtime_checkable
 
 import equinox as eqx
@@ -16,7 +16,7 @@ from jaxink.model.instrument import Cones
 from jaxink.model.media import media_of
 from jaxink.model.points import Points, points_of
 from jaxink.model.resolution import model_sizes
-from jaxink.model.tables import rough_tables
+from jaxink.model.tables import Table, rough_tables, tabulated_interface
 from jaxink.model.volume import LayerCoefficients
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
@@ -26,7 +26,6 @@ from jaxink.solver.bsdf import diffuse_bsdf, regular_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_media
 from jaxink.solver.stack import Stack
-from jaxink.surfaces.table import RoughTable
 
 
 class ForwardModel(eqx.Module):
@@ -60,7 +59,7 @@ class ForwardModel(eqx.Module):
     builder: StackBuilder
     plan: ChannelPlan
     config: SolverConfig = eqx.field(static=True)
-    rough_tables: tuple[RoughTable | None, ...]
+    rough_tables: tuple[Table | None, ...]
 
     def __init__(
         self,
@@ -94,6 +93,21 @@ class ForwardModel(eqx.Module):
     def wavelengths_nm(self) -> tuple[float, ...]:
         """Wavelengths of the points, ascending."""
         return self.points.wavelengths_nm
+
+    @property
+    def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
+        """Wavelength of each point."""
+        return np.array(self.wavelengths_nm)[self.points.wavelength_of_point]
+
+    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
+        """Wavelength of each of some parameters that affect no other one.
+
+        Parameters
+        ----------
+        names
+            Names of parameters.
+        """
+        return self.sample.own_wavelengths(names, self.wavelengths_nm)
 
     def sizes(
         self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
@@ -133,7 +147,7 @@ class ForwardModel(eqx.Module):
         def at_wavelength(wavelength_nm, values, tables):
             stack = self.builder.stack(values, wavelength_nm)
             tabulated = tuple(
-                table and table.at(values[f"{face.name}.sigma_deg"])
+                face and table and tabulated_interface(table, face, values)
                 for table, face in zip(tables, self.builder.faces, strict=True)
             )
             plan = dataclasses.replace(self.plan, interfaces=tabulated)

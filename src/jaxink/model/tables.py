@@ -1,4 +1,6 @@
-"""Rough interfaces of a sample, tabulated beforehand if at most the angle of their facets is free."""
+"""Rough interfaces of a sample, tabulated beforehand if no refractive index is free."""
+
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
@@ -7,37 +9,52 @@ from jaxink.model.build import StackBuilder
 from jaxink.model.media import index_names
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing
+from jaxink.sample import Roughness
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
+from jaxink.surfaces.interface import RoughInterface
 from jaxink.surfaces.slopes import DENSITIES
-from jaxink.surfaces.table import RoughTable, rough_table
+from jaxink.surfaces.table import MixtureTable, RoughTable, mixture_table, rough_table
+
+Table = RoughTable[RoughInterface] | MixtureTable
 
 
-def rough_tables(
-    builder: StackBuilder, plan: ChannelPlan, config: SolverConfig
-) -> tuple[RoughTable | None, ...]:
+def rough_tables(builder: StackBuilder, plan: ChannelPlan, config: SolverConfig) -> tuple[Table | None, ...]:
     """Table of each interface at every wavelength; None if it is smooth or cannot be tabulated."""
     return tuple(_rough_table(builder, plan, config, k) for k in range(len(builder.faces)))
 
 
-def _rough_table(builder, plan, config, interface) -> RoughTable | None:
+def tabulated_interface(table: Table, face: Roughness, values: Mapping) -> RoughInterface:
+    """A rough interface from its table, at the values of all parameters at one wavelength by name."""
+    angle, second, weight = (
+        f"{face.name}.{key}" for key in ("sigma_deg", "second_sigma_deg", "second_weight")
+    )
+    if isinstance(table, MixtureTable):
+        return table.at(values[angle], values[second], values[weight])
+    return table.at(values[angle])
+
+
+def _rough_table(builder, plan, config, interface) -> Table | None:
     face, parameters = builder.faces[interface], builder.sample.parameters
-    if face is None or face.density not in DENSITIES or face.second_density is not None:
+    if face is None or face.density not in DENSITIES:
         return None
     if any(not p.is_fixed and p.name.startswith(index_names(builder.sample)) for p in parameters.values()):
         return None
-    sigma = parameters.get(f"{face.name}.sigma_deg")
-    if sigma is None or sigma.tie is not None:
+    names = {"sigma_deg": face.density, "second_sigma_deg": face.second_density}
+    angles = {key: parameters.get(f"{face.name}.{key}") for key, density in names.items() if density}
+    if any(angle is None or angle.tie is not None for angle in angles.values()):
         return None
-    span = (sigma.minimum, sigma.maximum) if sigma.free else (sigma.value, sigma.value)
+    spans = [(a.minimum, a.maximum) if a.free else (a.value, a.value) for a in angles.values()]
+    densities = [(names[key], span) for key, span in zip(angles, spans, strict=True)]
 
     def at_wavelength(wavelength_nm, values):
         stack = builder.stack(values, wavelength_nm)
         outer, inner = (stack.indices[side] for side in stack.sides(interface))
         n_outer = plan.n_outer(stack, interface, config)
-        return rough_table(
-            plan.grid(stack, config), (outer, inner), face.density, span, config.n_orders, n_outer
-        )
+        given = plan.grid(stack, config), (outer, inner)
+        if len(densities) == 2:
+            return mixture_table(*given, tuple(densities), config.n_orders, n_outer)
+        return rough_table(*given, densities[0], config.n_orders, n_outer)
 
     # Evaluated to numbers even if the model is made inside a function that is being compiled.
     with computing(), jax.ensure_compile_time_eval():

@@ -5,7 +5,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax.typing import ArrayLike
 from jaxtyping import Array, Float
-from scipy.interpolate import CubicSpline
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series, moments_of_function
@@ -166,6 +165,9 @@ class TabulatedByAngle(PhaseFunction):
             cosine, values = cosine[::-1], values[::-1]
         # Ends such as cos(deg2rad(180)) are -1 only up to rounding.
         cosine = np.concatenate([[-1.0], cosine[1:-1], [1.0]])
+        # Importing it takes a quarter of a second, and few samples need it.
+        from scipy.interpolate import CubicSpline
+
         spline = CubicSpline(cosine, np.eye(cosine.size))
         values = jnp.asarray(values, float)
         mean = (spline.integrate(-1, 1) / 2) @ values

@@ -48,7 +48,11 @@ def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] =
         return [NextStep("Correct the mistake named above and diagnose again:", again)]
     if code is VerdictCode.NOT_TESTABLE:
         return [NextStep("Fix parameters that you know, or measure more points, and diagnose again.")]
-    steps = [
+    steps = []
+    if code is VerdictCode.UNFINISHED:
+        again = _command("diagnose", *measured, "--sample", "SAMPLE.toml", "--out", folder, "--resume")
+        steps.append(NextStep("Go on where the time limit ended the diagnosis:", again))
+    steps += [
         NextStep(f"Measure {f.measurement}: it distinguishes {' from '.join(f.effects)}.")
         for f in diagnosis.further[:1]
     ]
@@ -62,7 +66,7 @@ def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] =
     predict = _command("predict", folder, "OTHER.csv", "--out", "predicted.csv")
     ink = ("--format", "mitsuba", "--allow-loss", "standard_errors", "--out", f"{folder}-export")
     export = _command("export", folder, *ink)
-    caution = " (the model does not fit yet)" if code.structure_remains else ""
+    caution = " (the model does not fit yet)" if diagnosis.structure_remains else ""
     steps.append(NextStep(f"Predict another measurement{caution}:", predict))
     words = "Export the ink to a ray tracer (other formats: jaxink export --help)"
     steps.append(NextStep(f"{words}{caution}:", export))

@@ -52,6 +52,10 @@ def top(diagnosis: "Diagnosis") -> str:
     parts = [verdict(found.sentence, found.code, found.code.is_met)]
     if not result.converged:
         parts.append(paragraph(f"The fit of the declared model {result.outcome.value}.", "verdict"))
+    limit = diagnosis.time_limit
+    if limit is not None and limit.not_done:
+        parts.append(paragraph(f"Not done within the time limit of {limit.limit_s:g} s:"))
+        parts.append(bullets(omission.described() for omission in limit.not_done))
     what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
     title = f" Sample: {result.sample.title}." if result.sample.title else ""
     parts.append(paragraph(f"{what}.{title} Noise: {result.noise_sentence}"))
@@ -63,7 +67,8 @@ def merit(diagnosis: "Diagnosis") -> Section:
     rows = []
     for name, summary in _states(diagnosis, diagnosis.before, diagnosis.after):
         rows.append([name, "fitted", *_merit_cells(summary.fitted)])
-        rows.append([name, "held out", *_merit_cells(summary.held_out)])
+        if summary.held_out is not None:
+            rows.append([name, "held out", *_merit_cells(summary.held_out)])
     heads = [
         "model",
         "points",

@@ -1,7 +1,7 @@
 """Description of a sample: layers, surroundings, instrument, noise, parameters."""
 
 import dataclasses
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from jaxink.display.brief import brief, brief_repr
@@ -149,6 +149,22 @@ class Sample(Presented):
         # A value at the wavelength takes the place of the mean over all of them.
         plain |= {n.removesuffix(at): v for n, v in values.items() if n.endswith(at)}
         return plain | {d.name: d.index(values, wavelength_nm) for d in self.dispersions}
+
+    def own_wavelengths(self, names: Collection[str], wavelengths_nm: Sequence[float]) -> dict[str, float]:
+        """Wavelength of each of some parameters that no value at another one depends on.
+
+        Ties cannot name them.
+
+        Parameters
+        ----------
+        names
+            Names of parameters.
+        wavelengths_nm
+            Wavelengths at which the sample is evaluated.
+        """
+        waves = {f"{wave:g}": wave for wave in wavelengths_nm}
+        at = {name: name.partition("@")[2] for name in names}
+        return {name: waves[wave] for name, wave in at.items() if wave in waves}
 
     def without_values(self, names: Collection[str]) -> "Sample":
         """The structure of the sample: without the values of some parameters, noise, masks and title."""

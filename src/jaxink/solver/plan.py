@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known
@@ -41,10 +42,26 @@ class ChannelPlan(eqx.Module):
 
     def grid(self, stack: Stack, config: SolverConfig) -> ChannelGrid:
         """Channels of a stack."""
-        scattering = {k + 1 for k in stack.scattering}
+        return self.grid_of(stack.indices, stack.scattering, config)
+
+    def grid_of(
+        self, indices: Sequence[Float[Array, ""]], scattering_layers: Collection[int], config: SolverConfig
+    ) -> ChannelGrid:
+        """Channels of a stack.
+
+        Parameters
+        ----------
+        indices
+            Refractive indices of front, layers and back.
+        scattering_layers
+            Positions of the layers that scatter.
+        config
+            Numbers of channels.
+        """
+        scattering = {k + 1 for k in scattering_layers}
         # Of equal indices that of a scattering medium comes first; the block of the other one is then empty.
         media = sorted(self.block_media, key=lambda medium: medium not in scattering)
-        ends = jnp.stack([stack.indices[medium] for medium in media])
+        ends = jnp.stack([indices[medium] for medium in media])
         order = jnp.argsort(ends)
         scatters = jnp.array([medium in scattering for medium in media])
         n_trapped_blocks = len(self.block_media) - 1

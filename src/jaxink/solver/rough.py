@@ -4,6 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import transpose
+from jaxink.numerics.own_derivatives import by_own_inputs
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.solver.config import SolverConfig
@@ -18,17 +19,22 @@ from jaxink.surfaces.wave_face import WaveFace, broadened_for, wave_interface, w
 
 
 def interface_between_channels(
-    stack: Stack, k: int, grid: ChannelGrid, plan: ChannelPlan, config: SolverConfig
+    stack: Stack, k: int, plan: ChannelPlan, config: SolverConfig
 ) -> RoughInterface:
     """The rough interface ``k``, taken from the plan if it has been computed before."""
     if plan.interfaces and plan.interfaces[k] is not None:
         return plan.interfaces[k]
-    outer, inner = (stack.indices[side] for side in stack.sides(k))
-    face = stack.faces[k]
-    if isinstance(face, WaveFace):
-        return wave_interface(grid, outer, inner, face, config.n_orders)
-    sizes = RoughSizes(n_outer=plan.n_outer(stack, k, config))
-    return rough_interface(grid, outer, inner, face, config.n_orders, sizes)
+    n_outer, sides = plan.n_outer(stack, k, config), stack.sides(k)
+
+    def of(numbers):
+        indices, face = numbers
+        grid, here = plan.grid_of(indices, stack.scattering, config), tuple(indices[side] for side in sides)
+        if isinstance(face, WaveFace):
+            return wave_interface(grid, *here, face, config.n_orders)
+        return rough_interface(grid, here, face, config.n_orders, RoughSizes(n_outer=n_outer))
+
+    # The indices and the face are few of the numbers of a stack, and the most expensive ones.
+    return by_own_inputs(of, (tuple(stack.indices), stack.faces[k]))
 
 
 def rough_element(

@@ -89,7 +89,7 @@ def put_on_channels(
     phase, responses = zip(*map(scattering, stack.layers, truncated, fields.cosines), strict=True)
     # Channels of a block between equal indices have no width and carry no light.
     scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
-    interfaces = {k: interface_between_channels(stack, k, grid, plan, config) for k in stack.rough}
+    interfaces = {k: interface_between_channels(stack, k, plan, config) for k in stack.rough}
     return StackChannels(
         grid=grid,
         scale=scale,

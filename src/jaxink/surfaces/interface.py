@@ -23,6 +23,9 @@ from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity
 
+# Refractive indices on the outer and on the inner side.
+Indices = tuple[Float[Array, ""], Float[Array, ""]]
+
 
 class RoughResponse(eqx.Module):
     """Basic radiance that leaves a rough interface along channels, over that incident along channels.
@@ -144,9 +147,86 @@ def _receivers(cosine):
     return safe, jnp.sqrt(1 - safe**2), propagates
 
 
+class CoarseChannels(eqx.Module):
+    """Channels for light that meets several facets; in a table, with a leading axis of wavelengths.
+
+    Parameters
+    ----------
+    cosines
+        On the outer and on the inner side, 0 where a channel does not propagate.
+    to_fine, from_fine
+        Interpolation to the channels of the stack, and from them.
+    """
+
+    cosines: Float[Array, "*table 2 coarse"]
+    to_fine: Float[Array, "*table channels coarse"]
+    from_fine: Float[Array, "*table coarse channels"]
+
+    @classmethod
+    def of(cls, grid: ChannelGrid, coarse: ChannelGrid, indices: Indices) -> "CoarseChannels":
+        """From the channels of the stack and the coarse ones."""
+        cosines = jnp.stack([propagating_cosine(coarse.squared_cosine(index)) for index in indices])
+        return cls(cosines, coarse.interpolation(grid.kappa), grid.interpolation(coarse.kappa))
+
+
+class FacetResponse(eqx.Module):
+    """What facets of one density do with light at each meeting; in a table, with leading axes.
+
+    Parameters
+    ----------
+    one
+        Light that meets one facet.
+    areas
+        Projected area of the facets along the channels on the outer and on the inner side; 1 where a channel
+        does not propagate.
+    step
+        One more meeting, between the coarse channels of the four hemispheres.
+    coarse_areas
+        As of ``areas``, along the coarse channels.
+    """
+
+    one: RoughResponse
+    areas: Float[Array, "*table 2 channels"]
+    step: Float[Array, "*table orders hemispheres hemispheres"]
+    coarse_areas: Float[Array, "*table 2 coarse"]
+
+    def mixed(self, other: "FacetResponse", share: Float[Array, ""]) -> "FacetResponse":
+        """Facets of which a share has the other density.
+
+        Facets contribute to what is seen along a direction in proportion to their projected areas.
+        """
+        own, others = 1 - share, share
+        areas = own * self.areas + others * other.areas
+        coarse_areas = own * self.coarse_areas + others * other.coarse_areas
+        parts = []
+        for part, weight in ((self, own), (other, others)):
+            seen, coarse = part.areas / areas, jnp.tile(part.coarse_areas / coarse_areas, (1, 2)).ravel()
+            one = RoughResponse(
+                weight * seen[0][:, None] * part.one.outer_reflection * seen[0],
+                weight * seen[1][:, None] * part.one.inner_reflection * seen[1],
+                weight * seen[0][:, None] * part.one.leaving * seen[1],
+            )
+            parts.append((one, weight * coarse[:, None] * part.step))
+        one, step = jax.tree.map(jnp.add, *parts)
+        return FacetResponse(one, areas, step, coarse_areas)
+
+    def interface(self, coarse: CoarseChannels) -> RoughInterface:
+        """The interface, with light that meets several facets."""
+        n = coarse.cosines.shape[1]
+        # Light arrives along directions towards the surface and leaves along those away from it.
+        towards = np.r_[0:n, 2 * n : 3 * n]
+        away = towards + n
+        enter = (coarse.cosines / self.coarse_areas).ravel()
+        twice = self.step @ self.step[..., towards]
+        whole = inverse(jnp.eye(4 * n) - self.step)[..., away, :] @ twice * enter
+        several = RoughResponse(whole[..., :n, :n], whole[..., n:, n:], whole[..., :n, n:])
+        several = jax.tree.map(lambda matrix: coarse.to_fine @ matrix @ coarse.from_fine, several)
+        return RoughInterface(self.one, several)
+
+
 def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
-    """Light that meets one facet."""
-    rows, leave, enter = [], [], []
+    """Light that meets one facet, and projected areas."""
+    rows, areas, leave, enter = [], [], [], []
     n_channels = grid.kappa.shape[0]
     for here, there, n in ((outer, inner, n_outer), (inner, outer, n_channels)):
         all_cosines = propagating_cosine(grid.squared_cosine(here))
@@ -154,24 +234,26 @@ def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
         rarer = here is outer and n_outer < n_channels
         view = views(cosine, sine, here, there, density, rule.without_total_reflection if rarer else rule)
         outside = view.weight * view.reflectance * (view.mirrored[2] > 0)
-        per_area = jnp.where(propagates, 1 / jnp.sum(view.weight, axis=1), 0.0)
-        leave.append(jnp.pad(per_area, (0, n_channels - n)))
+        area = jnp.where(propagates, jnp.sum(view.weight, axis=1), 1.0)
+        areas.append(jnp.pad(area, (0, n_channels - n), constant_values=1.0))
+        leave.append(jnp.pad(jnp.where(propagates, 1 / area, 0.0), (0, n_channels - n)))
         enter.append(leave[-1] * all_cosines)
         rows.append(_collect(grid, view.mirrored, here, [outside], n_orders)[0])
         if here is outer:
             passing = view.weight * (1 - view.reflectance) * (view.refracted[2] < 0)
             passing = _collect(grid, view.refracted, there, [passing], n_orders)[0]
     missing = ((0, 0), (0, n_channels - n_outer), (0, 0))
-    return RoughResponse(
+    one = RoughResponse(
         leave[0][:, None] * jnp.pad(rows[0], missing) * enter[0],
         leave[1][:, None] * rows[1] * enter[1],
         leave[0][:, None] * jnp.pad(passing, missing) * enter[1],
     )
+    return one, jnp.stack(areas)
 
 
-def _several_facets(grid, outer, inner, density, rule, n_orders):
-    """Light that meets at least two facets."""
-    blocks, per_area, cosines = [], [], []
+def _next_facet(grid, outer, inner, density, rule, n_orders):
+    """One more meeting of light that leaves a facet, and projected areas."""
+    blocks, areas, per_area = [], [], []
     for here, there in ((outer, inner), (inner, outer)):
         cosine, sine, propagates = _receivers(propagating_cosine(grid.squared_cosine(here)))
         # Light that leaves a facet towards the surface, then light that leaves it away from it.
@@ -185,30 +267,39 @@ def _several_facets(grid, outer, inner, density, rule, n_orders):
             weights = [view.weight * share * (sign * source[2] > 0) for sign in (side, -side)]
             parts += list(_collect(grid, source, index, weights, n_orders))
         blocks.append(jnp.concatenate(parts, axis=-1))
-        area = jnp.sum(view.weight[cosine.shape[0] :], axis=1)
-        per_area.append(jnp.where(propagates, 1 / area, 0.0))
-        cosines.append(jnp.where(propagates, cosine, 0.0))
-    n = cosines[0].shape[0]
+        areas.append(jnp.where(propagates, jnp.sum(view.weight[cosine.shape[0] :], axis=1), 1.0))
+        per_area.append(jnp.tile(jnp.where(propagates, 1 / areas[-1], 0.0), 2))
+    n = areas[0].shape[0]
     first, second = blocks
     second = jnp.concatenate([second[..., 2 * n :], second[..., : 2 * n]], axis=-1)
-    per_area = jnp.concatenate([jnp.tile(part, 2) for part in per_area])
-    step = per_area[:, None] * jnp.concatenate([first, second], axis=-2)
-    # Light arrives along directions towards the surface and leaves along those away from it.
-    towards = np.r_[0:n, 2 * n : 3 * n]
-    away = towards + n
-    enter = jnp.concatenate(cosines) * per_area[towards]
-    twice = step @ step[..., towards]
-    whole = inverse(jnp.eye(4 * n) - step)[..., away, :] @ twice * enter
-    return RoughResponse(whole[..., :n, :n], whole[..., n:, n:], whole[..., :n, n:])
+    step = jnp.concatenate(per_area)[:, None] * jnp.concatenate([first, second], axis=-2)
+    return step, jnp.stack(areas)
 
 
-def rough_interface(
+def facet_response(
     grid: ChannelGrid,
-    index_outer: Float[Array, ""],
-    index_inner: Float[Array, ""],
+    coarse: ChannelGrid,
+    indices: Indices,
     density: SlopeDensity,
     n_orders: int,
     sizes: RoughSizes,
+) -> FacetResponse:
+    """What facets do with light at each meeting, along the channels and the coarse ones."""
+    n_outer = sizes.n_outer or grid.kappa.shape[0]
+    one, areas = _one_facet(grid, *indices, density, sizes.rule, n_orders, n_outer)
+    n_coarse_orders = min(sizes.coarse_orders, n_orders)
+    step, coarse_areas = _next_facet(coarse, *indices, density, sizes.coarse_rule, n_coarse_orders)
+    return FacetResponse(one, areas, step, coarse_areas)
+
+
+def coarse_grid(grid: ChannelGrid, sizes: RoughSizes) -> ChannelGrid:
+    """Channels for light that meets several facets."""
+    n_nodes = (sizes.coarse_nodes,) * len(grid.nodes_per_block)
+    return ChannelGrid(grid.block_index, grid.scatters, n_nodes, False)
+
+
+def rough_interface(
+    grid: ChannelGrid, indices: Indices, density: SlopeDensity, n_orders: int, sizes: RoughSizes
 ) -> RoughInterface:
     """Reflection and transmission of a rough interface between channels.
 
@@ -216,11 +307,6 @@ def rough_interface(
     ----------
     Heitz, Hanika, d'Eon, Dachsbacher 2016 ACM Trans. Graph. 35(4), 58 (multiple scattering by facets).
     """
-    n_outer = sizes.n_outer or grid.kappa.shape[0]
-    one = _one_facet(grid, index_outer, index_inner, density, sizes.rule, n_orders, n_outer)
-    n_coarse = (sizes.coarse_nodes,) * len(grid.nodes_per_block)
-    coarse = ChannelGrid(grid.block_index, grid.scatters, n_coarse, False)
-    n_coarse_orders = min(sizes.coarse_orders, n_orders)
-    several = _several_facets(coarse, index_outer, index_inner, density, sizes.coarse_rule, n_coarse_orders)
-    to_fine, from_fine = coarse.interpolation(grid.kappa), grid.interpolation(coarse.kappa)
-    return RoughInterface(one, jax.tree.map(lambda matrix: to_fine @ matrix @ from_fine, several))
+    coarse = coarse_grid(grid, sizes)
+    response = facet_response(grid, coarse, indices, density, n_orders, sizes)
+    return response.interface(CoarseChannels.of(grid, coarse, indices))

@@ -1,6 +1,7 @@
-"""Rough interfaces tabulated over the range of their angle, if nothing else is free."""
+"""Rough interfaces tabulated over the ranges of their angles."""
 
 import math
+from typing import Generic, TypeVar
 
 import equinox as eqx
 import jax
@@ -13,7 +14,17 @@ from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 from jaxink.optics.channels import ChannelGrid
 from jaxink.surfaces.facets import FacetRule
-from jaxink.surfaces.interface import RoughInterface, RoughResponse, RoughSizes, rough_interface
+from jaxink.surfaces.interface import (
+    CoarseChannels,
+    FacetResponse,
+    Indices,
+    RoughInterface,
+    RoughResponse,
+    RoughSizes,
+    coarse_grid,
+    facet_response,
+    rough_interface,
+)
 from jaxink.surfaces.slopes import slope_density
 
 # Added to the angle before taking the logarithm; below this, in degrees, a surface is practically smooth.
@@ -24,25 +35,28 @@ _ROUNDING = 1e-9
 _NODES_PER_E, _MOST_NODES, _FEWEST_NODES = 4, 24, 6
 
 
-class RoughTable(eqx.Module):
-    """A rough interface at Chebyshev nodes of log(sigma + 0.3 deg).
+Content = TypeVar("Content", RoughInterface, FacetResponse)
+
+
+class RoughTable(eqx.Module, Generic[Content]):
+    """What facets of one density do at Chebyshev nodes of log(sigma + 0.3 deg).
 
     Parameters
     ----------
-    interface
-        Interfaces at the nodes, along the leading axis.
+    at_nodes
+        The interface, or the response of the facets, at the nodes, along the leading axis.
     sigma_deg
         Range of the angle.
     """
 
-    interface: RoughInterface
+    at_nodes: Content
     sigma_deg: tuple[float, float] = eqx.field(static=True)
 
-    def at(self, sigma_deg: Float[Array, ""]) -> RoughInterface:
-        """Interface at an angle within the range; differentiable."""
-        n_nodes = jax.tree.leaves(self.interface)[0].shape[0]
+    def at(self, sigma_deg: Float[Array, ""]) -> Content:
+        """The same at an angle within the range; differentiable."""
+        n_nodes = jax.tree.leaves(self.at_nodes)[0].shape[0]
         if n_nodes == 1:
-            return jax.tree.map(lambda values: values[0], self.interface)
+            return jax.tree.map(lambda values: values[0], self.at_nodes)
         low, high = (math.log(limit + _SMOOTH_DEG) for limit in self.sigma_deg)
         x = (2 * jnp.log(sigma_deg + _SMOOTH_DEG) - low - high) / (high - low)
         # At the ends of the range a clipped value, and an angle arccos(x), have no one-sided derivative.
@@ -53,21 +67,45 @@ class RoughTable(eqx.Module):
         degrees = np.arange(n_nodes)
         share = np.where(degrees == 0, 1.0, 2.0) * jnp.stack(polynomials) / n_nodes
         weights = share @ np.cos(np.outer(degrees, _angles(n_nodes)))
-        return jax.tree.map(lambda values: jnp.tensordot(weights, values, axes=1), self.interface)
+        return jax.tree.map(lambda values: jnp.tensordot(weights, values, axes=1), self.at_nodes)
 
 
 def _angles(n_nodes: int) -> np.ndarray:
     return (np.arange(n_nodes) + 0.5) * np.pi / n_nodes
 
 
+class MixtureTable(eqx.Module):
+    """A rough interface with facets of two densities.
+
+    What both do with light is added; how often they meet it follows from the sum.
+
+    Parameters
+    ----------
+    first, second
+        The densities.
+    coarse
+        Channels for light that meets several facets.
+    """
+
+    first: RoughTable[FacetResponse]
+    second: RoughTable[FacetResponse]
+    coarse: CoarseChannels
+
+    def at(
+        self, sigma_deg: Float[Array, ""], second_sigma_deg: Float[Array, ""], second_weight: Float[Array, ""]
+    ) -> RoughInterface:
+        """Interface at angles within their ranges, and with a share of the second density."""
+        mixed = self.first.at(sigma_deg).mixed(self.second.at(second_sigma_deg), second_weight)
+        return mixed.interface(self.coarse)
+
+
+# One density by name, and the range of its angle, with equal limits if it is fixed.
+Density = tuple[str, tuple[float, float]]
+
+
 def rough_table(
-    grid: ChannelGrid,
-    indices: tuple[Float[Array, ""], Float[Array, ""]],
-    density: str,
-    sigma_deg: tuple[float, float],
-    n_orders: int,
-    n_outer: int | None,
-) -> RoughTable:
+    grid: ChannelGrid, indices: Indices, density: Density, n_orders: int, n_outer: int | None
+) -> RoughTable[RoughInterface]:
     """Tabulate a rough interface over the range of its angle.
 
     Parameters
@@ -77,40 +115,72 @@ def rough_table(
     indices
         Refractive indices on the outer and on the inner side.
     density
-        Name of the slope density, one of `jaxink.surfaces.slopes.DENSITIES`.
-    sigma_deg
-        Range of the angle; equal limits if it is fixed.
+        Name of the slope density, one of `jaxink.surfaces.slopes.DENSITIES`, and the range of its angle.
     n_orders
         Number of azimuthal orders.
     n_outer
         As in `RoughSizes`.
     """
+    program = _programs(density[0], n_orders, _sizes(n_outer), grid.nodes_per_block, grid.exposed, False)
+    leaves = program(grid, indices, jnp.asarray(_nodes(density[1])))
+    return RoughTable(RoughInterface(RoughResponse(*leaves[:3]), RoughResponse(*leaves[3:])), density[1])
+
+
+def mixture_table(
+    grid: ChannelGrid,
+    indices: Indices,
+    densities: tuple[Density, Density],
+    n_orders: int,
+    n_outer: int | None,
+) -> MixtureTable:
+    """Tabulate a rough interface with two densities over the ranges of their angles; see `rough_table`."""
+    tables = []
+    for name, sigma_deg in densities:
+        program = _programs(name, n_orders, _sizes(n_outer), grid.nodes_per_block, grid.exposed, True)
+        *leaves, cosines, to_fine, from_fine = program(grid, indices, jnp.asarray(_nodes(sigma_deg)))
+        tables.append(RoughTable(FacetResponse(RoughResponse(*leaves[:3]), *leaves[3:]), sigma_deg))
+    return MixtureTable(*tables, CoarseChannels(cosines, to_fine, from_fine))
+
+
+def _nodes(sigma_deg: tuple[float, float]) -> np.ndarray:
     low, high = (math.log(limit + _SMOOTH_DEG) for limit in sigma_deg)
     if low == high:
-        nodes = np.array([sigma_deg[0]])
-    else:
-        n_nodes = min(max(round(_NODES_PER_E * (high - low)), _FEWEST_NODES), _MOST_NODES)
-        nodes = np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
+        return np.array([sigma_deg[0]])
+    n_nodes = min(max(round(_NODES_PER_E * (high - low)), _FEWEST_NODES), _MOST_NODES)
+    return np.exp((low + high) / 2 + (high - low) / 2 * np.cos(_angles(n_nodes))) - _SMOOTH_DEG
+
+
+def _sizes(n_outer: int | None) -> RoughSizes:
     # The quadratures may be fine, because they are computed once and not in every step.
-    sizes = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
-    at_angles = _programs(density, n_orders, sizes, grid.nodes_per_block, grid.exposed)
-    leaves = at_angles(grid, indices, jnp.asarray(nodes))
-    half = len(leaves) // 2
-    return RoughTable(RoughInterface(RoughResponse(*leaves[:half]), RoughResponse(*leaves[half:])), sigma_deg)
+    return RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
 
 
 def _at_angles(
-    density: str, n_orders: int, sizes: RoughSizes, nodes_per_block: tuple[int, ...], exposed: bool
+    density: str,
+    n_orders: int,
+    sizes: RoughSizes,
+    nodes_per_block: tuple[int, ...],
+    exposed: bool,
+    to_be_mixed: bool,
 ):
-    def at_angles(grid, indices, nodes):
+    def interfaces(grid, indices, nodes):
         def at(sigma_deg):
-            return rough_interface(grid, *indices, slope_density(density, sigma_deg), n_orders, sizes)
+            return rough_interface(grid, indices, slope_density(density, sigma_deg), n_orders, sizes)
 
         return tuple(jax.tree.leaves(jax.lax.map(at, nodes)))
 
+    def responses(grid, indices, nodes):
+        coarse = coarse_grid(grid, sizes)
+
+        def at(sigma_deg):
+            return facet_response(grid, coarse, indices, slope_density(density, sigma_deg), n_orders, sizes)
+
+        channels = CoarseChannels.of(grid, coarse, indices)
+        return tuple(jax.tree.leaves((jax.lax.map(at, nodes), channels)))
+
     # Runs once for each face. Besides arrays, the grid consists of its nodes and of whether it is exposed.
-    key = fingerprint("rough table", density, n_orders, sizes, nodes_per_block, exposed)
-    return hastily(at_angles, level=1, key=key)
+    key = fingerprint("rough table", density, n_orders, sizes, nodes_per_block, exposed, to_be_mixed)
+    return hastily(responses if to_be_mixed else interfaces, level=1, key=key)
 
 
 _programs = WeakCache(_at_angles)

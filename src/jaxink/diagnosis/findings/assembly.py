@@ -13,6 +13,7 @@ from jaxink.diagnosis.findings.parameters import (
     undetermined_parameters,
 )
 from jaxink.diagnosis.findings.summary import summary_of
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.loop import SearchResult
 from jaxink.numerics.progress import Progress
 
@@ -35,25 +36,28 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     )
     shifts = misfit_errors(last, found.points, location.smooth)
     remains = not is_met(after, found.structure_after, policy)
+    candidates, corrected = candidate_rows(found.screenings[0], steps), corrected_fit(found, follow)
+    time_limit = found.setup.allowance.outcome()
     evidence = Evidence(
         steps=steps,
         before=before,
         after=after,
         structure=found.structure_after,
         location=location,
-        candidates=candidate_rows(found.screenings[0], steps),
+        candidates=candidates,
         further=further,
         consistency=consistency_of(found.setup.data, found.setup.noise, policy),
         undetermined=undetermined_parameters(last, shifts) if remains else (),
+        time_limit=time_limit,
     )
     return Diagnosis(
         declared=found.fit,
-        corrected=corrected_fit(found, follow),
+        corrected=corrected,
         verdict=mistake_in(found.fit) or judge(evidence, policy),
         steps=steps,
         before=before,
         after=after,
-        candidates=evidence.candidates,
+        candidates=candidates,
         not_testable=first.listed.not_testable,
         structure_before=found.structure_before,
         structure_after=found.structure_after,
@@ -67,6 +71,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         further=further,
         consistency=evidence.consistency,
         remaining=candidate_rows(found.screenings[-1], ()) if len(found.screenings) > 1 else (),
+        time_limit=time_limit,
     )
 
 
@@ -75,8 +80,9 @@ def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement,
     if len(found.steps) != 1 or len(found.steps[0].members) < 2:
         return ()
     screening = found.screenings[0]
-    first, second = (screening.refits.get(name) for name in found.steps[0].members[:2])
-    if first is None or second is None:
+    names = found.steps[0].members[:2]
+    first, second = (screening.refits.get(name) for name in names)
+    if first is None or second is None or not found.setup.allowance.permits(Task.FURTHER, names):
         return ()
     follow("further measurements", 1, first.solution.chi_square)
     return further_measurements(found.setup, screening.stage.accepted, first, second)

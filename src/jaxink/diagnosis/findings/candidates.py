@@ -5,11 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
 from jaxink.display.brief import brief_repr
+from jaxink.numerics.progress import StepOf
 
 
 @dataclasses.dataclass(frozen=True)
@@ -86,7 +88,11 @@ def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[Candi
 
 def _limit(screening: Screening, c: ScreenedCandidate, direction: Direction, is_checked: bool) -> _Limit:
     limit, status, reason = c.detection_limit, c.status, c.reason
-    if status == Testability.TESTABLE and is_checked:
+    is_checked, setup = is_checked and status == Testability.TESTABLE, screening.stage.setup
+    if is_checked and setup.allowance.permits(Task.LIMIT, [c.name]):
+        names = [candidate.name for candidate in screening.result.candidates]
+        step = StepOf(names.index(c.name) + 1, len(names))
+        setup.follow(f"detection limit, {c.name}", step, screening.stage.solution.chi_square)
         limit = limit_by_refits(screening.stage, direction, limit, c.critical_z)
     if limit >= direction.largest and status == Testability.TESTABLE:
         status, reason = Testability.HARDLY, "hardly any strength within its range would be detected"

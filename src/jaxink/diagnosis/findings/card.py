@@ -28,6 +28,7 @@ def _figures_table(figures: tuple[Summary, Summary], has_steps: bool) -> CardTab
         [name, points, *_cells(getattr(summary, field))]
         for name, summary in states.items()
         for points, field in (("fitted", "fitted"), ("held out", "held_out"))
+        if getattr(summary, field) is not None
     ]
     heads = ["model", "points", "chi-square", "reduced chi-square", "relative RMSD", "rms of model / m - 1"]
     return CardTable(heads, rows, (0, 1))

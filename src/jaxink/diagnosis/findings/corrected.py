@@ -2,21 +2,62 @@
 
 import dataclasses
 
+import numpy as np
+
 from jaxink.diagnosis.search.loop import SearchResult
-from jaxink.effects import declare
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.effects import declare, settled
 from jaxink.fitting import FitResult, fit
+from jaxink.fitting.assembly import Found, assemble
+from jaxink.fitting.inputs import prepare_data
+from jaxink.fitting.objective import Objective, make_objective
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.uncertainty import covariance
+from jaxink.measurement import noise_of
 from jaxink.numerics.progress import Progress
 
 
 def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     """Fit of the corrected model, from the end of the search and at its resolution.
 
-    It is that of the declared model if no effect was found.
+    It is that of the declared model if no effect was found. Otherwise the last fit of the search has fitted
+    the same parameters of the same model already, in another order; nothing is compiled for it again.
     """
     if not found.last.accepted:
         return found.fit
-    sample = declare(found.setup.sample, found.last.accepted, found.last.solution.values)
+    setup, solution = found.setup, found.last.solution
+    sample = declare(setup.sample, found.last.accepted, solution.values)
     options = dataclasses.replace(
-        found.options.fit, n_starts=1, scan=False, profile="none", config=found.setup.config
+        found.options.fit, n_starts=1, scan=False, profile="none", config=setup.config
     )
-    return fit(found.fit.data, sample, options, follow)
+    data = prepare_data(found.fit.data, sample)
+    fixed = settled(sample, setup.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
+    noise = noise_of(data, sample.noise)
+    objective = make_objective(data, fixed, "chi_square", setup.config, noise)
+    search = _in_order_of(objective, found.last)
+    if search is None or search.triangle is None or search.gradient is None:
+        return fit(data, sample, options, follow)
+    errors = covariance(search.triangle, search.unit, search.gradient)
+    return assemble(data, fixed, options, noise, objective, Found(search, errors, (search,)))
+
+
+def _in_order_of(objective: Objective, last: Stage) -> Search | None:
+    """The last search with its variables in the order of an objective; None if they are not the same."""
+    search, names = last.solution.search, last.solution.free
+    if set(names) != set(objective.free):
+        return None
+    scale = last.bench.scale_of(objective.free)
+    fields = (field.name for field in dataclasses.fields(scale))
+    if not all(np.array_equal(getattr(scale, name), getattr(objective.scale, name)) for name in fields):
+        return None
+    order = [names.index(name) for name in objective.free]
+    assert search.triangle is not None
+    assert search.gradient is not None
+    return dataclasses.replace(
+        search,
+        start=search.start[order],
+        unit=search.unit[order],
+        triangle=np.linalg.qr(search.triangle[:, order])[1],
+        gradient=search.gradient[order],
+        path=dataclasses.replace(search.path, unit=search.path.unit[:, order]),
+    )

@@ -8,6 +8,7 @@ from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.corrected_file import corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
+from jaxink.diagnosis.findings.judgement import is_met
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
@@ -17,9 +18,11 @@ from jaxink.diagnosis.findings.report_rows import (
     scan_rows,
     step_row,
     structure_row,
+    time_limit_row,
 )
 from jaxink.diagnosis.findings.summary import Summary
-from jaxink.diagnosis.findings.verdict import Verdict
+from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.diagnosis.search.allowance import TimeLimit
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
@@ -67,6 +70,8 @@ class Diagnosis(SavedInFolder, Presented):
         Measurements that would distinguish the first two members of an ambiguous class.
     consistency
         Agreement of readings that must be equal.
+    time_limit
+        The limit of time and what it left out; None if there was no limit.
     """
 
     json_file: ClassVar[str] = REPORT_FILE
@@ -92,10 +97,13 @@ class Diagnosis(SavedInFolder, Presented):
     settings: dict[str, float | int]
     further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
+    time_limit: TimeLimit | None = None
 
     @property
     def structure_remains(self) -> bool:
         """Whether the final model does not fit the data."""
+        if self.verdict.code is VerdictCode.UNFINISHED:
+            return not is_met(self.after, self.structure_after)
         return self.verdict.code.structure_remains
 
     @property
@@ -159,6 +167,7 @@ class Diagnosis(SavedInFolder, Presented):
                     "after": structure_row(self.structure_after),
                 },
                 "residual": self.location.to_dict(),
+                "time_limit": time_limit_row(self.time_limit),
                 "versions": self.declared.versions,
             }
         )

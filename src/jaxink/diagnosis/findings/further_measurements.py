@@ -69,7 +69,8 @@ def further_measurements(
         values = (*columns[:4], columns[4] > 0.5, bsdf)
         arguments = GonioData(*values), FitNoise(sigma, setup.noise.scan_relative, "")
         effects = (*accepted, refit.effect)
-        return Workbench(setup.sample, effects, *arguments, setup.config, scene, len(refit.solution.free))
+        n_slots = len(refit.solution.free)
+        return Workbench(setup.sample, effects, *arguments, setup.config, scene, n_slots, setup.pieces)
 
     ones = np.ones(columns.shape[1])
     expected = bench(first, ones, ones).predict(first.solution.values)

@@ -9,16 +9,23 @@ from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.summary import Summary
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
+from jaxink.diagnosis.search.allowance import TimeLimit
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.fitting import FitResult
 from jaxink.fitting.mistake import mistakes_sentence
 
+# A sentence gives the names of so many effects, and the number of more.
+_MOST_NAMES = 3
+
 
 @dataclasses.dataclass(frozen=True)
 class Evidence:
-    """The evidence for a verdict: `structure` of the final residual, all else as in `Diagnosis`."""
+    """The evidence for a verdict: `structure` of the final residual, all else as in `Diagnosis`.
+
+    `time_limit` is None if there was none.
+    """
 
     steps: tuple[Step, ...]
     before: Summary
@@ -29,6 +36,7 @@ class Evidence:
     further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
     undetermined: tuple[str, ...] = ()
+    time_limit: TimeLimit | None = None
 
 
 def is_met(summary: Summary, structure: StructureResult, policy: SearchPolicy = DEFAULT_POLICY) -> bool:
@@ -58,13 +66,35 @@ def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
     verdict = _judged(evidence, policy)
     if verdict.code is VerdictCode.NOT_TESTABLE:
         return verdict
+    limit = evidence.time_limit
+    if limit is not None and limit.is_decisive:
+        verdict = _unfinished(verdict, evidence, policy)
     sentence = verdict.sentence
+    if limit is not None and limit.not_done:
+        left_out = "; ".join(omission.described(_MOST_NAMES) for omission in limit.not_done)
+        sentence += f" Not done within the time limit of {limit.limit_s:g} s: {left_out}."
     if evidence.undetermined:
         sentence += f" Given this misfit, the data do not determine {', '.join(evidence.undetermined)}."
     broken = [c.sentence for c in evidence.consistency if c.exceeds_noise]
     if broken:
         sentence += f" The data are inconsistent: {'; '.join(broken)}."
     return dataclasses.replace(verdict, sentence=sentence)
+
+
+def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> Verdict:
+    """What can be said although tests are missing that the verdict would rest on."""
+    if evidence.steps:
+        sentence = f"Unfinished within the time limit. So far: {verdict.sentence}"
+        return Verdict(VerdictCode.UNFINISHED, verdict.effects, sentence)
+    reduced, place = evidence.before.fitted.reduced_chi_square, evidence.location.sentence
+    if is_met(evidence.after, evidence.structure, policy):
+        found = f"The residual is consistent with noise (reduced chi-square {reduced:.4g})"
+    else:
+        found = f"The residual has structure (reduced chi-square {reduced:.4g}): {place}"
+    best = next((c for c in evidence.candidates if c.refit_delta_chi_square), None)
+    leading = f"; largest decrease in chi-square by a refit so far: {best.effect}" if best else ""
+    sentence = f"Unfinished within the time limit. {found}. No effect has passed all tests so far{leading}."
+    return Verdict(VerdictCode.UNFINISHED, (), sentence)
 
 
 def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
@@ -83,9 +113,11 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     what = " and ".join(_named(step) for step in steps)
     change = (
         f"reduced chi-square decreases from {before.fitted.reduced_chi_square:.4g} to "
-        f"{after.fitted.reduced_chi_square:.4g} (held-out scans: from "
-        f"{before.held_out.reduced_chi_square:.4g} to {after.held_out.reduced_chi_square:.4g})"
+        f"{after.fitted.reduced_chi_square:.4g}"
     )
+    if before.held_out is not None and after.held_out is not None:
+        unseen = before.held_out.reduced_chi_square, after.held_out.reduced_chi_square
+        change += f" (held-out scans: from {unseen[0]:.4g} to {unseen[1]:.4g})"
     if not met:
         sentence = f"Partly explained: {what}; {change}. Remaining residual: {evidence.location.sentence}."
         return Verdict(VerdictCode.PARTLY_EXPLAINED, tuple(names + others), sentence)

@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.summary import Summary
+from jaxink.diagnosis.search.allowance import TimeLimit
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
@@ -59,16 +60,22 @@ def scan_rows(data: GonioData, before: Summary, after: Summary) -> list[dict[str
         row = {"theta_i_deg": scan.theta_i_deg, "wavelength_nm": scan.wavelength_nm, "side": scan.side}
         for when, summary in (("before", before), ("after", after)):
             for what, predicted in (("", summary.predicted_per_sr), ("held_out_", summary.held_out_per_sr)):
-                ratio = predicted[here] / measured[here] - 1
-                row[f"{what}relative_rms_{when}"] = float(np.sqrt(np.mean(ratio**2)))
+                row[f"{what}relative_rms_{when}"] = _relative_rms(predicted, measured, here)
             row[f"chi_square_{when}"] = float(np.sum(summary.whitened[here] ** 2))
         rows.append({**row, "points": int(here.sum())})
     return rows
 
 
+def _relative_rms(predicted: np.ndarray | None, measured: np.ndarray, here: np.ndarray) -> float | None:
+    if predicted is None:
+        return None
+    return float(np.sqrt(np.mean((predicted[here] / measured[here] - 1) ** 2)))
+
+
 def figures_row(summary: Summary) -> dict[str, Any]:
     """Figures of merit, including those of held-out points."""
-    return dataclasses.asdict(summary.fitted) | {"held_out": dataclasses.asdict(summary.held_out)}
+    held_out = None if summary.held_out is None else dataclasses.asdict(summary.held_out)
+    return dataclasses.asdict(summary.fitted) | {"held_out": held_out}
 
 
 def candidate_row(row: CandidateRow) -> dict[str, Any]:
@@ -83,3 +90,11 @@ def structure_row(structure: StructureResult) -> dict[str, Any]:
         "leading": structure.leading,
         "statistics": {s.name: {"value": s.value, "p_value": s.p_value} for s in structure.statistics},
     }
+
+
+def time_limit_row(limit: TimeLimit | None) -> dict[str, Any] | None:
+    """A time limit and what was not done; None if there was no limit."""
+    if limit is None:
+        return None
+    not_done = [{"task": o.task.value, "names": list(o.names)} for o in limit.not_done]
+    return {"limit_s": limit.limit_s, "elapsed_s": limit.elapsed_s, "not_done": not_done}

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.display.brief import brief_repr
@@ -45,36 +46,35 @@ class Summary:
     Parameters
     ----------
     fitted, held_out
-        For the fit of all points, and for fits that leave out each scan in turn.
+        For the fit of all points, and for fits that leave out each scan in turn; None if a time limit left no
+        time for these.
     predicted_per_sr, whitened
         From the fit of all points.
     held_out_per_sr
-        Prediction of each point by the fit that left it out.
+        Prediction of each point by the fit that left it out; None as above.
     """
 
     __repr__ = brief_repr
 
     fitted: Figures
-    held_out: Figures
+    held_out: Figures | None
     predicted_per_sr: Float[np.ndarray, " points"]
     whitened: Float[np.ndarray, " points"]
-    held_out_per_sr: Float[np.ndarray, " points"]
+    held_out_per_sr: Float[np.ndarray, " points"] | None
 
 
 def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
-    """Figures of merit of a stage, including its predictions of held-out points."""
+    """Figures of merit of a stage, including its predictions of held-out points if there is time."""
     measured, folds = cross_validation.observations.measured_per_sr, cross_validation.folds
     held_out, data, n = cross_validation.predictions(stage), stage.setup.data, len(measured)
     predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]
+    fitted = _figures(data, predicted, whitened, len(stage.free))
+    if held_out is None:
+        stage.setup.allowance.permits(Task.HELD_OUT, ["extended" if stage.accepted else "declared"])
+        return Summary(fitted, None, predicted, whitened, None)
     unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
     left = stage.bench.whiten(unseen, measured - unseen)[:n]
-    return Summary(
-        _figures(data, predicted, whitened, len(stage.free)),
-        _figures(data, unseen, left, 0),
-        predicted,
-        whitened,
-        unseen,
-    )
+    return Summary(fitted, _figures(data, unseen, left, 0), predicted, whitened, unseen)
 
 
 def _figures(data: GonioData, predicted, whitened, n_parameters: int) -> Figures:

@@ -25,6 +25,7 @@ class VerdictCode(enum.StrEnum):
     NOT_TESTABLE = "not_testable", "there are not more points than parameters"
     PARTLY_EXPLAINED = "partly_explained", "effects were found, but structure remains"
     UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
+    UNFINISHED = "unfinished", "a time limit left out tests that any other verdict would rest on"
 
     def __new__(cls, code: str, meaning: str):
         """A code with its meaning."""
@@ -35,7 +36,7 @@ class VerdictCode(enum.StrEnum):
 
     @property
     def structure_remains(self) -> bool:
-        """Whether the final model does not fit the data."""
+        """Whether the final model does not fit the data; False if the code does not say."""
         return self in (
             VerdictCode.INPUT_MISTAKE,
             VerdictCode.PARTLY_EXPLAINED,
@@ -45,7 +46,7 @@ class VerdictCode(enum.StrEnum):
     @property
     def is_met(self) -> bool:
         """Whether the final model fits the data."""
-        return not self.structure_remains and self is not VerdictCode.NOT_TESTABLE
+        return not self.structure_remains and self not in (VerdictCode.NOT_TESTABLE, VerdictCode.UNFINISHED)
 
 
 @dataclasses.dataclass(frozen=True)

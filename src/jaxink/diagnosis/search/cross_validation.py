@@ -18,17 +18,16 @@ from jaxink.diagnosis.statistics.predictive_density import (
 )
 from jaxink.effects import Effect
 from jaxink.fitting.objective import weights_of
-from jaxink.numerics.progress import Progress
+from jaxink.numerics.progress import StepOf
 
 
 class CrossValidation:
-    """Predictions of held-out points, made once for each model.
+    """Predictions of held-out points, made once for each model while there is time for them.
 
-    `folds` is True for the points that a fold holds out; `follow` is called with the task, the number of
-    folds and chi-square.
+    `folds` is True for the points that a fold holds out.
     """
 
-    def __init__(self, setup: Setup, points: Points, follow: Progress):
+    def __init__(self, setup: Setup, points: Points):
         used = setup.data.used
         self.observations = Observations(
             setup.data.bsdf_per_sr[used],
@@ -38,24 +37,31 @@ class CrossValidation:
             weights_of(setup.data, setup.sample)[np.unique(points.scan, return_index=True)[1]],
         )
         self.folds = _folds(points, setup.policy)
-        self._follow = follow
+        self._follow, self._allowance = setup.follow, setup.allowance
         self._predictions: dict[tuple[Effect, ...], np.ndarray] = {}
 
-    def predictions(self, stage: Stage) -> Float[np.ndarray, "folds points"]:
-        """Predictions of a stage's model, 1/sr."""
+    def predictions(self, stage: Stage) -> Float[np.ndarray, "folds points"] | None:
+        """Predictions of a stage's model, 1/sr; None if there was no time for them."""
         return self._made(stage.accepted, stage.bench, stage.solution)
 
-    def gain(self, stage: Stage, refit: Refit) -> HeldOutGain:
-        """Gain in log density of held-out points from adding an effect to a stage."""
+    def gain(self, stage: Stage, refit: Refit) -> HeldOutGain | None:
+        """Gain in log density of held-out points from adding an effect to a stage; None as above."""
         before = self.predictions(stage)
         after = self._made((*stage.accepted, refit.effect), refit.bench, refit.solution)
+        if before is None or after is None:
+            return None
         return held_out_gain(self.observations, self.folds, before, after)
 
-    def _made(self, effects: tuple[Effect, ...], bench: Workbench, solution: Solution) -> np.ndarray:
+    def _made(self, effects: tuple[Effect, ...], bench: Workbench, solution: Solution) -> np.ndarray | None:
         if effects not in self._predictions:
-            self._follow("held out", len(self.folds), solution.chi_square)
-            fits = (bench.fit(solution.values, solution.free, left_out=fold) for fold in self.folds)
-            self._predictions[effects] = np.stack([fit.predicted_per_sr for fit in fits])
+            predicted, what = [], f"held out with {' and '.join(e.name for e in effects) or 'no effect'}"
+            for number, fold in enumerate(self.folds, start=1):
+                if self._allowance.is_over:
+                    return None
+                self._follow(what, StepOf(number, len(self.folds)), solution.chi_square)
+                fit = bench.fit(solution.values, solution.free, left_out=fold)
+                predicted.append(fit.predicted_per_sr)
+            self._predictions[effects] = np.stack(predicted)
         return self._predictions[effects]
 
 

@@ -1,9 +1,14 @@
 """Choice of the next effect: refits of the candidates of a stage, and the acceptance tests."""
 
 import dataclasses
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from itertools import zip_longest
 
 import numpy as np
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import best_refit, polished
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
@@ -13,17 +18,16 @@ from jaxink.diagnosis.search.stage import Stage, in_threads
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
-from jaxink.numerics.progress import Progress
+from jaxink.numerics.progress import StepOf
 
 
 @dataclasses.dataclass(frozen=True)
 class ForwardSelection:
-    """Choice of the next effect; `follow` is called with the task, its number and chi-square."""
+    """Choice of the next effect while time allows."""
 
     options: DiagnosisOptions
     n_points: int
     cross_validation: CrossValidation
-    follow: Progress
 
     def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
         """The first class of candidates that passes all tests, or None; `screening` collects the refits.
@@ -33,11 +37,7 @@ class ForwardSelection:
         """
         left_out = self._refit_candidates(screening)
         reach = self._foresight(screening) if with_pairs else {}
-        for name in left_out:
-            if self._is_enough(screening, reach):
-                break
-            self._refit(screening, name)
-            self._polish(screening)
+        self._refit_until_enough(screening, left_out, reach)
         return self._accepted(screening, reach)
 
     def _refit_candidates(self, screening: Screening) -> list[str]:
@@ -55,9 +55,11 @@ class ForwardSelection:
         significant = [name for name in significant if self._has_room(stage, directions[name])]
         promise = {name: stage.promise(directions[name]) for name in significant}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
-        for name in (n for n in promise if n not in own):
-            self._refit(screening, name)
-        self._polish(screening)
+        shared = [name for name in promise if name not in own]
+        with _prepared(stage, directions, promise, policy.own_program_share):
+            for name in shared:
+                self._refit(screening, name, len(promise))
+            self._polish(screening)
         drops = [r.delta_chi_square for r in screening.refits.values()]
         likely = max(drops + list(promise.values()), default=0.0)
         is_lost = stage.is_far and not self._is_enough(screening, {})
@@ -66,27 +68,53 @@ class ForwardSelection:
         programs: dict[str, list[str]] = {}
         for name in worth:
             programs.setdefault(directions[name][0].effect.program, []).append(name)
-        in_threads(lambda names: [self._refit(screening, name) for name in names], programs.values())
+        total = len(shared) + len(worth)
+        in_threads(lambda names: [self._refit(screening, name, total) for name in names], programs.values())
         self._polish(screening)
         return [name for name in own if name not in screening.refits]
+
+    def _refit_until_enough(self, screening: Screening, names: list[str], reach: dict[str, float]) -> None:
+        """Refit effects with programs of their own one by one; meanwhile, the next one is compiled."""
+        pool, total = ThreadPoolExecutor(1), len(screening.refits) + len(names)
+        compiled: Future | None = None
+        try:
+            for name, following in zip_longest(names, names[1:]):
+                if self._is_enough(screening, reach):
+                    break
+                if compiled is not None:
+                    compiled.result()
+                if following is not None:
+                    effect = screening.directions[following][0].effect
+                    compiled = pool.submit(screening.stage.prepare, effect)
+                self._refit(screening, name, total)
+                self._polish(screening)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
     def _has_room(self, stage: Stage, directions: list[Direction]) -> bool:
         """Whether the number of free parameters allows for the terms of an effect."""
         most = self.options.max_parameters
         return most is None or len(stage.free) + len(directions[0].effect.terms) <= most
 
-    def _refit(self, screening: Screening, name: str) -> None:
-        refits = screening.refits
-        refits[name] = best_refit(screening.stage, screening.directions[name])
-        self.follow(f"refit with {name}", len(refits), refits[name].solution.chi_square)
+    def _refit(self, screening: Screening, name: str, total: int) -> None:
+        """Refit one of so many effects."""
+        stage, refits = screening.stage, screening.refits
+        if not stage.setup.allowance.permits(Task.REFIT, [name]):
+            return
+        lowest = min([stage.solution.chi_square, *(r.solution.chi_square for r in refits.values())])
+        stage.setup.follow(f"refit with {name}", StepOf(len(refits) + 1, total), lowest)
+        refits[name] = best_refit(stage, screening.directions[name])
 
     def _polish(self, screening: Screening) -> None:
         """Continue the leading refits to convergence."""
         refits, policy = screening.refits, self.options.policy
         leading = sorted(refits, key=lambda name: -refits[name].penalised(self.n_points))
         for name in leading[: policy.most_polished]:
-            if refits[name].delta_chi_square >= policy.polish_share * refits[leading[0]].delta_chi_square:
-                refits[name] = polished(screening.stage, refits[name])
+            refit, least = refits[name], policy.polish_share * refits[leading[0]].delta_chi_square
+            if refit.delta_chi_square < least or refit.solution.search.outcome.converged:
+                continue
+            if screening.stage.setup.allowance.permits(Task.CONVERGENCE, [name]):
+                refits[name] = polished(screening.stage, refit)
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
         """Whether one effect, or a pair, leaves little misfit, or there was little to begin with."""
@@ -104,8 +132,12 @@ class ForwardSelection:
         if not ranked or ranked[0].solution.chi_square < policy.enough_reduced_chi_square * n:
             return {}
         reach: dict[str, float] = {}
-        for refit in [r for r in ranked if not r.effect.own_program][: policy.most_foreseen]:
-            stage = screening.stage
+        stage, leading = screening.stage, [r for r in ranked if not r.effect.own_program]
+        for number, refit in enumerate(leading[: policy.most_foreseen], start=1):
+            if not stage.setup.allowance.permits(Task.PAIR, [refit.effect.name]):
+                continue
+            step = StepOf(number, min(len(leading), policy.most_foreseen))
+            stage.setup.follow(f"pairs with {refit.effect.name}", step, refit.solution.chi_square)
             ahead = Stage(stage.setup, (*stage.accepted, refit.effect), refit.solution.values)
             directions = ahead.directions(with_own=False)
             order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
@@ -116,7 +148,6 @@ class ForwardSelection:
             costs = len(refit.effect.terms) * np.log(n)
             ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
             reach[refit.effect.name] = min(ends, default=np.inf)
-            self.follow(f"foresight with {refit.effect.name}", len(reach), refit.solution.chi_square)
         return reach
 
     def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
@@ -145,10 +176,32 @@ class ForwardSelection:
             error = best.estimates()[best.effect.strength.name].standard_error
             # A strength at a bound of its range has no error, and counts as significant.
             is_clear = error is None or abs(best.strength) > policy.clear_errors * error
+            if not is_clear:
+                continue
             gain = self.cross_validation.gain(screening.stage, best)
-            if is_clear and gain.improves:
+            if gain is None:
+                screening.stage.setup.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
+                return None
+            if gain.improves:
                 return _step(screening, best, members, gain)
         return None
+
+
+@contextmanager
+def _prepared(
+    stage: Stage, directions: dict[str, list[Direction]], promise: dict[str, float], share: float
+) -> Iterator[None]:
+    """Compile the program of the most promising effect meanwhile, if it is one that will be refitted."""
+    own = [name for name in promise if directions[name][0].effect.own_program]
+    leading = max(own, key=lambda name: promise[name], default=None)
+    others = [promise[name] for name in promise if name not in own]
+    if leading is None or not others or promise[leading] < share * max(others):
+        yield
+        return
+    with ThreadPoolExecutor(1) as pool:
+        made = pool.submit(stage.prepare, directions[leading][0].effect)
+        yield
+        made.result()
 
 
 def _step(screening: Screening, best: Refit, members: tuple[str, ...], gain: HeldOutGain) -> Step:

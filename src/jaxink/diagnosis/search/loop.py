@@ -6,13 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
 from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import Effect, Scene, model_at
@@ -61,27 +64,37 @@ class SearchResult:
 
 
 class _Accepted(NamedTuple):
-    """Effects, and values of all parameters with them."""
+    """Effects, values of all parameters with them, and a workbench that has their program."""
 
     effects: tuple[Effect, ...]
     values: dict[str, float]
+    bench: Workbench
 
 
 def search_effects(
-    fit: FitResult, sample: Sample, options: DiagnosisOptions, follow: Progress
+    fit: FitResult,
+    sample: Sample,
+    options: DiagnosisOptions,
+    follow: Progress,
+    allowance: Allowance,
+    pieces: Pieces,
 ) -> SearchResult:
     """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square."""
     setup, points = _setup(fit, sample, options), Points.of(fit.data)
-    cross_validation = CrossValidation(setup, points, follow)
-    selection = ForwardSelection(options, len(points), cross_validation, follow)
-    stage = first = Stage(setup, (), fit.values)
-    structure_before = _structure(first, points)
+    setup = dataclasses.replace(setup, allowance=allowance, follow=follow, pieces=pieces)
+    cross_validation = CrossValidation(setup, points)
+    selection = ForwardSelection(options, len(points), cross_validation)
+    is_in_time = allowance.permits(Task.SCREEN, (effect.name for effect in setup.listed(()).forms))
+    stage = first = Stage(setup if is_in_time else setup.without_candidates(), (), fit.values)
+    structure = structure_before = _structure(first, points)
     steps: list[Step] = []
     screenings: list[Screening] = []
     # Effects that make each other unnecessary must not alternate forever.
     for _ in range(2 * options.max_effects + 1):
         follow("screen", len(steps) + 1, stage.solution.chi_square)
-        if steps and _is_quiet(_structure(stage, points), options.level):
+        if steps and _is_quiet(structure, options.level):
+            break
+        if steps and not allowance.permits(Task.REPETITION):
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
@@ -91,10 +104,15 @@ def search_effects(
         steps.append(step)
         accepted = _without_superfluous(stage, step, len(points))
         steps = [s for s in steps if s.form in accepted.effects]
-        left, stage = stage, Stage(setup, accepted.effects, accepted.values)
-        left.release()
+        left, stage = stage, Stage(setup, accepted.effects, accepted.values, accepted.bench)
+        structure = _structure(stage, points)
+        if not (_is_quiet(structure, options.level) or allowance.is_over):
+            # Now with all effects that may still be missing.
+            stage = Stage(setup, accepted.effects, stage.solution.values)
+            structure = _structure(stage, points)
+        left.release(kept=stage.bench)
     if len(steps) > 1:
-        steps = [with_class_beside_others(stage, step, len(points)) for step in steps]
+        steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
     return SearchResult(
         options=options,
         fit=fit,
@@ -106,7 +124,7 @@ def search_effects(
         steps=tuple(steps),
         screenings=tuple(screenings),
         structure_before=structure_before,
-        structure_after=_structure(stage, points) if steps else structure_before,
+        structure_after=structure,
     )
 
 
@@ -158,11 +176,14 @@ def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
     refit = step.refit
     effects = (*stage.accepted, step.form)
     for effect in stage.accepted:
+        if not stage.setup.allowance.permits(Task.COMPARISON, [effect.name]):
+            break
         terms = {t.name for t in effect.terms}
         free = tuple(name for name in refit.solution.free if name not in terms)
         neutral = {effect.strength.name: effect.neutral}
         without = refit.bench.fit(refit.solution.values | neutral, free)
         if without.chi_square - refit.solution.chi_square < len(terms) * np.log(n_points):
             _LOG.debug("%s is no longer needed", effect.name)
-            return _Accepted(tuple(e for e in effects if e != effect), without.values)
-    return _Accepted(effects, refit.solution.values)
+            left = tuple(e for e in effects if e != effect)
+            return _Accepted(left, without.values, refit.bench)
+    return _Accepted(effects, refit.solution.values, refit.bench)

@@ -6,7 +6,7 @@ from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.display.brief import brief_repr
 from jaxink.effects import CATALOGUE, Effect
-from jaxink.errors import InputRefusedError, require_integer, require_kind
+from jaxink.errors import InputRefusedError, require_integer, require_kind, require_number, shown
 from jaxink.fitting import FitOptions
 
 
@@ -30,6 +30,9 @@ class DiagnosisOptions:
         Classes of effects that are considered: `CATALOGUE`, and your own.
     policy
         Thresholds of the search and of its verdict.
+    time_limit_s
+        Seconds after which the diagnosis ends with the best verdict so far; None for no limit. The declared
+        model is fitted in any case, and a fit or a compilation that has begun is ended.
 
     Raises
     ------
@@ -48,11 +51,16 @@ class DiagnosisOptions:
     fit: FitOptions = FitOptions(profile="none")
     catalogue: tuple[type[Effect], ...] = CATALOGUE
     policy: SearchPolicy = DEFAULT_POLICY
+    time_limit_s: float | None = None
 
     def __post_init__(self):
         require_integer("max_effects", self.max_effects, 0)
         if self.max_parameters is not None:
             require_integer("max_parameters", self.max_parameters, 1)
+        if self.time_limit_s is not None:
+            require_number("time_limit_s", self.time_limit_s)
+            if not self.time_limit_s > 0:
+                raise InputRefusedError(f"time_limit_s is {shown(self.time_limit_s)}; it must be positive.")
         require_kind("fit", self.fit, FitOptions)
         require_kind("policy", self.policy, SearchPolicy)
         _ = self.screen  # Rejected before the fit, not after it.

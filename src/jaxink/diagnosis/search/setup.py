@@ -5,10 +5,13 @@ import dataclasses
 import numpy as np
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
+from jaxink.diagnosis.search.allowance import Allowance
+from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.effects import Case, Effect, Listed, Scene, declared_effects, effects_for, extend, undivided
 from jaxink.measurement import FitNoise, GonioData
+from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
@@ -21,7 +24,9 @@ _FURTHER_SLOTS = 6
 class Setup:
     """What all stages share: sample, measurement and resolution, classes of effects, and thresholds.
 
-    `options` are those of the screen; `accuracy` is the largest relative error of the discretisation.
+    `options` are those of the screen; `accuracy` is the largest relative error of the discretisation;
+    `allowance` is the time for all of them; `follow` is called with task, step and chi-square;
+    `pieces` keeps what is finished.
     """
 
     sample: Sample
@@ -33,10 +38,18 @@ class Setup:
     options: ScreenOptions
     accuracy: float = DEFAULT_ACCURACY
     policy: SearchPolicy = DEFAULT_POLICY
+    allowance: Allowance = dataclasses.field(default_factory=Allowance)
+    follow: Progress = log_progress
+    pieces: Pieces = dataclasses.field(default_factory=Pieces)
+
+    def without_candidates(self) -> "Setup":
+        """The same without any effect to look for."""
+        return dataclasses.replace(self, catalogue=())
 
     def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
         """A workbench of the sample with some effects."""
-        return Workbench(self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots)
+        arguments = self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots
+        return Workbench(*arguments, self.pieces)
 
     def listed(self, accepted: tuple[Effect, ...]) -> Listed:
         """Effects that the sample may lack in addition to those accepted."""

@@ -1,5 +1,6 @@
 """One stage of a search: a model with the effects found so far, and its screen."""
 
+import itertools
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
@@ -9,6 +10,7 @@ import jax
 import numpy as np
 from jaxtyping import Int
 
+from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.direction import Direction, secants, tangents
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
@@ -18,6 +20,7 @@ from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
 from jaxink.effects import AreaWithOtherValues, Effect, Listed
 from jaxink.numerics.precision import computing, release_programs
+from jaxink.numerics.progress import StepOf
 
 # A parameter closer than this many standard errors to a bound counts as being at the bound.
 _NEAR_BOUND = 1e-6
@@ -52,6 +55,8 @@ class Stage:
         Effects found so far.
     values
         Start of the fit.
+    bench
+        Workbench with these effects and a program for them, if there is one already; without candidates.
 
     Attributes
     ----------
@@ -62,10 +67,17 @@ class Stage:
         Refits made so far, by the form of the effect.
     """
 
-    def __init__(self, setup: Setup, accepted: tuple[Effect, ...], values: dict[str, float]):
-        self.setup, self.accepted = setup, accepted
-        self.listed: Listed = setup.listed(accepted)
-        self.bench = setup.shared_bench(accepted, self.listed)
+    def __init__(
+        self,
+        setup: Setup,
+        accepted: tuple[Effect, ...],
+        values: dict[str, float],
+        bench: Workbench | None = None,
+    ):
+        self.setup = setup if bench is None else setup.without_candidates()
+        self.accepted = accepted
+        self.listed: Listed = self.setup.listed(accepted)
+        self.bench = bench or self.setup.shared_bench(accepted, self.listed)
         self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
         self._own: dict[str, Workbench] = {}
         self.refits: dict[Effect, Refit] = {}
@@ -95,20 +107,33 @@ class Stage:
             self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots)
         return self._own[effect.program]
 
-    def release(self) -> None:
-        """Drop the compiled programs of a stage that is no longer needed."""
+    def prepare(self, effect: Effect) -> None:
+        """Compile the program for refits with an effect that has its own, in any thread."""
+        if not self.setup.allowance.is_over:
+            with jax.enable_x64(True):
+                free = self.free + tuple(term.name for term in effect.terms)
+                self.own_bench(effect).prepare(self.solution.values, free)
+
+    def release(self, kept: Workbench) -> None:
+        """Drop the compiled programs of a stage that is no longer needed, but for one workbench."""
         for bench in (self.bench, *self._own.values()):
-            bench.release()
+            if bench is not kept:
+                bench.release()
         release_programs()
 
     def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
         """Columns of all forms at all settings, by name; `with_own`: of those with an own program, too."""
         by_name: dict[str, list[Direction]] = {}
         inside = [e for e in self.listed.forms if not e.own_program]
+        inside = inside if self._may_screen(inside) else []
         shared = tangents(self.bench, self.solution, self.free, inside)
         for direction in [*shared, *(self._all_secants() if with_own else ())]:
             by_name.setdefault(direction.effect.name, []).append(direction.without_rounding())
         return by_name
+
+    def _may_screen(self, effects: Iterable[Effect]) -> bool:
+        task = Task.REPETITION if self.accepted else Task.SCREEN
+        return self.setup.allowance.permits(task, () if self.accepted else (e.name for e in effects))
 
     def _programs(self) -> dict[str, list[Effect]]:
         """Screened effects with programs of their own, by program."""
@@ -122,6 +147,8 @@ class Stage:
         """The fit; meanwhile, programs that the screen will need are compiled."""
 
         def make(effects):
+            if self.setup.allowance.is_over:
+                return
             with jax.enable_x64(True):
                 self.own_bench(effects[0]).predict(values)
 
@@ -139,9 +166,14 @@ class Stage:
             pool.shutdown(wait=False, cancel_futures=True)
 
     def _all_secants(self) -> list[Direction]:
-        programs = self._programs()
+        programs, number = self._programs(), itertools.count(1)
 
         def of(program):
+            if not self._may_screen(programs[program]):
+                return []
+            names = ", ".join(dict.fromkeys(effect.name for effect in programs[program]))
+            step = StepOf(next(number), len(programs))
+            self.setup.follow(f"screen with {names}", step, self.solution.chi_square)
             made = self._made.get(program)
             if made is not None and not made.cancelled():
                 made.result()

@@ -7,12 +7,15 @@ program therefore fits any choice of parameters and computes any column of the J
 import dataclasses
 from typing import NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene
+from jaxink.fitting.colouring import colours
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, compose
@@ -33,11 +36,28 @@ class SlotObjective(Objective):
     """
 
     position: Int[np.ndarray, " parameters"]
+    directions: int = eqx.field(static=True, default=0)
+
+    @property
+    def variables(self) -> tuple[str | None, ...]:
+        """Names that the slots stand for."""
+        return tuple(self.names[i] if i < len(self.names) else None for i in self.position)
+
+    @property
+    def least_directions(self) -> int:
+        """Enough for the largest fit."""
+        return self.directions
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Values of all names: the constants, replaced by the slots."""
         whole = jnp.asarray(self.constants).at[self.position].set(physical, mode="drop")
         return {name: whole[i] for i, name in enumerate(self.names)}
+
+
+def _directions(model: AugmentedModel, base_free: tuple[str, ...], n_slots: int) -> int:
+    """Directional derivatives of a fit in which the slots that are left stand for effects."""
+    own = model.own_wavelengths(base_free)
+    return 1 + int(max(colours(base_free, own), default=-1)) + n_slots - len(base_free)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,6 +116,8 @@ class Workbench:
         Resolution of the solver.
     n_slots
         Largest number of free parameters of a fit.
+    pieces
+        Where results are kept; None to keep none.
     """
 
     def __init__(
@@ -107,7 +129,9 @@ class Workbench:
         config: SolverConfig,
         scene: Scene,
         n_slots: int,
+        pieces: Pieces | None = None,
     ):
+        self._pieces = pieces or Pieces()
         model = AugmentedModel(sample, effects, scene, config)
         self.base, self.effects = sample, model.effects
         table = model.sample.parameters
@@ -133,6 +157,7 @@ class Workbench:
             scale=UnitScale.of((_UNUSED,) * n_slots),
             free=tuple(f"slot{i}" for i in range(n_slots)),
             position=np.full(n_slots, len(names)),
+            directions=_directions(model, self.base_free, n_slots),
         )
 
     @property
@@ -165,6 +190,12 @@ class Workbench:
             self._engine = GradientSearch(objective)
         return self._engine.on(objective)
 
+    def prepare(self, values: dict[str, float], free: tuple[str, ...]) -> None:
+        """Compile the program of fits, in a thread of its own if so wished."""
+        if not self._pieces.is_replaying:
+            objective, unit = self._with_slots(values, free, None)
+            self._search(objective).compiled.prepare(unit, jacobian=True)
+
     def release(self) -> None:
         """Drop the compiled programs; they are compiled again when needed."""
         self._engine = None
@@ -180,7 +211,9 @@ class Workbench:
     def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF at the used points, 1/sr."""
         objective, unit = self._with_slots(values, (), None)
-        return self._search(objective).predicted(unit)
+        return self._pieces.once(
+            "prediction", (objective, unit), ARRAY, lambda: self._search(objective).predicted(unit)
+        )
 
     def fit(
         self,
@@ -209,7 +242,12 @@ class Workbench:
         if measured is not None:
             objective = dataclasses.replace(objective, measured=measured)
         held = {i: 0.5 for i in range(len(free), self.n_slots)}
-        search = self._search(objective).run(unit, held, max_jacobians=max_jacobians)
+        search = self._pieces.once(
+            "fit",
+            (objective, unit, held, max_jacobians),
+            SEARCH,
+            lambda: self._search(objective).run(unit, held, max_jacobians=max_jacobians),
+        )
         physical = objective.scale.to_physical(np.asarray(search.unit))
         found = dict(zip(objective.names, objective.constants.tolist(), strict=True))
         found |= dict(zip(free, physical.tolist(), strict=False))
@@ -227,14 +265,19 @@ class Workbench:
         for batch in batches:
             names = (*fixed, *batch)
             objective, unit = self._with_slots(values, names, None)
-            search = self._search(objective)
-            value, jacobian = search.linearised(unit)
+            value, jacobian = self._linearised(objective, unit)
             slope = objective.scale.slope(unit)
             for i, name in enumerate(names):
                 found[name] = -jacobian[:, i] / slope[i]
             residual = value
         columns = [found[name] for name in free]
         return Linearisation(np.stack(columns, axis=1), residual)
+
+    def _linearised(self, objective: SlotObjective, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual and Jacobian in the slots."""
+        return self._pieces.once(
+            "linearisation", (objective, unit), ARRAYS, lambda: self._search(objective).linearised(unit)
+        )
 
     def whiten(
         self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]

@@ -1,0 +1,128 @@
+"""A diagnosis that was stopped: what of it is finished, and whether it belongs to the present input."""
+
+import dataclasses
+import enum
+import json
+import os
+import shutil
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from jaxink.diagnosis.search.options import DiagnosisOptions
+from jaxink.diagnosis.search.pieces import Pieces, code_version
+from jaxink.effects import CATALOGUE
+from jaxink.errors import InputRefusedError
+from jaxink.files.reading import shown_path
+from jaxink.fitting import FitResult, load_result
+from jaxink.fitting.inputs import read_inputs
+from jaxink.measurement import GonioData
+from jaxink.numerics.fingerprint import fingerprint
+from jaxink.sample import Sample
+
+_ABOUT, _DECLARED = "about.json", "declared"
+
+
+class Origin(enum.Enum):
+    """What a folder contains; the value is a sentence about it."""
+
+    SAME = "the diagnosis goes on where it was stopped"
+    EMPTY = "there is nothing to go on from; the diagnosis begins anew"
+    OTHER_INPUT = (
+        "what is there belongs to another measurement, sample or other options; it is not used, and the "
+        "diagnosis begins anew"
+    )
+    OTHER_CODE = (
+        "what is there was computed by another version of jaxink or of its libraries; it is not used, and "
+        "the diagnosis begins anew"
+    )
+    UNKNOWN = "effects of your own cannot be recognised in another process; the diagnosis begins anew"
+
+
+class Unfinished:
+    """Folder of the finished pieces of one diagnosis.
+
+    Parameters
+    ----------
+    folder
+        Created by the first piece; `clear` removes it once the result is saved.
+    data, sample, options
+        As of `diagnose`; another time limit makes no difference.
+
+    Attributes
+    ----------
+    origin
+        What the folder contains.
+    """
+
+    def __init__(
+        self,
+        folder: str | Path,
+        data: GonioData | str | Path | Sequence[str | Path],
+        sample: Sample | str | Path,
+        options: DiagnosisOptions | None = None,
+    ):
+        self.folder = Path(folder)
+        options = dataclasses.replace(options or DiagnosisOptions(), time_limit_s=None)
+        self._own = tuple(effect for effect in options.catalogue if effect not in CATALOGUE)
+        self._about = {
+            "input": fingerprint(*read_inputs(data, sample), options),
+            "code": code_version(),
+        }
+        self.origin = self._origin()
+
+    @property
+    def sentence(self) -> str:
+        """What the folder contains, for a user."""
+        return f"{shown_path(self.folder)}: {self.origin.value}."
+
+    def begin(self, fitted: FitResult) -> Pieces:
+        """Keep the fit of the declared model; remove what belongs to another diagnosis; return the pieces."""
+        if self.origin is Origin.SAME:
+            return Pieces(self.folder)
+        self.clear()
+        if self._about["input"] is None:
+            return Pieces()
+        self._declare()
+        self.keep(fitted)
+        return Pieces(self.folder)
+
+    def clear(self) -> None:
+        """Remove the folder, if a diagnosis has made it."""
+        if (self.folder / _ABOUT).exists():
+            shutil.rmtree(self.folder, ignore_errors=True)
+        self.origin = self._origin()
+
+    def fitted(self) -> FitResult | None:
+        """Fit of the declared model, if it is there."""
+        if self.origin is not Origin.SAME:
+            return None
+        with suppress(InputRefusedError):
+            return load_result(self.folder / _DECLARED, self._own)
+        return None
+
+    def keep(self, fitted: FitResult) -> None:
+        """Keep the fit of the declared model."""
+        if self._about["input"] is not None:
+            with suppress(InputRefusedError):
+                fitted.save(self.folder / _DECLARED)
+
+    def _declare(self) -> None:
+        """Write what the folder belongs to; without space there will be nothing to go on from."""
+        with suppress(OSError):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            part = self.folder / f"{_ABOUT}.part"
+            part.write_text(json.dumps(self._about), encoding="utf-8")
+            os.replace(part, self.folder / _ABOUT)
+
+    def _origin(self) -> Origin:
+        if self._about["input"] is None:
+            return Origin.UNKNOWN
+        try:
+            there = json.loads((self.folder / _ABOUT).read_text(encoding="utf-8"))
+            same = {key: there[key] == value for key, value in self._about.items()}
+        except (OSError, ValueError, KeyError, TypeError):
+            return Origin.EMPTY
+        if not same["code"]:
+            return Origin.OTHER_CODE
+        return Origin.SAME if same["input"] else Origin.OTHER_INPUT

@@ -1,0 +1,102 @@
+"""Parameters that share a directional derivative, because no residual depends on two of them.
+
+A parameter given at one wavelength affects the residuals of that wavelength alone. The derivatives by one
+such parameter of each wavelength follow from a single derivative along their common direction. The cost of a
+Jacobian is then proportional to the number of wavelengths, not to its square.
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxink.fitting.objective import Objective
+
+
+class Colouring(eqx.Module):
+    """A colour for each parameter; those of one colour affect different residuals.
+
+    Parameters
+    ----------
+    seeds
+        Direction of each colour: 1 for its parameters, shape ``(colours, parameters)``.
+    colour
+        Colour of each parameter; 0 for one without any.
+    affects
+        Whether a residual depends on a parameter, shape ``(rows, parameters)``; None if all of them do.
+    own_nm
+        The only wavelength that a parameter affects; nan if there are several.
+
+    References
+    ----------
+    Curtis, Powell, Reid 1974 J. Inst. Math. Appl. 13, 117.
+    """
+
+    seeds: Float[np.ndarray, "colours parameters"]
+    colour: Int[np.ndarray, " parameters"]
+    affects: Bool[np.ndarray, "rows parameters"] | None
+    own_nm: Float[np.ndarray, " parameters"]
+
+    @classmethod
+    def of(cls, objective: Objective) -> "Colouring":
+        """Colouring of the variables of an objective."""
+        names = objective.variables
+        own = objective.model.own_wavelengths([name for name in names if name is not None])
+        colour = colours(names, own)
+        assigned = np.flatnonzero([name is not None for name in names])
+        seeds = np.zeros((max(1 + max(colour[assigned], default=0), objective.least_directions), len(names)))
+        seeds[colour[assigned], assigned] = 1.0
+        own_nm = np.array([own.get(name or "", np.nan) for name in names])
+        if not own and len(assigned) == len(names):
+            return cls(seeds, colour, None, own_nm)
+        return cls(seeds, colour, _affected(objective, own_nm), own_nm)
+
+    def expand_at(
+        self, slopes: Float[np.ndarray, " colours"], wavelength_nm: float
+    ) -> Float[np.ndarray, " parameters"]:
+        """Derivatives, by each parameter, of a number at one wavelength from those along each colour."""
+        affects = np.isnan(self.own_nm) | (self.own_nm == wavelength_nm)
+        return np.where(affects, slopes[self.colour], 0.0)
+
+    def expand(
+        self, slopes: Float[Array | np.ndarray, "rows colours"]
+    ) -> Float[Array | np.ndarray, "rows parameters"]:
+        """Derivatives by each parameter from those along each colour."""
+        columns = slopes[:, self.colour]
+        if self.affects is None:
+            return columns
+        where = np.where if isinstance(columns, np.ndarray) else jnp.where
+        return where(self.affects, columns, 0.0)
+
+
+def colours(names: Sequence[str | None], own: Mapping[str, float]) -> Int[np.ndarray, " parameters"]:
+    """Colours, from 0, of parameters of which some affect their own wavelength only; 0 for None.
+
+    Parameters
+    ----------
+    names
+        The parameters.
+    own
+        Wavelength by name.
+    """
+    shared = [name for name in names if name is not None and name not in own]
+    number = {name: i for i, name in enumerate(shared)}
+    next_colour: dict[float, int] = defaultdict(lambda: len(shared))
+    for name in names:
+        if name is not None and name in own:
+            number[name] = next_colour[own[name]]
+            next_colour[own[name]] += 1
+    return np.array([0 if name is None else number[name] for name in names])
+
+
+def _affected(
+    objective: Objective, own_nm: Float[np.ndarray, " parameters"]
+) -> Bool[np.ndarray, "rows parameters"]:
+    """Whether a residual, or the term of a prior, depends on a parameter."""
+    everywhere = np.isnan(own_nm) & [name is not None for name in objective.variables]
+    of_points = objective.model.wavelength_of_point_nm[:, None] == own_nm
+    of_priors = objective.prior_position[:, None] == np.arange(len(own_nm))
+    return np.concatenate([of_points, of_priors]) | everywhere

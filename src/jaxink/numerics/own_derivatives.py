@@ -1,0 +1,51 @@
+"""An expensive function of a few numbers, on which many variables act."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax.custom_derivatives import SymbolicZero
+from jax.flatten_util import ravel_pytree
+
+
+def by_own_inputs(function: Callable, inputs: Any) -> Any:
+    """Value of a function whose derivatives are taken by its own inputs first.
+
+    Forward differentiation by many variables would otherwise repeat the whole function for each of them,
+    those included that it does not depend on. Inputs that do not depend on any variable cost nothing.
+
+    Parameters
+    ----------
+    function
+        From a tree to a tree of real arrays.
+    inputs
+        Its argument, with few numbers that vary.
+    """
+    varying, fixed = eqx.partition(inputs, eqx.is_inexact_array)
+    leaves, tree = jax.tree.flatten(varying)
+
+    def plain(*leaves):
+        return function(eqx.combine(jax.tree.unflatten(tree, leaves), fixed))
+
+    value = jax.custom_jvp(plain)
+
+    @partial(value.defjvp, symbolic_zeros=True)
+    def _(primals, tangents):
+        moving = [i for i, change in enumerate(tangents) if not isinstance(change, SymbolicZero)]
+
+        change, unravel = ravel_pytree([tangents[i] for i in moving])
+
+        def of(*numbers):
+            replaced = dict(zip(moving, numbers, strict=True))
+            return plain(*(replaced.get(i, leaf) for i, leaf in enumerate(primals)))
+
+        def along(seed):
+            return jax.jvp(of, tuple(primals[i] for i in moving), tuple(unravel(seed)))
+
+        found, slopes = jax.vmap(along, out_axes=(None, 0))(jnp.eye(change.size))
+        return found, jax.tree.map(lambda slope: jnp.tensordot(change, slope, axes=1), slopes)
+
+    return value(*leaves)
