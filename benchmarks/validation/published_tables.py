@@ -285,12 +285,16 @@ def trial_table(compared: list[Compared]) -> str:
     """What linear readings leave at best, by incidence, and for ink 3 with the other sign of g."""
     first, second, third = compared
     g = third.ink.lobe["anisotropy_g"].lstrip("-")
-    turned = Compared(third.ink._replace(lobe={**third.ink.lobe, "anisotropy_g": g}))
+    turned = third.ink._replace(lobe={**third.ink.lobe, "anisotropy_g": g})
     cases = [("ink 1, T", first, "T"), ("ink 2, T", second, "T")]
     cases += [("ink 2, T off the beam", second, "T off the beam"), ("ink 3, R", third, "R")]
+    cases += [
+        (f"ink 3, R, with g = +{g}, {nm:g} nm", Compared(turned._replace(wavelength_nm=nm)), "R")
+        for nm in (600.0, 550.0)
+    ]
     rows = [
         [name, *(f"{100 * value:.1f} ({reading})" for value, reading in one.best_linear(part))]
-        for name, one, part in (*cases, (f"ink 3, R, with g = +{g}", turned, "R"))
+        for name, one, part in cases
     ]
     return table(["", "all incidences", "0 degrees", "60 degrees"], rows)
 
