@@ -139,6 +139,8 @@ def main() -> None:
     """Render what is named, each in its own process."""
     environment = dict(os.environ, MPLBACKEND="Agg")
     environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    # Without jaxink's store of programs.
+    environment["JAXINK_CACHE_DIR"] = ""
     for name in sys.argv[1:] or names():
         program = f"from benchmarks.render_notebooks import render; render({name!r})"
         subprocess.run([sys.executable, "-c", program], env=environment, cwd=REPOSITORY, check=True)

@@ -17,7 +17,7 @@
 # 0.5 % was added, so that the truth is known ([data](data/README.md)).
 #
 # Two questions: does the published protocol, one scan in transmission, determine the ink? And does the model
-# matter?
+# matter? The page on the [published protocols](../docs/published-protocols.md) has all reconstructions.
 #
 # Needs the files in `notebooks/data`. Takes about 125 s of processor time, most of it compilation.
 
@@ -167,7 +167,7 @@ jaxink.plots.corner_figure(fits["Mie", "everything"])
 
 # %%
 ROUGH = MIE.replace("{ free = true, min = 100, max = 600 }", "250") + (
-    'back_roughness = { density = "cauchy", sigma_deg = { free = true, min = 0.5, max = 15 } }\n'
+    'back_roughness = { density = "cauchy", sigma_deg = { free = true, min = 1, max = 8 } }\n'
 )
 sample = jaxink.parse_sample(PLATE.format(top="wavelength_nm = 550", thickness_um=63) + ROUGH + NOISE)
 rough_options = jaxink.FitOptions(accuracy=1e-2, profile="none")

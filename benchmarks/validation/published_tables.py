@@ -64,6 +64,10 @@ READINGS: dict[str, Callable[[float, float], float | None]] = {
 }
 
 
+# Those in which the coefficient is proportional to the printed value.
+LINEAR = tuple(READINGS)[:5]
+
+
 def _of_fraction(fraction: float) -> float | None:
     """Coefficient that scatters this fraction in 1 mm; none does if it is 1 or more."""
     return -math.log(1 - fraction) if fraction < 1 else None
@@ -145,6 +149,7 @@ class Compared:
             self._parts["T off the beam"] = far & (np.abs(signed - theta_i) > BESIDE_THE_BEAM_DEG)
         self._fitted = far & (theta_i == 0) if "T" in ink.sides else ~far
         self._cosine = np.cos(np.deg2rad(signed))
+        self._theta_i_deg = theta_i
 
     def _both(self, scattering_per_mm: float, absorption_per_mm: float) -> tuple[np.ndarray, np.ndarray]:
         values = {"ink.scattering_per_mm": scattering_per_mm, "ink.absorption_per_mm": absorption_per_mm}
@@ -155,6 +160,16 @@ class Compared:
         lobe, spheres = self._both(scattering_per_mm, absorption_per_mm)
         difference = np.pi * (lobe - spheres)
         return {name: rms(difference[part]) for name, part in self._parts.items()} | {"all": rms(difference)}
+
+    def best_linear(self, part: str) -> list[tuple[float, str]]:
+        """Least rms in a part by a linear reading, and its name: all incidences, 0 and 60 degrees."""
+        pairs = {name: self._both(*coefficients_of(self.ink, READINGS[name])) for name in LINEAR}
+        found = []
+        for incidences in (INCIDENCES_DEG, (0.0,), (60.0,)):
+            here = self._parts[part] & np.isin(self._theta_i_deg, incidences)
+            each = ((rms(np.pi * (lobe - spheres)[here]), name) for name, (lobe, spheres) in pairs.items())
+            found.append(min(each))
+        return found
 
     def published_rmsd(self, scattering_per_mm: float, absorption_per_mm: float) -> float:
         """RMSD of the two rows by the publication's objective of this ink, over what it was fitted to."""
@@ -245,7 +260,8 @@ def readings_tables(compared: list[Compared]) -> tuple[str, str, list[str], list
 def page() -> str:
     """The whole page."""
     began, printed = time.perf_counter(), inks()
-    readings, published, allowed, free = readings_tables([Compared(ink) for ink in printed])
+    compared = [Compared(ink) for ink in printed]
+    readings, published, allowed, free = readings_tables(compared)
     factors = [
         f"{coefficient / float(ink.lobe['scattering']):.3g} for ink {ink.name} (concentration "
         f"{ink.lobe['pvc_percent']} %)"
@@ -257,11 +273,30 @@ def page() -> str:
         inks=inks_table(printed),
         readings=readings,
         published=published,
+        trial=trial_table(compared),
         factors=", ".join(factors),
         verdict=_verdict(allowed),
         seconds=time.perf_counter() - began,
         machine=machine(),
     )
+
+
+def trial_table(compared: list[Compared]) -> str:
+    """What linear readings leave at best, by incidence, and for ink 3 with the other sign of g."""
+    first, second, third = compared
+    g = third.ink.lobe["anisotropy_g"].lstrip("-")
+    turned = third.ink._replace(lobe={**third.ink.lobe, "anisotropy_g": g})
+    cases = [("ink 1, T", first, "T"), ("ink 2, T", second, "T")]
+    cases += [("ink 2, T off the beam", second, "T off the beam"), ("ink 3, R", third, "R")]
+    cases += [
+        (f"ink 3, R, with g = +{g}, {nm:g} nm", Compared(turned._replace(wavelength_nm=nm)), "R")
+        for nm in (600.0, 550.0)
+    ]
+    rows = [
+        [name, *(f"{100 * value:.1f} ({reading})" for value, reading in one.best_linear(part))]
+        for name, one, part in cases
+    ]
+    return table(["", "all incidences", "0 degrees", "60 degrees"], rows)
 
 
 def _verdict(allowed: list[str]) -> str:
