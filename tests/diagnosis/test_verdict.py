@@ -84,10 +84,10 @@ def test_codes(steps, after, code, effects, told):
 
 def test_codes_and_meanings_are_those_of_the_page():
     page = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
-    exits = {False: 0, True: 3}
     for code in VerdictCode:
-        assert f"| `{code}` | {code.meaning} | {exits[code.structure_remains]} |" in page
-    assert len(re.findall(r"^\| `\w+` \| .* \| [03] \|$", page, re.MULTILINE)) == len(VerdictCode)
+        exit_code = 3 if code.structure_remains else 6 if code is VerdictCode.UNFINISHED else 0
+        assert f"| `{code}` | {code.meaning} | {exit_code} |" in page
+    assert len(re.findall(r"^\| `\w+` \| .* \| [036] \|$", page, re.MULTILINE)) == len(VerdictCode)
 
 
 def test_what_is_left_is_located_and_what_is_hard_to_see_is_named(told):

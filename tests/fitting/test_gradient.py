@@ -11,7 +11,7 @@ from jaxink.fitting.outcome import Outcome
 
 
 class Curve(CompiledObjective):
-    """Stands for a compiled objective: a residual f(u), a second variable with its minimum at 0.4, and noise."""
+    """Stands for a compiled objective: a residual f(u), a second variable of 0.4, and a constant."""
 
     def __init__(self, f, slope):
         self.f, self.slope = f, slope

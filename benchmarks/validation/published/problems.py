@@ -11,7 +11,7 @@ printed Mie rows by an independent program; sheet_2018 is simulated by `sheet_20
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -82,6 +82,15 @@ class BothFaces(eqx.Module):
     def config(self) -> SolverConfig:
         """Resolution, the same for both."""
         return self.models[0].config
+
+    @property
+    def wavelength_of_point_nm(self) -> np.ndarray:
+        """Wavelength of each point."""
+        return np.concatenate([model.wavelength_of_point_nm for model in self.models])
+
+    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
+        """See `ForwardModel.own_wavelengths`."""
+        return self.models[0].own_wavelengths(names)
 
     def sizes(self, free_values: Mapping, *options: Any) -> SolverConfig:
         """Resolution that both need; see `ForwardModel.sizes`."""

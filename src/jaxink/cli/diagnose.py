@@ -35,6 +35,8 @@ def run_diagnose(
     require_folder(out, (FIGURE_FOLDER, DECLARED, CORRECTED))
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
+    figures = ["jaxink.plots.diagnosis_figures"] if with_figures else []
+    session.import_meanwhile("xarray", *figures)
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)
     unfinished = jaxink.diagnosis.Unfinished(out / UNFINISHED, data, sample, options)

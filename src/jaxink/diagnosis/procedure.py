@@ -65,8 +65,6 @@ def diagnose(
     if fitted is None:
         data = _without_weightless(data, sample)
         fitted = fit(data, sample, options.fit, progress)
-        # The fit of the corrected model, at the end, takes about as long.
-        allowance.reserve(allowance.elapsed_s)
     pieces = Pieces() if unfinished is None else unfinished.begin(fitted)
     result = fitted if fitted.mistakes else _checked(fitted, allowance, follow)
     if unfinished is not None and result.mistakes:

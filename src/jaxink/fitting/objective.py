@@ -1,8 +1,8 @@
 """The objective of a fit: the residual vector of one measurement."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
-from typing import TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -11,13 +11,13 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
-from jaxink.effects import AugmentedModel, model_at
+from jaxink.effects import model_at
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
-from jaxink.model.forward import ForwardModel
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import SolverConfig
 
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
 
@@ -55,6 +55,28 @@ def whiten_scans(
     return residual - common * (factor * along)[scan]
 
 
+@runtime_checkable
+class FittedModel(Protocol):
+    """What a fit needs of a model: a `ForwardModel`, one with effects, or several as one."""
+
+    @property
+    def config(self) -> SolverConfig:
+        """Resolution of the solver."""
+
+    @property
+    def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
+        """Wavelength of each point."""
+
+    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
+        """See `ForwardModel.own_wavelengths`."""
+
+    def sizes(self, free_values: Mapping, accuracy: float, layer_method: str) -> SolverConfig:
+        """See `ForwardModel.sizes`."""
+
+    def bsdf(self, free_values: Mapping) -> Float[Array, " points"]:
+        """Predicted BSDF at the points, 1/sr."""
+
+
 class Objective(eqx.Module):
     """Residuals of a measurement with respect to a forward model, in variables scaled to [0, 1].
 
@@ -80,7 +102,7 @@ class Objective(eqx.Module):
 
     __repr__ = brief_repr
 
-    model: ForwardModel | AugmentedModel
+    model: FittedModel
     measured: Float[np.ndarray, " points"]
     sigma: Float[np.ndarray, " points"]
     scan: Int[np.ndarray, " points"]
@@ -243,7 +265,7 @@ ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
 
 def compose(
     form: type[ObjectiveT],
-    model: ForwardModel | AugmentedModel,
+    model: FittedModel,
     data: GonioData,
     sample: Sample,
     noise: FitNoise,

@@ -89,7 +89,7 @@ class Allowance:
 
     def __init__(self, limit_s: float | None = None, clock: Callable[[], float] = time.monotonic):
         self.limit_s = limit_s
-        self._clock, self._began, self._reserved_s = clock, clock(), 0.0
+        self._clock, self._began = clock, clock()
         self._left_out: dict[Task, dict[str, None]] = {}
         self._lock = threading.Lock()
 
@@ -100,12 +100,8 @@ class Allowance:
 
     @property
     def is_over(self) -> bool:
-        """Whether the time is up, except for what is reserved."""
-        return self.limit_s is not None and self.elapsed_s >= self.limit_s - self._reserved_s
-
-    def reserve(self, seconds: float) -> None:
-        """Keep some time for what is done in any case at the end."""
-        self._reserved_s = seconds
+        """Whether the time is up."""
+        return self.limit_s is not None and self.elapsed_s >= self.limit_s
 
     def permits(self, task: Task, names: Iterable[str] = ()) -> bool:
         """Whether there is time for a task; if not, it is noted as left out."""

@@ -101,7 +101,8 @@ class ForwardSelection:
         stage, refits = screening.stage, screening.refits
         if not stage.setup.allowance.permits(Task.REFIT, [name]):
             return
-        lowest = min([stage.solution.chi_square, *(r.solution.chi_square for r in refits.values())])
+        # A copy: others may be added meanwhile.
+        lowest = min(done.solution.chi_square for done in (stage, *list(refits.values())))
         stage.setup.follow(f"refit with {name}", StepOf(len(refits) + 1, total), lowest)
         refits[name] = best_refit(stage, screening.directions[name])
 
