@@ -107,7 +107,7 @@ def predict_at(
     phi = np.where(view < 0, 0.0, 180.0) if phi_deg is None else phi_deg
     polar = np.abs(view) if phi_deg is None else view
     shaped = np.broadcast_arrays(theta_i_deg, polar, phi, wavelength_nm, np.asarray(side) == "T")
-    theta_i, theta_o, phi, wavelength, transmitted = (column.ravel() for column in shaped)
-    nothing = np.zeros(theta_i.size)
-    data = GonioData(theta_i, theta_o, phi, wavelength, transmitted, nothing, source="prediction")
+    theta_i, theta_o, azimuth, wavelength, far = (column.ravel() for column in shaped)
+    unknown = np.zeros(theta_i.size)
+    data = GonioData(theta_i, theta_o, azimuth, wavelength, far, unknown, source="prediction")
     return data.replace(bsdf_per_sr=predict(sample, data, accuracy=accuracy))
