@@ -19,7 +19,7 @@
 # Two questions: does the published protocol, one scan in transmission, determine the ink? And does the model
 # matter? The page on the [published protocols](../docs/published-protocols.md) has all reconstructions.
 #
-# Needs the files in `notebooks/data`. Takes about 125 s of processor time, most of it compilation.
+# Needs the files in `notebooks/data`. Takes about 100 s of processor time, most of it compilation.
 
 # %%
 from pathlib import Path
@@ -52,7 +52,7 @@ thickness_um = {thickness_um}
 """
 MIE = """
 phase_function = "mie"
-radius_nm = { free = true, min = 100, max = 600 }
+radius_nm = { free = true, min = 150, max = 450 }
 volume_fraction = { free = true, min = 0.002, max = 0.5 }
 particle_index = { free = true, min = 1.6, max = 2.8 }
 particle_absorption_index = { free = true, min = 0, max = 0.01 }
@@ -157,7 +157,13 @@ for name, truth in TRUTH.items():
 print(*fits["Mie", "everything"].notes, sep="\n")
 
 # %%
-jaxink.plots.corner_figure(fits["Mie", "everything"])
+SPHERES_TRUTH = {
+    "ink.radius_nm": 231,
+    "ink.volume_fraction": 0.0515,
+    "ink.particle_index": 2.1076,
+    "ink.particle_absorption_index": 0.000134,
+}
+jaxink.plots.corner_figure(fits["Mie", "everything"], truth=SPHERES_TRUTH)
 
 # %% [markdown]
 # ## Sample 2: white, with a rough face towards the air
@@ -166,7 +172,7 @@ jaxink.plots.corner_figure(fits["Mie", "everything"])
 # each step, hence the larger error allowed to the discretisation.
 
 # %%
-ROUGH = MIE.replace("{ free = true, min = 100, max = 600 }", "250") + (
+ROUGH = MIE.replace("{ free = true, min = 150, max = 450 }", "250") + (
     'back_roughness = { density = "cauchy", sigma_deg = { free = true, min = 1, max = 8 } }\n'
 )
 sample = jaxink.parse_sample(PLATE.format(top="wavelength_nm = 550", thickness_um=63) + ROUGH + NOISE)
@@ -187,48 +193,43 @@ jaxink.plots.lobe_figure(rough, 550, "T")
 # ## Sample 3: coloured, from reflection only
 #
 # Three of the published wavelengths. The particles are known but for their concentration and their
-# absorption, which is free at each wavelength; HG has an absorption of its own at each wavelength, and its
-# scattering and asymmetry parameter are common to all.
+# absorption, which is free at each wavelength. HG is left to the
+# [page](../docs/published-protocols.md#sample-3-coloured-coloured_ink): its scattering and asymmetry
+# parameter act as a product here, and run to the ends of their ranges.
 
 # %%
 WAVELENGTHS_NM, K_TRUTH = (570, 600, 630), (3.1e-5, 1.9e-4, 5e-5)
-COLOURED = {
-    "Mie": """
+COLOURED = """
 phase_function = "mie"
 radius_nm = 250
 particle_index = 1.8
 volume_fraction = { free = true, min = 0.02, max = 0.4 }
 particle_absorption_index = { free = true, min = 0, max = 0.01, per_wavelength = true }
-""",
-    "HG": HG.replace("max = 10 }", "max = 10, per_wavelength = true }"),
-}
-coloured = {}
-for model, layer in COLOURED.items():
-    top = f"wavelength_nm = {list(WAVELENGTHS_NM)}"
-    sample = jaxink.parse_sample(PLATE.format(top=top, thickness_um=100) + layer + NOISE)
-    coloured[model] = jaxink.fit(data_folder / "simulated_coloured_ink.csv", sample, options)
-    print(f"{model}: {coloured[model].verdict.sentence}")
+"""
+top = f"wavelength_nm = {list(WAVELENGTHS_NM)}"
+sample = jaxink.parse_sample(PLATE.format(top=top, thickness_um=100) + COLOURED + NOISE)
+coloured = jaxink.fit(data_folder / "simulated_coloured_ink.csv", sample, options)
+print(coloured.verdict.sentence)
 
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
-found = [coloured["Mie"][f"ink.particle_absorption_index@{nm}"] for nm in WAVELENGTHS_NM]
+found = [coloured[f"ink.particle_absorption_index@{nm}"] for nm in WAVELENGTHS_NM]
 left.errorbar(
     WAVELENGTHS_NM, [p.value for p in found], [p.standard_error for p in found], fmt="o", label="Mie fit"
 )
 left.plot(WAVELENGTHS_NM, K_TRUTH, "kx", label="truth")
 left.set(xlabel="wavelength [nm]", ylabel="k of the particles")
 left.legend(frameon=False)
-for model, result in coloured.items():
-    for nm, colour in zip(WAVELENGTHS_NM, ("C1", "C2", "C3"), strict=True):
-        used = result.data.used & (result.data.wavelength_nm == nm)
-        percent = 100 * (result.data.bsdf_per_sr[used] / result.predicted_per_sr[used[result.data.used]] - 1)
-        marker = "o" if model == "Mie" else "+"
-        right.plot(result.data.theta_o_deg[used], percent, marker, color=colour, markersize=4)
+frame = coloured.to_frame()
+for nm, colour in zip(WAVELENGTHS_NM, ("C1", "C2", "C3"), strict=True):
+    shown = frame[(frame.wavelength_nm == nm) & (frame.masked == "")]
+    percent = 100 * (shown.bsdf_per_sr / shown.predicted_per_sr - 1)
+    right.plot(shown.signed_theta_o_deg, percent, "o", color=colour, markersize=4, label=f"{nm} nm")
 right.set(
-    xlabel="polar angle of view [deg]",
+    xlabel="viewing angle [deg]",
     ylabel="measured / fitted - 1 [%]",
 )
-right.set_title("o Mie, + HG, a colour for each wavelength", fontsize=9)
+right.legend(fontsize=8)
 right.axhline(0, color="0.8", linewidth=0.8, zorder=0)
 
 # %%
@@ -241,6 +242,6 @@ assert found[1].value > found[2].value
 # Reflection alone gives the colour, that is the order of the three absorptions, but hardly the concentration:
 
 # %%
-fraction = coloured["Mie"]["ink.volume_fraction"]
+fraction = coloured["ink.volume_fraction"]
 print(f"concentration {fraction.value:.3f} +- {fraction.standard_error:.3f}, truth 0.14")
 assert fraction.standard_error > 0.05 * fraction.value

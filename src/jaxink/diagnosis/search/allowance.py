@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
+from jaxink.display.brief import brief_repr
+
 
 class Task(enum.StrEnum):
     """Part of a diagnosis that a time limit may leave out; the value appears in ``report.json``.
@@ -67,6 +69,8 @@ class TimeLimit:
     limit_s: float
     elapsed_s: float
     not_done: tuple[Omission, ...]
+
+    __repr__ = brief_repr
 
     @property
     def is_decisive(self) -> bool:
