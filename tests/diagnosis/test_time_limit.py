@@ -124,7 +124,7 @@ def test_unverified_detection_limits_are_named(complete_without_misfit, told):
 
 
 def test_a_limit_is_a_positive_number(told):
-    for wrong in (0.0, -1.0, np.nan, "60"):
+    for wrong in (0.0, -1.0, np.nan):
         with pytest.raises(InputRefusedError) as problem:
             jaxink.DiagnosisOptions(time_limit_s=wrong)
         told(str(problem.value))
