@@ -19,8 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import jaxink
-from benchmarks.pages import machine, table, write_page
+from benchmarks.pages import machine, section_after, table, write_page
 from benchmarks.simulated_data import data_file, declared_text
+from benchmarks.speed.spectrum import MARK, PAGE
 
 KEPT = Path(__file__).with_suffix(".json")
 HERE = Path(jaxink.__file__).parents[2]
@@ -137,7 +138,7 @@ fast the machine was: it is a virtual one, whose share of the processor varies s
 
 {table(header, rows)}
 """
-    write_page("time-to-answer.md", text)
+    write_page(PAGE, f"{text.rstrip()}{section_after(PAGE, MARK)}")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from benchmarks.pages import machine, table, write_section
 
 KEPT = Path(__file__).with_suffix(".json")
 HERE = Path(jaxink.__file__).parents[2]
-MARK = "made by python -m benchmarks.speed.spectrum"
+PAGE, MARK = "time-to-answer.md", "made by python -m benchmarks.speed.spectrum"
 COUNTS = 6, 12, 25, 50
 INCIDENCES_DEG, VIEWS_DEG = (0.0, 30.0, 60.0), np.arange(-75.0, 76.0, 15.0)
 SAMPLE = """
@@ -68,16 +68,15 @@ def work() -> None:
                     make_objective(data, sample, config=jaxink.SolverConfig(16, 12, 32, 12))
                 )
                 unit = np.full(n + 2, 0.4)
-                began = time.perf_counter()
                 compiled.prepare(unit, jacobian=True)
-                made[n] = compiled, unit, time.perf_counter() - began
-            compiled, unit, compiling = made[n]
+                made[n] = compiled, unit
+            compiled, unit = made[n]
             times = []
             for _ in range(3):
                 began = time.perf_counter()
                 jax.block_until_ready(compiled.linearised(unit).jacobian)
                 times.append(time.perf_counter() - began)
-            print(json.dumps([float(np.median(times)), compiling]), flush=True)
+            print(float(np.median(times)), flush=True)
 
 
 def _started(checkout: Path) -> subprocess.Popen:
@@ -100,20 +99,19 @@ def main() -> None:
         return
     versions = {"before": asked.before} if asked.before else {}
     running = {name: _started(checkout) for name, checkout in (versions | {"now": HERE}).items()}
-    kept: dict = {"machine": machine(), "rounds": asked.rounds, "seconds": {}, "first": {}}
+    kept: dict = {"machine": machine(), "rounds": asked.rounds, "seconds": {}}
     for n in COUNTS:
-        found: dict[str, list[list[float]]] = {name: [] for name in running}
+        found: dict[str, list[float]] = {name: [] for name in running}
         for _ in range(asked.rounds):
             for name, process in running.items():
                 assert process.stdin is not None
                 assert process.stdout is not None
                 process.stdin.write(f"{n}\n")
                 process.stdin.flush()
-                found[name].append(json.loads(process.stdout.readline()))
+                found[name].append(float(process.stdout.readline()))
         for name, rows in found.items():
-            kept["seconds"].setdefault(name, []).append(float(np.median([row[0] for row in rows])))
-            kept["first"].setdefault(name, []).append(rows[0][1])
-            print(n, name, kept["seconds"][name][-1], kept["first"][name][-1], flush=True)
+            kept["seconds"].setdefault(name, []).append(float(np.median(rows)))
+            print(n, name, kept["seconds"][name][-1], flush=True)
     for process in running.values():
         process.communicate()
     KEPT.write_text(json.dumps(kept, indent=1) + "\n")
@@ -125,11 +123,11 @@ def write(kept: dict) -> None:
     rows = []
     for name, title in (("before", "earlier version"), ("now", "now")):
         if name in kept["seconds"]:
-            of, first = kept["seconds"][name], kept["first"][name]
+            of = kept["seconds"][name]
             rows.append(
                 [
                     title,
-                    *(f"{s:.3g} ({f:.3g})" for s, f in zip(of, first, strict=True)),
+                    *(f"{seconds:.3g}" for seconds in of),
                     f"{of[-1] / of[0]:.1f}",
                 ]
             )
@@ -139,8 +137,7 @@ def write(kept: dict) -> None:
 
 One value and Jacobian of a sample with the absorption free at each wavelength, besides two parameters
 shared by all, {points} points per wavelength (`python -m benchmarks.speed.spectrum`, {kept["machine"]};
-medians of {kept["rounds"]} rounds in which the versions took turns; in brackets the first call, with
-tracing and compilation).
+medians of {kept["rounds"]} rounds in which the versions took turns).
 
 {table(header, rows)}
 
@@ -148,7 +145,7 @@ A parameter given at one wavelength affects the residuals of that wavelength alo
 the common direction of one such parameter of each wavelength therefore yields all of them (Curtis, Powell,
 Reid 1974), and a Jacobian takes as many derivatives as a wavelength has parameters, however many wavelengths
 there are."""
-    write_section("time-to-answer.md", MARK, text)
+    write_section(PAGE, MARK, text)
 
 
 if __name__ == "__main__":
