@@ -1,4 +1,4 @@
-"""Simulated sheets of a print line: the forward model plus noise, written as files, and troubles among them."""
+"""Simulated sheets of a print line, the forward model plus noise, and troubles among them."""
 
 import dataclasses
 from collections.abc import Callable
@@ -72,22 +72,22 @@ def _without(index: int):
 
 
 TROUBLES = (
-    Trouble("missing_file", "refused", lambda lines: None),
-    Trouble("empty_file", "refused", lambda lines: b""),
+    Trouble("missing_file", "refused", lambda _: None),
+    Trouble("empty_file", "refused", lambda _: b""),
     Trouble("header_only", "refused", _text(lambda lines: lines[:1])),
-    Trouble("value_nan", "refused", _column(5, lambda v: "nan", slice(7, 8))),
-    Trouble("value_is_text", "refused", _column(5, lambda v: "saturated", slice(9, 10))),
+    Trouble("value_nan", "refused", _column(5, lambda _: "nan", slice(7, 8))),
+    Trouble("value_is_text", "refused", _column(5, lambda _: "saturated", slice(9, 10))),
     Trouble("no_column_side", "refused", _without(4)),
     Trouble("angle_beyond_90", "refused", _column(1, lambda v: str(float(v) + 30), slice(-3, None))),
-    Trouble("side_unknown", "refused", _column(4, lambda v: "front", slice(5, 6))),
-    Trouble("other_wavelength", "refused", _column(3, lambda v: "650")),
+    Trouble("side_unknown", "refused", _column(4, lambda _: "front", slice(5, 6))),
+    Trouble("other_wavelength", "refused", _column(3, lambda _: "650")),
     Trouble("sigma_negative", "refused", _column(6, lambda v: f"-{v}", slice(4, 5))),
     Trouble("truncated_row", "refused", _text(lambda lines: [*lines[:-1], lines[-1][:9]])),
-    Trouble("binary", "refused", lambda lines: bytes(range(256)) * 40),
+    Trouble("binary", "refused", lambda _: bytes(range(256)) * 40),
     Trouble("unknown_format", "refused", suffix=".mat"),
     Trouble("thickness_impossible", "refused", cell="-1"),
     Trouble("percent", "done", _column(5, lambda v: repr(100 * float(v))), verdict="misfit"),
-    Trouble("all_zero", "done", _column(5, lambda v: "0"), verdict="misfit"),
+    Trouble("all_zero", "done", _column(5, lambda _: "0"), verdict="misfit"),
     Trouble(HANGS, "time_limit"),
     Trouble(EATS, "memory_limit"),
     Trouble(DIES, "killed"),

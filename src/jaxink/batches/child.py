@@ -61,7 +61,7 @@ class Child:
 
     def __init__(self, limits: Limits, function: str = MEASURE, device: str | None = None):
         self.limits, self.function, self._device = limits, function, device
-        self.is_over = False
+        self.is_over, self._is_new = False, True
         self._process: subprocess.Popen[bytes] | None = None
         self._answers: queue.Queue[Any] = queue.Queue()
 
@@ -71,14 +71,19 @@ class Child:
         Raises
         ------
         EndedError
-            If the task was ended at a limit of time or memory, or has ended its process twice.
+            If the task was ended at a limit of time (in a new process, twice) or memory, or has ended its
+            process twice.
         """
         for attempt in range(1, MOST_TRIES + 1):
+            was_new = self._is_new
             try:
                 return self._asked(task), attempt
             except EndedError as problem:
                 self.end()
-                if problem.outcome is not RowOutcome.KILLED or attempt == MOST_TRIES:
+                # A new process may have spent its time on compilation, which is stored now.
+                again = problem.outcome is RowOutcome.KILLED
+                again |= problem.outcome is RowOutcome.TIME_LIMIT and was_new
+                if not again or attempt == MOST_TRIES:
                     raise EndedError(problem.outcome, str(problem), attempt) from None
         raise AssertionError
 
@@ -113,7 +118,7 @@ class Child:
             for stream in (self._process.stdin, self._process.stdout):
                 if stream is not None:
                     _close(stream)
-        self._process = None
+        self._process, self._is_new = None, True
 
     def _asked(self, task: Any) -> Any:
         self.start()
@@ -124,7 +129,9 @@ class Child:
             self._process.stdin.flush()
         except OSError:
             raise self._ended() from None
-        return self._answer(self.limits.seconds)
+        answer = self._answer(self.limits.seconds)
+        self._is_new = False
+        return answer
 
     def _answer(self, seconds: float) -> Any:
         until = time.monotonic() + seconds

@@ -10,8 +10,10 @@ import pickle
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
+from typing import Any
 
 from jaxink.numerics.program_store import lend_to_jax
 
@@ -27,9 +29,9 @@ def main() -> None:
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     with suppress(OSError), open("/proc/self/oom_score_adj", "w", encoding="ascii") as file:
         file.write(_OOM_SCORE)
-    module, name = sys.argv[1].split(":")
-    function = getattr(import_module(module), name)
-    lend_to_jax()
+    function = named(sys.argv[1])
+    if "jax" in sys.modules:
+        lend_to_jax()
     _answer(answers, "ready")
     while True:
         try:
@@ -37,6 +39,12 @@ def main() -> None:
         except EOFError:
             return
         _answer(answers, function(task))
+
+
+def named(function: str) -> Callable[[Any], Any]:
+    """The function of a name such as ``module:function``."""
+    module, name = function.split(":")
+    return getattr(import_module(module), name)
 
 
 def _answer(stream, what: object) -> None:

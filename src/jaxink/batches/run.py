@@ -7,6 +7,7 @@ from pathlib import Path
 
 from jaxink.batches.answer import Done, trouble
 from jaxink.batches.child import MEASURE, MOST_TRIES, Limits
+from jaxink.batches.child_main import named
 from jaxink.batches.folder import BatchFolder
 from jaxink.batches.plan import Plan, load_plan
 from jaxink.batches.result import Batch
@@ -52,7 +53,7 @@ def batch(
         Called with each row as it is written, the number of measurements that have one, and the number of
         all.
     function
-        What a worker's process calls with a task, as ``module:function``.
+        What is called with each task, as ``module:function``.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def _answers(
     plan = listing.plan
     with ExitStack() as stack:
         if workers == 0:
-            answers = _in_order(tasks, listing.folder)
+            answers = _in_order(tasks, listing.folder, function)
         else:
             from jaxink.batches.on_dask import local_client, measured_by, remote_client
 
@@ -162,10 +163,9 @@ class _Readable(Iterator[Task]):
         return iter(passed)
 
 
-def _in_order(tasks: Iterator[Task], folder: BatchFolder) -> Iterator[Done]:
+def _in_order(tasks: Iterator[Task], folder: BatchFolder, function: str) -> Iterator[Done]:
     """One after the other in this process; one that ends it twice is not begun a third time."""
-    from jaxink.batches.measure import measure
-
+    measure = named(function)
     tries = folder.tries()
     for task in tasks:
         count = tries.pop(task.name, 0)
