@@ -159,7 +159,7 @@ def _listed(cells: dict[str, str], parameters: list[str], number: int, path: Pat
         if cells.get(key)
     }
     values = {key: value for key, value in numbers.items() if key in parameters}
-    at = {key: value for key, value in numbers.items() if key in POSITION}
+    at: dict[str, str | float] = {key: value for key, value in numbers.items() if key in POSITION}
     rest = {key: cell for key, cell in cells.items() if key not in (*parameters, *POSITION)}
     return Listed(name, files, values, at | rest)
 

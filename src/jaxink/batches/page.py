@@ -5,7 +5,7 @@ from html import escape
 
 from jaxink.batches.outliers import outlying
 from jaxink.batches.result import SUMMARY_CSV, Batch
-from jaxink.batches.row import Row, RowOutcome
+from jaxink.batches.row import Row, RowOutcome, RowParameter
 from jaxink.display.html import paragraph, table
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.report import html
@@ -23,7 +23,8 @@ def report_page(batch: Batch) -> str:
 
 def _counts(batch: Batch) -> html.Section:
     outcomes = [
-        [code.replace("_", " "), str(n), RowOutcome(code).meaning] for code, n in batch.outcomes.most_common()
+        [code.replace("_", " "), str(n), RowOutcome[code.upper()].meaning]
+        for code, n in batch.outcomes.most_common()
     ]
     verdicts = [[code.replace("_", " "), str(n)] for code, n in batch.verdicts.most_common()]
     effects: dict[str, int] = {}
@@ -100,13 +101,14 @@ def _linked(row: Row, parameters: Iterable[str]) -> str:
         f'<a href="{escape(row.page, quote=True)}">{escape(row.name)}</a>' if row.page else escape(row.name)
     )
     found = {p.name: p for p in row.parameters}
-    values = [
-        ""
-        if name not in found or found[name].value is None
-        else with_uncertainty(found[name].value, found[name].standard_error)
-        for name in parameters
-    ]
+    values = [_value(found.get(name)) for name in parameters]
     texts = [row.outcome.replace("_", " "), (row.verdict or "").replace("_", " ")]
     texts += [html.number(row.reduced_chi_square), *values, ", ".join(row.effects), f"{row.seconds:.3g}"]
     cells = "".join(f'<td class="text">{escape(text)}</td>' for text in texts)
     return f'<tr><td class="text">{name}</td>{cells}</tr>\n'
+
+
+def _value(parameter: RowParameter | None) -> str:
+    if parameter is None or parameter.value is None:
+        return ""
+    return with_uncertainty(parameter.value, parameter.standard_error)

@@ -76,7 +76,7 @@ class Batch(Presented):
     def columns(self) -> dict[str, list[Any]]:
         """The summary: one entry for each measurement, by the names of its columns; None is unknown."""
         rows, listed = self.rows, self.measurements
-        head = {
+        head: dict[str, list[Any]] = {
             "name": [row.name for row in rows],
             "file": ["|".join(row.files) for row in rows],
             "outcome": [str(row.outcome) for row in rows],
@@ -94,7 +94,7 @@ class Batch(Presented):
             found[name] = [None if p is None else p.value for p in each]
             found[f"{name}_se"] = [None if p is None else p.standard_error for p in each]
             found[f"{name}_flag"] = [None if p is None else p.flag for p in each]
-        tail = {
+        tail: dict[str, list[Any]] = {
             "effects": [", ".join(row.effects) for row in rows],
             "points": [row.points for row in rows],
             "chi_square": [row.chi_square for row in rows],
@@ -117,7 +117,8 @@ class Batch(Presented):
         """How many ended in which way, and the first rows with trouble."""
         lines = [f"{len(self.rows)} measurements, {self.kept} of them done before; in {self.folder}."]
         lines += [
-            f"{n} {code.replace('_', ' ')}: {RowOutcome(code).meaning}." for code, n in self.outcomes.items()
+            f"{n} {code.replace('_', ' ')}: {RowOutcome[code.upper()].meaning}."
+            for code, n in self.outcomes.items()
         ]
         if self.others:
             lines.append(f"{self.others} rows of an earlier plan are kept in the folder, and not listed.")

@@ -120,7 +120,7 @@ class Row:
     @property
     def ended(self) -> RowOutcome:
         """The outcome as a `RowOutcome`."""
-        return RowOutcome(self.outcome)
+        return RowOutcome[self.outcome.upper()]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in the file of the row."""
