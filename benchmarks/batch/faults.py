@@ -9,7 +9,7 @@ import os
 import signal
 import time
 
-from benchmarks.batch.sheets import DIES, EATS, HANGS, RAISES
+from benchmarks.batch.sheets import DIES, EATS, FEW_STEPS, HANGS, RAISES
 from jaxink.batches.answer import Done
 from jaxink.batches.measure import measure
 from jaxink.batches.task import Task
@@ -30,4 +30,6 @@ def measure_with_faults(task: Task) -> Done:
     if task.name.endswith(RAISES):
         # An option that no plan can state: an error that is not the user's.
         task = dataclasses.replace(task, fit={"no_such_option": 1})
+    if task.name.endswith(FEW_STEPS):
+        task = dataclasses.replace(task, fit={**task.fit, "max_steps": 1})
     return measure(task)

@@ -34,6 +34,7 @@ FREE = ("ink.scattering_per_mm", "ink.absorption_per_mm", "ink.asymmetry_paramet
 ACCURACY = 1e-3
 # What the wrapper of `benchmarks.batch.faults` does at sheets of these names.
 HANGS, EATS, DIES, RAISES = "hangs", "eats_memory", "kills_its_process", "raises"
+FEW_STEPS = "does_not_converge"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,6 +68,15 @@ def _column(index: int, change: Callable[[str], str], rows: slice = slice(1, Non
     return _text(edit)
 
 
+def _times_cosine(lines: list[str]) -> list[str]:
+    """What an instrument gives that divides by the solid angle only: value and sigma times cos(theta_o)."""
+    cells = [line.split(",") for line in lines]
+    for row in cells[1:]:
+        cosine = float(np.cos(np.radians(float(row[1]))))
+        row[5:7] = [f"{float(value) * cosine:.8g}" for value in row[5:7]]
+    return [",".join(row) for row in cells]
+
+
 def _without(index: int):
     return _text(lambda lines: [",".join(c for i, c in enumerate(x.split(",")) if i != index) for x in lines])
 
@@ -74,7 +84,7 @@ def _without(index: int):
 TROUBLES = (
     Trouble("missing_file", "refused", lambda _: None),
     Trouble("empty_file", "refused", lambda _: b""),
-    Trouble("header_only", "refused", _text(lambda lines: lines[:1])),
+    Trouble("times_cosine", "done", _text(_times_cosine), verdict="misfit"),
     Trouble("value_nan", "refused", _column(5, lambda _: "nan", slice(7, 8))),
     Trouble("value_is_text", "refused", _column(5, lambda _: "saturated", slice(9, 10))),
     Trouble("no_column_side", "refused", _without(4)),
@@ -86,8 +96,8 @@ TROUBLES = (
     Trouble("binary", "refused", lambda _: bytes(range(256)) * 40),
     Trouble("unknown_format", "refused", suffix=".mat"),
     Trouble("thickness_impossible", "refused", cell="-1"),
-    Trouble("percent", "done", _column(5, lambda v: repr(100 * float(v))), verdict="misfit"),
-    Trouble("all_zero", "done", _column(5, lambda _: "0"), verdict="misfit"),
+    Trouble("percent", "refused", _column(5, lambda v: repr(100 * float(v)))),
+    Trouble(FEW_STEPS, "not_converged", verdict="not_converged"),
     Trouble(HANGS, "time_limit"),
     Trouble(EATS, "memory_limit"),
     Trouble(DIES, "killed"),

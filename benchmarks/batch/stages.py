@@ -22,8 +22,7 @@ RUN = "import sys, jaxink; jaxink.batch(*sys.argv[1:3], workers=2, function=sys.
 
 
 def _sheets(work: Path) -> Path:
-    plan = work / "sheets" / "plan.toml"
-    return plan if plan.exists() else write_sheets(work / "sheets", SHEETS, TROUBLES, limits=LIMITS)
+    return write_sheets(work / "sheets", SHEETS, TROUBLES, limits=LIMITS)
 
 
 def _rows(out: Path) -> dict[str, dict[str, str]]:

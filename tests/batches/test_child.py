@@ -62,7 +62,7 @@ def test_too_much_memory_ends_it(child, task):
 
 
 def test_a_hang_ends_at_the_limit_of_time(task):
-    child = Child(Limits(0.6), FUNCTION)
+    child = Child(Limits(3.0), FUNCTION)
     try:
         assert value(child.ask(task("1"))[0]) == 1.0
         start = time.monotonic()
@@ -70,7 +70,7 @@ def test_a_hang_ends_at_the_limit_of_time(task):
             child.ask(task("hang"))
         # A process that has answered before is not given a second time.
         assert (caught.value.outcome, caught.value.attempts) == (RowOutcome.TIME_LIMIT, 1)
-        assert time.monotonic() - start >= 0.6
+        assert time.monotonic() - start >= 3.0
         with pytest.raises(EndedError) as caught:
             child.ask(task("hang"))
         assert (caught.value.outcome, caught.value.attempts) == (RowOutcome.TIME_LIMIT, 2)

@@ -101,7 +101,7 @@ def test_two_batches_do_not_write_to_one_folder(folder):
 def test_workers_of_dask_answer_and_trouble_is_a_row(folder):
     for i, content in enumerate(("hang", "die", "die once", "4", "eat", "5"), 4):
         (folder / f"sheet_{i}.csv").write_text(content)
-    plan = (folder / "plan.toml").read_text() + "[limits]\nseconds = 1\nmemory_gib = 0.5\n"
+    plan = (folder / "plan.toml").read_text() + "[limits]\nseconds = 5\nmemory_gib = 0.5\n"
     (folder / "plan.toml").write_text(plan)
     found = run(folder, FAULTS, workers=2)
     outcomes = ["done"] * 3 + ["time_limit", "killed", "done", "done", "memory_limit", "done"]
@@ -110,6 +110,18 @@ def test_workers_of_dask_answer_and_trouble_is_a_row(folder):
     assert [row.attempts for row in found][4:6] == [2, 2]
     again = run(folder, NEVER, workers=2)
     assert (again.kept, [row.outcome for row in again]) == (9, outcomes)
+
+
+def test_the_workers_of_a_scheduler_that_runs_do_the_same(folder):
+    from distributed import LocalCluster
+
+    (folder / "sheet_4.csv").write_text("die")
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(protocol="tcp", **options) as cluster:
+        found = run(folder, FAULTS, workers=None, scheduler=cluster.scheduler_address)
+        # It goes on serving others.
+        assert len(cluster.scheduler.workers) == 2
+    assert [row.outcome for row in found] == ["done"] * 3 + ["killed"]
 
 
 def test_workers_and_a_scheduler_exclude_each_other(folder):

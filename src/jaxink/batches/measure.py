@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import jaxink
 from jaxink.batches.answer import Done, now, trouble
@@ -21,6 +22,8 @@ from jaxink.report import html
 from jaxink.sample.archive import sample_from_dict
 
 RESULTS, DIAGNOSIS = "results", "diagnosis"
+# Options of the commands that have another name than the keyword of `jaxink.read`.
+_OPTIONS = {"sample": "--which"}
 FIT_PAGE, DIAGNOSIS_PAGE = "fit.html", "report.html"
 
 
@@ -58,7 +61,8 @@ def _worked(task: Task) -> Done:
     options = DiagnosisOptions(**task.diagnosis, fit=FitOptions(**{"profile": "none"} | task.fit))
     found = jaxink.diagnose(data, sample, options, fitted=result)
     inside = "" if task.work == "diagnose" else f"{DIAGNOSIS}/"
-    files |= {f"{inside}{name}": content for name, content in _diagnosis_files(found, task).items()}
+    place = f"{RESULTS}/{task.name}/{inside}".rstrip("/")
+    files |= {f"{inside}{name}": content for name, content in _diagnosis_files(found, task, place).items()}
     return Done(_row_of_diagnosis(task, found, f"{inside}{DIAGNOSIS_PAGE}"), files)
 
 
@@ -105,15 +109,24 @@ def _fit_files(result: FitResult, task: Task) -> dict[str, bytes]:
     return files | {FIT_PAGE: text.encode()}
 
 
-def _diagnosis_files(found: Diagnosis, task: Task) -> dict[str, bytes]:
-    """Files of a diagnosis as ``jaxink diagnose --out`` writes them."""
+def _diagnosis_files(found: Diagnosis, task: Task, place: str) -> dict[str, bytes]:
+    """Files of a diagnosis as ``jaxink diagnose --out`` writes them; ``place`` is from the batch's folder."""
     from jaxink.report import write_report
 
     with tempfile.TemporaryDirectory(prefix="jaxink-batch-") as folder:
-        # The next steps name the files where the user has them.
-        written = write_report(found, Path(folder) / task.name, task.with_figures, list(task.paths))
         root = Path(folder) / task.name
-        return {str(file.relative_to(root).as_posix()): file.read_bytes() for file in written}
+        written = write_report(found, root, task.with_figures, [*task.paths, *_words(task.reading)])
+        files = {file.relative_to(root).as_posix(): file.read_bytes() for file in written}
+        # Commands on the page name the folder where the user will have it.
+        return files | {DIAGNOSIS_PAGE: files[DIAGNOSIS_PAGE].replace(str(root).encode(), place.encode())}
+
+
+def _words(reading: dict[str, Any]) -> Iterator[str]:
+    """Options of a command that reads the measurement."""
+    for key, value in reading.items():
+        yield _OPTIONS.get(key, f"--{key.replace('_', '-')}")
+        if value is not True:
+            yield ",".join(value) if isinstance(value, list) else str(value)
 
 
 def _parameters(result: FitResult) -> tuple[RowParameter, ...]:

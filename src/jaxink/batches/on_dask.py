@@ -38,7 +38,8 @@ def local_client(n_workers: int) -> Iterator["Client"]:
         n_workers=n_workers,
         threads_per_worker=1,
         processes=False,
-        dashboard_address=None,
+        # Any free port: that of Dask may be in use by another batch.
+        dashboard_address="127.0.0.1:0",
         silence_logs=logging.CRITICAL,
         memory_limit=0,
     )

@@ -1,8 +1,8 @@
 """A batch: what is left to do, done by this process or by Dask, and kept as it ends."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 from jaxink.batches.answer import Done, trouble
@@ -71,11 +71,13 @@ def batch(
     with folder.locked():
         listing = _Listing(plan, folder, retry)
         n_all = len(plan.measurements)
-        for done in _answers(listing, workers, scheduler, devices, function):
-            folder.write(done)
-            listing.rows[done.row.name] = done.row
-            if follow is not None:
-                follow(done.row, len(listing.rows), n_all)
+        # Closed at once if this is interrupted, so that no process of a worker remains.
+        with closing(_answers(listing, workers, scheduler, devices, function)) as answers:
+            for done in answers:
+                folder.write(done)
+                listing.rows[done.row.name] = done.row
+                if follow is not None:
+                    follow(done.row, len(listing.rows), n_all)
         rows = tuple(listing.rows[one.name] for one in plan.measurements)
         others = len(folder.names() - {one.name for one in plan.measurements})
         found = Batch(
@@ -112,7 +114,7 @@ class _Listing:
 
 def _answers(
     listing: _Listing, workers: int | None, scheduler: str | None, devices: Sequence[str], function: str
-) -> Iterator[Done]:
+) -> Generator[Done, None, None]:
     tasks, refused = _Readable(listing.left()), RowOutcome.REFUSED
     plan = listing.plan
     with ExitStack() as stack:
