@@ -14,7 +14,7 @@ import numpy as np
 import jaxink
 from benchmarks.batch.sheets import ACCURACY, FREE, TROUBLES, truths, write_sheets
 
-SHEETS, KILLS = 200, 10
+SHEETS, KILLS, GOOD = 200, 10, 40
 FAULTS = "benchmarks.batch.faults:measure_with_faults"
 LIMITS = "seconds = 60\nmemory_gib = 1.5"
 EQUAL = 1e-8
@@ -147,7 +147,7 @@ def _running() -> int:
 
 def overhead(work: Path) -> dict:
     """Processor time of a batch in this process against a bare loop of the same warm fits."""
-    plan = jaxink.load_plan(write_sheets(work / "good", 60))
+    plan = jaxink.load_plan(write_sheets(work / "good", GOOD))
     options = jaxink.FitOptions(accuracy=ACCURACY, profile="none")
     files = [one.files[0] for one in plan.measurements]
 
@@ -180,7 +180,7 @@ def overhead(work: Path) -> dict:
 
 def first_results(work: Path) -> dict:
     """Time from the first result to the second, by two workers, with programs stored."""
-    plan, times = jaxink.load_plan(write_sheets(work / "good", 60)), []
+    plan, times = jaxink.load_plan(write_sheets(work / "good", GOOD)), []
     start = time.monotonic()
     jaxink.batch(
         plan,
@@ -193,7 +193,7 @@ def first_results(work: Path) -> dict:
 
 def scaling(work: Path) -> dict:
     """Warm fits per second by one and by two workers, in turns, and the load of the machine meanwhile."""
-    plan, found = jaxink.load_plan(write_sheets(work / "good", 60)), {1: [], 2: []}
+    plan, found = jaxink.load_plan(write_sheets(work / "good", GOOD)), {1: [], 2: []}
     for _ in range(3):
         for n in (1, 2):
             times = []
@@ -263,7 +263,7 @@ def remote(work: Path) -> dict:
     """A scheduler and two workers in processes of their own, by the commands of the page; one is killed."""
     folder = work / f"remote_{time.time_ns()}"
     folder.mkdir(parents=True)
-    write_sheets(work / "good", 60)
+    write_sheets(work / "good", GOOD)
     address = "tcp://127.0.0.1:18786"
     started = [
         subprocess.Popen(
@@ -291,7 +291,7 @@ def remote(work: Path) -> dict:
     try:
         time.sleep(6)
         batch = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        while batch.poll() is None and _n_rows(folder / "out") < 20:
+        while batch.poll() is None and _n_rows(folder / "out") < 15:
             time.sleep(0.05)
         # The worker itself, not its nanny: what a cluster does when it takes a node away.
         victim = _children(started[1].pid)
