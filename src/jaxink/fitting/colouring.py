@@ -88,7 +88,7 @@ def colours(
         Pairs of positions, ascending, of parameters of different wavelengths that share a residual.
     """
     shared = [name for name in names if name is not None and name not in own]
-    number = {name: i for i, name in enumerate(shared)}
+    number: dict[str | None, int] = {name: i for i, name in enumerate(shared)}
     taken: dict[float, set[int]] = defaultdict(set)
     neighbours: dict[int, list[int]] = defaultdict(list)
     for first, second in joined:
