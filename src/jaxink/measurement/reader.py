@@ -1,6 +1,7 @@
 """Reading a measurement from one file or several."""
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ _FOREIGN = {
 }
 # Of exchange files; their content, not the name, says which format they have.
 _EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".binary")
+# What may be stated for each of several files.
+_ONE_A_FILE = ("side", "theta_i_deg")
 # What only exchange files leave open.
 _EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "cosine_weighted"}
 Paths = str | Path | Sequence[str | Path]
@@ -48,8 +51,8 @@ def read(path: Paths, **overrides: Any) -> GonioData:
         file (extra column ``source_file``) and its row there.
     **overrides
         Keyword arguments of ``read_csv`` or ``read_workbook``; for other formats the fields of
-        `jaxink.measurement.formats.choices.Choices`; none for a netCDF file. With several files, ``side`` may
-        be a list with one side for each.
+        `jaxink.measurement.formats.choices.Choices`; none for a netCDF file. With several files, ``side`` and
+        ``theta_i_deg`` may be lists with one entry for each.
 
     Raises
     ------
@@ -61,11 +64,10 @@ def read(path: Paths, **overrides: Any) -> GonioData:
     paths = [Path(each) for each in path]
     if not paths:
         raise InputRefusedError("there is no measurement file; give at least one.")
-    sides = overrides.pop("side", None)
-    each = _side_of_each(sides, len(paths))
+    each = {name: _of_each(name, overrides.pop(name, None), len(paths)) for name in _ONE_A_FILE}
     parts = [
-        _read_one(file, **overrides, **({} if side is None else {"side": side}))
-        for file, side in zip(paths, each, strict=True)
+        _read_one(file, **overrides, **{name: v[k] for name, v in each.items() if v[k] is not None})
+        for k, file in enumerate(paths)
     ]
     if len(parts) == 1:
         return parts[0]
@@ -79,12 +81,15 @@ def read(path: Paths, **overrides: Any) -> GonioData:
     )
 
 
-def _side_of_each(sides: str | Sequence[str] | None, n_files: int) -> Sequence[str | None]:
-    if sides is None or isinstance(sides, str):
-        return [sides] * n_files
-    if len(sides) not in (1, n_files):
-        raise InputRefusedError(f"side has {len(sides)} entries for {n_files} files; give one for each file.")
-    return [*sides] * (n_files if len(sides) == 1 else 1)
+def _of_each(name: str, values: Any, n_files: int) -> list[Any]:
+    """What is stated about each file, given once for all or in a list with one entry for each."""
+    if values is None or isinstance(values, str | Real):
+        return [values] * n_files
+    if len(values) not in (1, n_files):
+        raise InputRefusedError(
+            f"{name} has {len(values)} entries for {n_files} files; give one for each file."
+        )
+    return [*values] * (n_files if len(values) == 1 else 1)
 
 
 def _read_one(path: Path, **overrides: Any) -> GonioData:

@@ -124,8 +124,8 @@ def _cosine(table: TextTable, theta_o_deg: np.ndarray, weighted: bool, notes) ->
     horizon = np.flatnonzero(theta_o_deg > 90 - 1e-6)
     if horizon.size:
         text = (
-            f"{theta_o_deg[horizon[0]]:g} degrees is the horizon, where values times the cosine are 0 and do not "
-            "tell the BSDF; remove the row"
+            f"{theta_o_deg[horizon[0]]:g} degrees is the horizon, where values times the cosine are 0 and do "
+            "not tell the BSDF; remove the row"
         )
         raise refusal(table.source, text, table.lines[horizon[0]], "theta_o_deg")
     notes.append("The values were divided by cos(theta_o), as requested by the caller.")

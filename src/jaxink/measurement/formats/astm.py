@@ -84,7 +84,9 @@ def _compare_count(content: Content, position: int, found: int) -> None:
         if not (text.isascii() and text.isdigit() and len(text) < 12):
             raise content.refusal("NUM_POINTS must be a whole number", number)
         if int(text) != found:
-            raise content.refusal(f"NUM_POINTS is {int(text)}, but {found} rows follow; the file is incomplete", number)
+            raise content.refusal(
+                f"NUM_POINTS is {int(text)}, but {found} rows follow; the file is incomplete", number
+            )
 
 
 def _in_degrees(content: Content, angles: np.ndarray, choices: Choices) -> np.ndarray:
@@ -110,20 +112,26 @@ def _value_columns(content: Content, names: list[str], choices: Choices, row: in
             raise content.refusal("the columns are wavelengths, not channels; leave out the channel")
         if choices.wavelength_nm is None:
             return [(others[name], nm) for name, nm in spectral.items()]
-        chosen = [(others[name], nm) for name, nm in spectral.items() if abs(nm - choices.wavelength_nm) < 1e-6]
+        chosen = [
+            (others[name], nm) for name, nm in spectral.items() if abs(nm - choices.wavelength_nm) < 1e-6
+        ]
         if not chosen:
             listed = ", ".join(spectral)
             raise content.refusal(f"wavelength_nm is {choices.wavelength_nm:g}; the file has {listed}")
         return chosen
     listed = ", ".join(others)
     if choices.channel is None and len(others) > 1:
-        raise ask(content.source, "channel", f"the values are the channels {listed}, of which one is read", row)
+        raise ask(
+            content.source, "channel", f"the values are the channels {listed}, of which one is read", row
+        )
     name = next(iter(others)) if choices.channel is None else choices.channel
     if name not in others:
         raise content.refusal(f"channel is {name!r}; the file has {listed}")
     if choices.wavelength_nm is None:
         raise ask(content.source, "wavelength_nm", f"the column {name} states no wavelength", row)
-    notes.append(f"Column {name} is read as the BSDF at {choices.wavelength_nm:g} nm, as stated by the caller.")
+    notes.append(
+        f"Column {name} is read as the BSDF at {choices.wavelength_nm:g} nm, as stated by the caller."
+    )
     return [(others[name], choices.wavelength_nm)]
 
 

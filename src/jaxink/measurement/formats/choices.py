@@ -2,9 +2,10 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, shown
 from jaxink.measurement.columns import OPTIONS
 from jaxink.measurement.table import refusal
 
@@ -26,6 +27,7 @@ _WORDS = {
     "face": ("front", "back"),
     "angle_unit": ("deg", "rad"),
 }
+_NUMBERS = {"wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg"}
 
 
 @dataclass(frozen=True)
@@ -84,14 +86,15 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
     for name, words in _WORDS.items():
         if name in stated and stated[name] not in words:
             raise refusal(source, f"{name} is {stated[name]!r}; it must be one of: {', '.join(words)}")
-    choices = Choices(**stated)
-    for name in ("wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg"):
-        value = getattr(choices, name)
-        if value is not None and not abs(value) < 1e6:
-            raise refusal(source, f"{name} is {value:g}; it must be a number")
-    if choices.every is not None and choices.every < 1:
-        raise refusal(source, f"every is {choices.every}; it must be at least 1")
-    return choices
+    for name in _NUMBERS & stated.keys():
+        value = stated[name]
+        if not (isinstance(value, Real) and abs(value) < 1e6):
+            raise refusal(source, f"{name} is {shown(value)}; it must be a number")
+        stated[name] = float(value)
+    every = stated.get("every", 1)
+    if not (isinstance(every, int) and every >= 1):
+        raise refusal(source, f"every is {shown(every)}; it must be a whole number of at least 1")
+    return Choices(**stated)
 
 
 def ask(source: str, name: str, why: str, row: int | None = None) -> InputRefusedError:

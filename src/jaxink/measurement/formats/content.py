@@ -66,7 +66,9 @@ class Words:
     def word(self, what: str) -> str:
         """The next word, which should be ``what``."""
         if self.is_over():
-            raise self.content.refusal(f"the file ends where {what} should follow; it is incomplete", self.row)
+            raise self.content.refusal(
+                f"the file ends where {what} should follow; it is incomplete", self.row
+            )
         self._next += 1
         return self._words[self._next - 1]
 

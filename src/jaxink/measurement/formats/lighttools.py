@@ -13,13 +13,13 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined
+from jaxink.measurement.formats.points import Points, joined, totals_note
 from jaxink.measurement.formats.polar_tables import distinct, total
 
 INCIDENCE_AZIMUTH_DEG = 90.0
 _BLOCK_HEADER = re.compile(r"^\s*(aoi|side)\s+\w", re.IGNORECASE | re.MULTILINE)
-# Of the sides in files of jaxink's export.
-_OWN_SIDES = {"front": "A", "back": "I"}
+# In files of jaxink's export.
+_OWN_COMPONENTS = {"front": {"R": "R_AA", "T": "T_AI"}, "back": {"R": "R_II", "T": "T_IA"}}
 
 
 def recognises(head: str) -> bool:
@@ -56,20 +56,23 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     blocks = _of_one_channel(content, blocks, choices, notes)
     blocks = _of_one_rotation(content, blocks, choices)
     own = origin(content.lines)
-    parts = []
+    parts, totals = [], []
+    # Without the full circle there is no total.
+    is_whole = azimuth[-1] - azimuth[0] > 360 - 1e-6
     for block in blocks:
         kind = "T" if block.is_transmission else "R"
         if choices.side not in (None, kind):
             continue
-        here, there = _OWN_SIDES[block.face], _OWN_SIDES["back" if block.face == "front" else "front"]
-        refuse_other_media(content, own, f"{kind}_{here}{there if kind == 'T' else here}")
+        refuse_other_media(content, own, _OWN_COMPONENTS[block.face][kind])
         parts.append(_points(block, radial, azimuth))
-        _compare_totals(block, radial, azimuth, notes)
+        if is_whole:
+            totals.append((block.aoi, total(radial, azimuth, block.values), block.tis))
     if not parts:
-        raise content.refusal(f"the face has no {choices.side}; leave out the side, or choose the other face")
+        raise content.refusal(f"the face has no {choices.side}; leave out the side, or choose another face")
+    notes += totals_note("AOI", totals)
     notes.append(
-        "LightTools: azimuths were turned by 90 degrees, because the light arrives from azimuth 90 there; polar "
-        "angles are from the normal of the side on which the light leaves."
+        "LightTools: azimuths were turned by 90 degrees, because the light arrives from azimuth 90 there; "
+        "polar angles are from the normal of the side on which the light leaves."
     )
     return joined(parts)
 
@@ -108,7 +111,7 @@ def _blocks(content: Content, words: Words, shape: tuple[int, int]):
             yield _block(content, held, tis, values.reshape(shape).T, rows.reshape(shape).T, row)
             held = {}
         else:
-            text = f"{shown(word)} stands where a keyword should; the numbers of values do not agree with the header"
+            text = f"{shown(word)} stands where a keyword should; the header has other numbers of values"
             raise content.refusal(text, row)
 
 
@@ -189,16 +192,3 @@ def _points(block: _Block, radial: np.ndarray, azimuth: np.ndarray) -> Points:
         row=block.rows[keep],
         extra={"lit_face": np.full(n, block.face)},
     )
-
-
-def _compare_totals(block: _Block, radial, azimuth, notes: list[str]) -> None:
-    """Note a total that differs; without the full circle there is none."""
-    if azimuth[-1] - azimuth[0] < 360 - 1e-6:
-        return
-    found = total(radial, azimuth, block.values)
-    if abs(found - block.tis) > TOTAL_TOLERANCE:
-        kind = "transmit" if block.is_transmission else "reflect"
-        notes.append(
-            f"At AOI {block.aoi:g}, the values {kind} {found:.3g} of the incident power, but TIS is "
-            f"{block.tis:.3g}; the values were kept."
-        )

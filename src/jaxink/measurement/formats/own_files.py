@@ -40,6 +40,6 @@ def refuse_other_media(content: Content, known: Origin | None, component: str) -
     for side in component[2:]:
         if abs(known.index[side] - 1) > _SAME_INDEX:
             raise content.refusal(
-                f"{component} holds directions in a medium of index {known.index[side]:g}; a measurement has air "
-                "on both sides, so read one of the sample in air, or another component"
+                f"{component} holds directions in a medium of index {known.index[side]:g}; a measurement has "
+                "air on both sides, so read one of the sample in air, or another component"
             )

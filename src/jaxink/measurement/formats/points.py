@@ -1,5 +1,6 @@
 """The points of an exchange file, and the measurement that they are."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -54,8 +55,8 @@ def without_cosine(points: Points, notes: list[str]) -> Points:
     horizon = points.theta_o_deg > 90 - _HORIZON_DEG
     if horizon.any():
         notes.append(
-            f"{int(horizon.sum())} values at theta_o_deg = 90 were left out: times the cosine, which is 0 there, "
-            "they do not tell the BSDF."
+            f"{int(horizon.sum())} values at theta_o_deg = 90 were left out: times the cosine, which is 0 "
+            "there, they do not tell the BSDF."
         )
     points = points.at(~horizon)
     return replace(points, bsdf_per_sr=points.bsdf_per_sr / np.cos(np.deg2rad(points.theta_o_deg)))
@@ -71,6 +72,18 @@ def one_side(points: Points, source: str, side: str | None, notes: list[str]) ->
     if not keep.all():
         notes.append(f"The file has R and T; only {side} was read, as requested by the caller.")
     return points.at(keep)
+
+
+def totals_note(axis: str, totals: Sequence[tuple[float, float, float]]) -> list[str]:
+    """Note on totals that are not those stated: angle, integrated and stated total of each incidence."""
+    other = [each for each in totals if abs(each[1] - each[2]) > TOTAL_TOLERANCE]
+    if not other:
+        return []
+    angle, found, stated = max(other, key=lambda each: abs(each[1] - each[2]))
+    return [
+        f"At {len(other)} of {len(totals)} incidences the values do not scatter the stated TIS (at {axis} "
+        f"{angle:g}: {found:.3g} instead of {stated:.3g} of the incident power); the values were kept."
+    ]
 
 
 def measurement(points: Points, source: str, choices: Choices, notes: list[str]) -> GonioData:
@@ -113,7 +126,8 @@ def measurement(points: Points, source: str, choices: Choices, notes: list[str])
 
 
 def _rounded(angle_deg: np.ndarray) -> np.ndarray:
-    """Polar angles beyond their range by rounding only are at its end."""
+    """Polar angles without the rounding errors of a rotation, which may put them beyond their range."""
+    angle_deg = np.round(angle_deg, 9)
     near = np.clip(angle_deg, 0, 90)
     return np.where(np.abs(angle_deg - near) < 1e-6, near, angle_deg)
 

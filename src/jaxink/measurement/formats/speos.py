@@ -1,8 +1,8 @@
 """Scattering files of Ansys Speos in text mode: ``.anisotropicbsdf`` and ``.brdf``.
 
-Known from the vendor's pages "Structure of Anisotropic BSDF Files" and "Structure of BRDF files", and from the
-vendor's open converter (ansys/optical-automation, ``BSDF_converter.py``) for what these leave open: the order
-of the tables, and azimuth 0 as that of the specular or undeviated direction.
+Known from the vendor's pages "Structure of Anisotropic BSDF Files" and "Structure of BRDF files", and from
+the vendor's open converter (ansys/optical-automation, ``BSDF_converter.py``) for what these leave open: the
+order of the tables, and azimuth 0 as that of the specular or undeviated direction.
 """
 
 import re
@@ -41,7 +41,9 @@ class _Table:
         """Integral of the values over the projected solid angle."""
         cosine = np.abs(np.cos(np.deg2rad(self.theta_deg)))[:, None]
         horizon = cosine < 1e-9
-        bsdf = np.where(horizon, 0, self.values / np.where(horizon, 1, cosine)) if is_intensity else self.values
+        bsdf = (
+            np.where(horizon, 0, self.values / np.where(horizon, 1, cosine)) if is_intensity else self.values
+        )
         polar = 180 - self.theta_deg[::-1] if self.is_transmission else self.theta_deg
         return total(polar, self.phi_deg, bsdf[::-1] if self.is_transmission else bsdf)
 
@@ -96,21 +98,19 @@ def read_brdf(content: Content, choices: Choices, notes: list[str]) -> Points:
     n_wavelengths = words.count("the number of wavelengths")
     angles, _ = words.numbers(n_angles, "the incidences")
     wavelengths, _ = words.numbers(n_wavelengths, "the wavelengths")
-    parts, scaled = [], set[float]()
+    parts, factors = [], list[float]()
     for is_transmission in start.kinds:
         for theta_i in angles.tolist():
             for wavelength in wavelengths.tolist():
                 stated = words.number("the percentage of a table") / 100
                 table = _table(content, words, theta_i, 0.0, is_transmission)
-                found = table.power(start.is_intensity)
-                factor = stated / found if found > 0 and abs(found - stated) > TOTAL_TOLERANCE * stated else 1.0
-                scaled |= {factor} - {1.0}
-                parts.append(_points(table, wavelength, factor))
+                factors.append(_needed_factor(table.power(start.is_intensity), stated))
+                parts.append(_points(table, wavelength, factors[-1]))
     _end(content, words)
-    if scaled:
+    if scaled := [factor for factor in factors if factor != 1]:
         notes.append(
-            f"The values of {len(scaled)} tables were scaled, by {min(scaled):.4g} to {max(scaled):.4g}, to the "
-            "percentages that the file states: Speos defines its values by these."
+            f"The values of {len(scaled)} tables were scaled, by {min(scaled):.4g} to {max(scaled):.4g}, to "
+            "the percentages that the file states: Speos defines its values by these."
         )
     return _measured(content, parts, start, choices, notes)
 
@@ -199,17 +199,23 @@ def _wavelength(content: Content, spectra: list[_Spectrum], choices: Choices, no
         raise content.refusal("the spectra of reflection and transmission have no wavelength in common")
     given = choices.wavelength_nm
     if given is None and high - low > _BAND_NM:
-        why = f"the values hold for the whole spectrum, {low:g} to {high:g} nm, of which one wavelength is read"
+        why = (
+            f"the values hold for the whole spectrum, {low:g} to {high:g} nm, of which one wavelength is read"
+        )
         raise ask(content.source, "wavelength_nm", why)
     if given is None:
         notes.append(f"The wavelength is {(low + high) / 2:g} nm, the middle of the spectrum.")
         return (low + high) / 2
     if not low <= given <= high:
-        raise content.refusal(f"wavelength_nm is {given:g}; the spectrum of the file is {low:g} to {high:g} nm")
+        raise content.refusal(
+            f"wavelength_nm is {given:g}; the spectrum of the file is {low:g} to {high:g} nm"
+        )
     return given
 
 
-def _factor(content: Content, tables, spectrum: _Spectrum, wavelength_nm: float, is_intensity, notes) -> float:
+def _factor(
+    content: Content, tables, spectrum: _Spectrum, wavelength_nm: float, is_intensity, notes
+) -> float:
     """Factor that gives the table at the reference incidence the total of the spectrum."""
     stated = float(np.interp(wavelength_nm, spectrum.wavelength_nm, spectrum.total))
     reference = min(tables, key=lambda table: abs(table.theta_i_deg - spectrum.theta_i_deg))
@@ -218,13 +224,19 @@ def _factor(content: Content, tables, spectrum: _Spectrum, wavelength_nm: float,
     if found <= 0 or stated <= 0:
         text = f"the {kind} at the reference incidence is zero, so its values have no scale"
         raise content.refusal(text, int(reference.rows[0, 0]))
-    if abs(found - stated) <= TOTAL_TOLERANCE * stated:
-        return 1.0
+    factor = _needed_factor(found, stated)
+    if factor == 1:
+        return factor
     notes.append(
-        f"The values of the {kind} were scaled by {stated / found:.4g} to the {100 * stated:.4g} % that the file "
-        f"states for light at {reference.theta_i_deg:g} degrees: Speos defines its values by that."
+        f"The values of the {kind} were scaled by {factor:.4g} to the {100 * stated:.4g} % that the "
+        f"file states for light at {reference.theta_i_deg:g} degrees: Speos defines its values by that."
     )
-    return stated / found
+    return factor
+
+
+def _needed_factor(found: float, stated: float) -> float:
+    """Factor that gives values their stated total; 1 if they have it within the errors of integration."""
+    return stated / found if found > 0 and abs(found - stated) > TOTAL_TOLERANCE * stated else 1.0
 
 
 def _table(content: Content, words: Words, theta_i: float, rotation: float, is_transmission: bool) -> _Table:
@@ -238,7 +250,9 @@ def _table(content: Content, words: Words, theta_i: float, rotation: float, is_t
     low, high = (90, 180) if is_transmission else (0, 90)
     if theta.min() < low or theta.max() > high or (np.diff(theta) <= 0).any() or (np.diff(phi) <= 0).any():
         kind = "transmission" if is_transmission else "reflection"
-        text = f"polar angles of {kind} must ascend between {low} and {high} degrees, and azimuths must ascend"
+        text = (
+            f"polar angles of {kind} must ascend between {low} and {high} degrees, and azimuths must ascend"
+        )
         raise content.refusal(f"{text}; the numbers of values may not agree with the table", row)
     return _Table(theta_i, rotation, is_transmission, theta, phi, cells[:, 1:], rows[:, 1:])
 
@@ -248,7 +262,9 @@ def _of_one_rotation(content: Content, tables: list[_Table], choices: Choices) -
     listed = ", ".join(f"{angle:g}" for angle in angles)
     if choices.rotation_deg is None:
         if len(angles) > 1:
-            raise ask(content.source, "rotation_deg", f"the anisotropy angles are {listed}, of which one is read")
+            raise ask(
+                content.source, "rotation_deg", f"the anisotropy angles are {listed}, of which one is read"
+            )
         return tables
     kept = [table for table in tables if abs(table.rotation_deg - choices.rotation_deg) < 1e-6]
     if not kept:
@@ -274,7 +290,9 @@ def _points(table: _Table, wavelength_nm: float, factor: float) -> Points:
 
 def _end(content: Content, words: Words) -> None:
     if not words.is_over() and words.word("End of file").lower() != "end":
-        raise content.refusal("values follow the last table; the numbers in the header do not agree", words.row)
+        raise content.refusal(
+            "values follow the last table; the numbers in the header do not agree", words.row
+        )
 
 
 def _measured(content: Content, parts: list[Points], start: _Start, choices: Choices, notes) -> Points:
@@ -287,7 +305,7 @@ def _measured(content: Content, parts: list[Points], start: _Start, choices: Cho
     points = joined(parts)
     notes.append(
         "Speos: azimuths were turned by 180 degrees, because azimuth 0 is that of the specular or undeviated "
-        "direction there; polar angles of transmission, 90 to 180 degrees, were measured from the other normal."
+        "direction there; polar angles of transmission, 90 to 180 degrees, were turned to the other normal."
     )
     if not start.is_intensity:
         return points

@@ -1,8 +1,8 @@
 """Tabular BSDF files of Zemax OpticStudio.
 
 Known from the format's specification by its author (Rykowski, "BSDF Data Interchange File Format
-Specification", 2008, and its later edition "Zemax Tabular BSDF data file format", which says that the angle of
-incidence is that of the specular or transmitted direction) and from the open reader of libbsdf.
+Specification", 2008, and its later edition "Zemax Tabular BSDF data file format", which says that the angle
+of incidence is that of the specular or transmitted direction) and from the open reader of libbsdf.
 """
 
 import re
@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.own_files import Origin, origin, refuse_other_media
-from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined
+from jaxink.measurement.formats.points import Points, joined, totals_note
 from jaxink.measurement.formats.polar_tables import distinct, from_specular, total
 
 _WORDS = ("source", "symmetry", "spectralcontent", "scattertype")
@@ -51,12 +51,13 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     _refuse_other_media(content, own)
     wavelength = _wavelength(content, own, choices, notes)
     rotation = _rotation(content, header, choices)
-    parts = []
+    parts, totals = [], []
     for name, k, angle, stated, values, rows in _blocks(content, words, header, section):
         if name != channel or k != rotation:
             continue
         parts.append(_points(header, angle, values, rows, wavelength, is_transmission))
-        _compare_totals(header, angle, values, stated, notes)
+        totals.append((angle, _total(header, angle, values), stated))
+    notes += totals_note("AngleOfIncidence", totals)
     notes.append(
         "Zemax: scatter angles about the specular or undeviated direction were turned into angles from the "
         "normal. AngleOfIncidence was read as the angle of incidence, which it is if both sides are air."
@@ -154,7 +155,7 @@ def _rotation(content: Content, header: _Header, choices: Choices) -> int:
 
 
 def _blocks(content: Content, words: Words, header: _Header, section: str):
-    """Channel, rotation, specular angle, total, values by radial angle and azimuth, and rows of each block."""
+    """Channel, rotation, specular angle, total, values by radial angle and azimuth, and rows, by block."""
     angles = header.axes["angleofincidence"]
     shape = len(header.axes["scatterazimuth"]), len(header.axes["scatterradial"])
     sections = ("monochrome",) if header.words["spectralcontent"] == "monochrome" else tuple(_CHANNELS)[1:]
@@ -175,7 +176,7 @@ def _blocks(content: Content, words: Words, header: _Header, section: str):
 def _expect(content: Content, words: Words, key: str) -> None:
     row, word = words.row, words.word(key)
     if word.lower() != key:
-        text = f"{shown(word)} stands where {key} should; the numbers of values do not agree with the header"
+        text = f"{shown(word)} stands where {key} should; the header has other numbers of values"
         raise content.refusal(text, row)
 
 
@@ -202,11 +203,7 @@ def _points(
     )
 
 
-def _compare_totals(header: _Header, angle: float, values, stated: float, notes: list[str]) -> None:
-    both = 2 if header.is_mirrored else 1
-    found = both * total(header.axes["scatterradial"], header.axes["scatterazimuth"], values, angle)
-    if abs(found - stated) > TOTAL_TOLERANCE:
-        notes.append(
-            f"At AngleOfIncidence {angle:g}, the values scatter {found:.3g} of the incident power, but TIS is "
-            f"{stated:.3g}; the values were kept."
-        )
+def _total(header: _Header, angle: float, values) -> float:
+    """Scattered over incident power."""
+    found = total(header.axes["scatterradial"], header.axes["scatterazimuth"], values, angle)
+    return 2 * found if header.is_mirrored else found
