@@ -2,8 +2,9 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
+
+import numpy as np
 
 from jaxink.errors import InputRefusedError, shown
 from jaxink.measurement.columns import OPTIONS
@@ -88,7 +89,7 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
             raise refusal(source, f"{name} is {stated[name]!r}; it must be one of: {', '.join(words)}")
     for name in _NUMBERS & stated.keys():
         value = stated[name]
-        if not (isinstance(value, Real) and abs(value) < 1e6):
+        if not (isinstance(value, int | float | np.number) and abs(value) < 1e6):
             raise refusal(source, f"{name} is {shown(value)}; it must be a number")
         stated[name] = float(value)
     every = stated.get("every", 1)

@@ -14,7 +14,7 @@ class Origin(NamedTuple):
     """Wavelength of an exported file, and refractive indices of its sides I and A."""
 
     wavelength_nm: float
-    index: dict[str, float]
+    index_of_side: dict[str, float]
 
 
 def origin(lines: Iterable[str]) -> Origin | None:
@@ -38,8 +38,8 @@ def refuse_other_media(content: Content, known: Origin | None, component: str) -
     if known is None:
         return
     for side in component[2:]:
-        if abs(known.index[side] - 1) > _SAME_INDEX:
+        if abs(known.index_of_side[side] - 1) > _SAME_INDEX:
             raise content.refusal(
-                f"{component} holds directions in a medium of index {known.index[side]:g}; a measurement has "
+                f"{component} holds directions in a medium of index {known.index_of_side[side]:g}; a measurement has "
                 "air on both sides, so read one of the sample in air, or another component"
             )
