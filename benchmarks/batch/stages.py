@@ -132,6 +132,13 @@ def _children(pid: int) -> list[int]:
     return sorted(set(found))
 
 
+def _command_line(pid: int) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
 def _running() -> int:
     """Processes of workers that have outlived their batch: those without a parent."""
     found = 0
@@ -294,7 +301,7 @@ def remote(work: Path) -> dict:
         while batch.poll() is None and _n_rows(folder / "out") < 15:
             time.sleep(0.05)
         # The worker itself, not its nanny: what a cluster does when it takes a node away.
-        victim = _children(started[1].pid)
+        victim = [pid for pid in _children(started[1].pid) if b"spawn_main" in _command_line(pid)]
         if victim:
             os.kill(victim[0], signal.SIGKILL)
         said = batch.communicate(timeout=540)[0]

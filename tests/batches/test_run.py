@@ -116,8 +116,8 @@ def test_the_workers_of_a_scheduler_that_runs_do_the_same(folder):
     from distributed import LocalCluster
 
     (folder / "sheet_4.csv").write_text("die")
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": "127.0.0.1:0"}
-    with LocalCluster(protocol="tcp", **options) as cluster:
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "protocol": "tcp"}
+    with LocalCluster(dashboard_address="127.0.0.1:0", **options) as cluster:
         found = run(folder, FAULTS, workers=None, scheduler=cluster.scheduler_address)
         # It goes on serving others.
         assert len(cluster.scheduler.workers) == 2

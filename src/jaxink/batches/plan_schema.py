@@ -48,6 +48,14 @@ READING = {
     "signed_angles": Entry(
         "`true` or `false`", "`false`", "a negative `theta_o_deg` means the other half-plane"
     ),
+    "face": Entry(quoted(("front", "back")), "-", "face that the light meets, if the file has both"),
+    "channel": Entry("text", "-", "colour channel, if the values are colours"),
+    "rotation_deg": Entry("a number", "-", "rotation of the sample, if the file has several"),
+    "angle_unit": Entry(quoted(("deg", "rad")), "-", "unit of the angles"),
+    "theta_i_deg": Entry("a number, or a list", "-", "angle of incidence, if the files do not state it"),
+    "specular_phi_deg": Entry("a number", "-", "azimuth of the specular direction"),
+    "cosine_weighted": Entry("`true` or `false`", "-", "the values are the BSDF times cos(theta_o)"),
+    "every": Entry("an integer", "-", "every n-th angle of each axis only"),
 }
 LIMITS = {
     "seconds": Quantity(
