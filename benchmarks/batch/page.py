@@ -4,16 +4,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from benchmarks.batch.stages import WORKERS
 from benchmarks.pages import filled, table, write_section
 
 MARK = "made by python -m benchmarks.batch"
 HERE = Path(__file__).parent
-_NOT_RUN = "Not measured yet.\n"
+_NOT_RUN = "The stage `{}` has not been run yet."
 
 
 def write(known: Mapping[str, Any]) -> None:
     """Write what the stages have found."""
-    texts = {name: maker(known[name]) if name in known else _NOT_RUN for name, maker in _PARTS.items()}
+    texts = {
+        name: maker(known[name]) if name in known else _NOT_RUN.format(name) for name, maker in _PARTS.items()
+    }
     write_section("batch.md", MARK, filled(HERE / "measured.md.in", **texts))
 
 
@@ -91,13 +94,13 @@ def _scaling(found: dict) -> str:
 
 def _engine(found: dict) -> str:
     rows = []
-    for n in (1, 2, 4, 8, 16):
+    for n in WORKERS:
         none, tenth = found[f"nothing_{n}"], found[f"tenth_{n}"]
         share = tenth["per_s"] / (n / tenth["task_s"])
         rows.append([str(n), f"{none['per_s']:.0f}", f"{tenth['per_s']:.1f}", f"{100 * share:.0f} %"])
     heads = ["workers", "empty tasks per s", "tasks of 0.1 s per s", "of the ideal"]
-    client_s = min(found[f"nothing_{n}"]["client_s"] for n in (1, 2, 4, 8, 16))
-    most = max(found[f"nothing_{n}"]["per_s"] for n in (1, 2, 4, 8, 16))
+    client_s = min(found[f"nothing_{n}"]["client_s"] for n in WORKERS)
+    most = max(found[f"nothing_{n}"]["per_s"] for n in WORKERS)
     return table(heads, rows) + (
         f"\n\nA task of {found['bytes_sent'] / 1e3:.1f} kB goes out and a result of "
         f"{found['bytes_back'] / 1e3:.0f} kB "
@@ -116,7 +119,7 @@ def _engine(found: dict) -> str:
 def _many(found: dict) -> str:
     ends = ", ".join(f"{n} `{code}`" for code, n in found["outcomes"].items())
     return (
-        f"{found['sheets']} short fits ({ends}), two workers: {found['per_s']:.2f} per second, "
+        f"{found['sheets']} rows ({ends}), {found['per_s']:.2f} per second, "
         f"{1e3 * found['fit_s']:.0f} ms each (load {found['load']:.1f} on 2 cores)."
     )
 

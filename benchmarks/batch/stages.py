@@ -14,7 +14,8 @@ import numpy as np
 import jaxink
 from benchmarks.batch.sheets import ACCURACY, FREE, TROUBLES, truths, write_sheets
 
-SHEETS, KILLS, GOOD = 200, 10, 40
+SHEETS, KILLS, GOOD, MANY = 200, 10, 40, 120
+WORKERS = (1, 2, 4, 8)
 FAULTS = "benchmarks.batch.faults:measure_with_faults"
 LIMITS = "seconds = 60\nmemory_gib = 1.5"
 EQUAL = 1e-8
@@ -219,10 +220,10 @@ def scaling(work: Path) -> dict:
 
 def engine(work: Path) -> dict:
     """Tasks per second when they do nothing, and with fits of a fixed duration, by numbers of workers."""
-    plan = write_sheets(work / "many", 400)
+    plan = write_sheets(work / "many", MANY)
     found = {}
     for function, seconds in (("nothing", 0.0), ("tenth", 0.1)):
-        for n in (1, 2, 4, 8, 16):
+        for n in WORKERS:
             times = []
             process = time.process_time()
             jaxink.batch(
