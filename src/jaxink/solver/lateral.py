@@ -132,7 +132,13 @@ def _coefficients(along, across, beam_radius, cosine_incidence):
         ways = along[:, None] + way * np.cos(_TURN_RAD), across[:, None] + way * np.sin(_TURN_RAD)
         return jnp.mean(_overlap(*ways, cosine_incidence[:, None], beam_radius[:, None], 1.0), axis=1)
 
-    return jax.lax.map(share, jnp.asarray(_WAYS)).T @ _sum_of_bessel_functions()[1].T
+    # Nothing of the beam is seen beyond this; about half of the displacements are.
+    reach = 1 + jnp.max(jnp.hypot(along, across) + beam_radius / cosine_incidence)
+
+    def share_within_reach(way):
+        return jax.lax.cond(way < reach, share, lambda _: jnp.zeros_like(along), way)
+
+    return jax.lax.map(share_within_reach, jnp.asarray(_WAYS)).T @ _sum_of_bessel_functions()[1].T
 
 
 def _overlap(along, across, cosine_incidence, beam, field):
