@@ -1,6 +1,6 @@
 """What the caller states because an exchange file does not."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ STATED_BY = {
     "theta_i_deg": "--theta-i-deg DEG (in Python: theta_i_deg=DEG)",
     "specular_phi_deg": "--specular-phi-deg DEG (in Python: specular_phi_deg=DEG)",
     "cosine_weighted": "--cosine-weighted or --no-cosine-weighted (in Python: cosine_weighted=True or False)",
+    "scale": "--scale X (in Python: scale=X)",
     "every": "--every N (in Python: every=N)",
 }
 _WORDS = {
@@ -28,7 +29,7 @@ _WORDS = {
     "face": ("front", "back"),
     "angle_unit": ("deg", "rad"),
 }
-_NUMBERS = {"wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg"}
+_NUMBERS = {"wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg", "scale"}
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,8 @@ class Choices:
         Azimuth of the specular or undeviated direction.
     cosine_weighted
         Whether the values are the BSDF times cos(theta_o).
+    scale
+        Factor that makes the values BSDFs in 1/sr, or these times the cosine.
     every
         Read every n-th angle of each axis only.
     """
@@ -68,10 +71,11 @@ class Choices:
     theta_i_deg: float | None = None
     specular_phi_deg: float | None = None
     cosine_weighted: bool | None = None
+    scale: float | None = None
     every: int | None = None
 
 
-def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str, Any]) -> Choices:
+def choices_of(source: str, title: str, takes: Collection[str], given: Mapping[str, Any]) -> Choices:
     """The choices, checked against what a format takes.
 
     Raises
@@ -79,7 +83,7 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
     InputRefusedError
         If one of them has no meaning for the format, or is not a possible value.
     """
-    stated = {name: value for name, value in stated.items() if value is not None}
+    stated: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     for name in stated:
         if name not in takes:
             option = STATED_BY.get(name, name).partition(" ")[0]
@@ -89,7 +93,7 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
             raise refusal(source, f"{name} is {stated[name]!r}; it must be one of: {', '.join(words)}")
     for name in _NUMBERS & stated.keys():
         value = stated[name]
-        if not (isinstance(value, int | float | np.number) and abs(value) < 1e6):
+        if not isinstance(value, int | float | np.number) or not abs(float(value)) < 1e6:
             raise refusal(source, f"{name} is {shown(value)}; it must be a number")
         stated[name] = float(value)
     every = stated.get("every", 1)
@@ -101,3 +105,11 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
 def ask(source: str, name: str, why: str, row: int | None = None) -> InputRefusedError:
     """Error that says what the file does not state, and how to state it."""
     return refusal(source, f"{why}; state it: {STATED_BY[name]}", row)
+
+
+def required(source: str, choices: Choices, name: str, why: str, row: int | None = None) -> Any:
+    """What the caller states; if nothing, the error of `ask`."""
+    value = getattr(choices, name)
+    if value is None:
+        raise ask(source, name, why, row)
+    return value
