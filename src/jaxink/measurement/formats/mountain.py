@@ -14,7 +14,9 @@ from jaxink.measurement.formats.choices import Choices, required
 from jaxink.measurement.formats.content import Content, shown
 from jaxink.measurement.formats.points import Points, without_cosine
 
-_FORMAT = re.compile(r"^#\s*format\s*:?\s*theta\s+phi\s+(DSF|BSDF|BRDF|BTDF)\b", re.IGNORECASE | re.MULTILINE)
+_FORMAT = re.compile(
+    r"^#[ \t]*format[ \t]*:?[ \t]*theta[ \t]+phi[ \t]+(DSF|BSDF|BRDF|BTDF)\b", re.IGNORECASE | re.MULTILINE
+)
 _HEADER = re.compile(r"#\s*(\w+)\s*:?\s*(.*)")
 _CHANNELS = ("X", "Y", "Z")
 
@@ -39,8 +41,9 @@ class _Incidence:
 def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     """The points of both sides."""
     held, rows_of = _header(content)
-    found = _FORMAT.search("\n".join(content.lines))
-    assert found is not None, "it was recognised by this line"
+    kind = next((found[1].upper() for line in content.lines if (found := _FORMAT.match(line))), None)
+    if kind is None:
+        raise content.refusal("the header has no line #format: theta phi DSF (or BSDF)")
     incidence = _incidence(content, held, rows_of)
     if choices.face not in (None, incidence.face):
         text = f"the light is on the {incidence.face} (theta {incidence.theta_deg:g}); leave out the face"
@@ -59,7 +62,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         f"source, {incidence.phi_deg:g} degrees, was subtracted. The light is on the {incidence.face}."
     )
     notes.append(f"The wavelength, {wavelength:g} nm, was given by the caller.")
-    if found[1].upper() != "DSF":
+    if kind != "DSF":
         return points
     notes.append("The file states that its values are DSF; they were divided by cos(theta_o).")
     return without_cosine(points, notes)
@@ -90,14 +93,10 @@ def _incidence(content: Content, held: dict[str, str], rows: dict[str, int]) -> 
 
 
 def _numbers(content: Content, words: list[str], n: int, row: int) -> list[float]:
-    try:
-        values = [float(word) for word in words if "_" not in word]
-    except ValueError:
-        values = []
-    if len(values) != n or not np.isfinite(values).all():
-        text = f"{shown(' '.join(words))} is not {n} finite number{'s' * (n > 1)}"
-        raise content.refusal(text, row)
-    return values
+    if len(words) != n:
+        raise content.refusal(f"{shown(' '.join(words))} is not {n} number{'s' * (n > 1)}", row)
+    content.require_numbers(words, "this row", [row] * n)
+    return [float(word) for word in words]
 
 
 def _rows(content: Content, n: int) -> tuple[Float[np.ndarray, "rows cells"], Int[np.ndarray, " rows"]]:

@@ -12,7 +12,7 @@ import re
 import numpy as np
 
 from jaxink.measurement.formats.choices import Choices, required
-from jaxink.measurement.formats.content import Content, shown
+from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.points import Points, without_cosine
 
 _STEP = re.compile(r"Phi measure step\s*:\s*(\S+)")
@@ -65,9 +65,9 @@ def _header(content: Content, choices: Choices) -> tuple[float, float, int]:
     first = len(content.lines)
     for number, line in enumerate(content.lines):
         if (found := _STEP.search(line)) is not None:
-            step = _number(content, found[1], number + 1)
+            step = _number(content, found[1], "the header", number + 1)
         elif (found := _LIGHTING.search(line)) is not None:
-            theta_i = None if found[1] is None else _number(content, found[1], number + 1)
+            theta_i = None if found[1] is None else _number(content, found[1], "the header", number + 1)
             first = number + 1
             break
     if step is None or first == len(content.lines):
@@ -93,7 +93,8 @@ def _rows(content: Content, first: int, n_values: int) -> tuple[np.ndarray, np.n
         if len(words) != n_values + 1:
             text = f"has {len(words)} numbers; a polar angle and {n_values} values are expected"
             raise content.refusal(text, row)
-        cells = [_number(content, word, row) for word in words]
+        content.require_numbers(words, "a row of values", [row] * len(words))
+        cells = [float(word) for word in words]
         theta.append(cells[0])
         values.append(cells[1:])
         rows.append(row)
@@ -102,11 +103,6 @@ def _rows(content: Content, first: int, n_values: int) -> tuple[np.ndarray, np.n
     return np.array(theta), np.array(values), np.array(rows)
 
 
-def _number(content: Content, word: str, row: int) -> float:
-    try:
-        value = float(word) if "_" not in word else np.nan
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise content.refusal(f"{shown(word)} is not a finite number", row)
-    return value
+def _number(content: Content, word: str, what: str, row: int) -> float:
+    content.require_numbers([word], what, [row])
+    return float(word)
