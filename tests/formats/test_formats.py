@@ -105,6 +105,22 @@ def test_the_cell_of_merl_is_that_of_half_and_difference_angles(tmp_path):
     np.testing.assert_allclose(data.bsdf_per_sr, true, atol=0.01 * true.max())
 
 
+def test_the_example_of_the_manual_page_of_pabopto2bsdf(tmp_path):
+    text = """#incident_angle 82.5 180
+#format: theta phi DSF
+84.968 125.790 0.009744
+84.889 125.610 0.007737
+84.805 125.427 0.008569
+"""
+    data = jaxink.read(written(tmp_path, text, "R.txt"), wavelength_nm=555)
+    assert data.theta_i_deg.tolist() == [82.5] * 3
+    # 54.21 degrees from the source: the light goes back, and to one side.
+    np.testing.assert_allclose(data.phi_deg, [-54.21, -54.39, -54.573], atol=1e-9)
+    cosine = np.cos(np.deg2rad([84.968, 84.889, 84.805]))
+    np.testing.assert_allclose(data.bsdf_per_sr * cosine, [0.009744, 0.007737, 0.008569], rtol=1e-12)
+    assert not data.is_transmission.any()
+
+
 def test_wavelengths_of_rgl_are_interpolated(tmp_path):
     path = written(tmp_path, files.tensor_file(files.rgl()))
     at_500, at_600 = (jaxink.read(path, wavelength_nm=nm).bsdf_per_sr for nm in (500, 600))
