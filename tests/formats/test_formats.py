@@ -208,6 +208,15 @@ def test_line_ends_case_and_tabs(tmp_path):
     np.testing.assert_array_equal(other.bsdf_per_sr, same.bsdf_per_sr)
 
 
+def test_each_of_several_files_has_its_incidence(tmp_path):
+    names = [written(tmp_path, files.reflet(theta_i), f"{theta_i}.txt") for theta_i in (20.0, 40.0)]
+    data = jaxink.read(names, **REFLET | {"theta_i_deg": [20, 40]})
+    true = bsdf(data.theta_i_deg, data.theta_o_deg, data.phi_deg)
+    np.testing.assert_allclose(data.bsdf_per_sr, true, rtol=1e-9)
+    with pytest.raises(InputRefusedError, match="theta_i_deg has 3 entries for 2 files"):
+        jaxink.read(names, **REFLET | {"theta_i_deg": [20, 40, 60]})
+
+
 def test_several_files_are_joined(tmp_path):
     first = written(tmp_path, files.astm(["550nm"], is_radian=False), "R.astm")
     second = written(tmp_path, files.astm(["550nm"], is_radian=False), "T.astm")
