@@ -102,6 +102,7 @@ BAD = {
         {"wavelength_nm": 800},
         "wavelength_nm",
     ),
+    "brdf without that wavelength": (BRDF, {"wavelength_nm": 500}, "450, 650"),
     "speos in binary mode": (with_line(SPEOS, "0", "1"), {}, "row 2"),
     "speos of another version": (SPEOS.replace("v8.0", "v3.0"), {}, "row 1"),
     "speos with a wrong description": (with_line(SPEOS, "11", "14"), {}, "row 5"),

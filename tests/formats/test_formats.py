@@ -156,6 +156,8 @@ def test_a_spectrum_of_speos_scales_the_values(tmp_path):
         true = bsdf(*angles, side) * data.wavelength_nm[here] / 650
         np.testing.assert_allclose(data.bsdf_per_sr[here], true, rtol=WITHIN)
     assert any("scaled" in note for note in data.notes)
+    one = jaxink.read(written(tmp_path, text), wavelength_nm=450)
+    np.testing.assert_array_equal(one.bsdf_per_sr, data.select(wavelength_nm=450).bsdf_per_sr)
 
 
 def test_wavelengths_of_astm_are_columns(tmp_path):

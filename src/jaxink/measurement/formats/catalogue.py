@@ -50,7 +50,7 @@ FORMATS = (
         "a BSDF file of LightTools",
         lighttools.recognises,
         lighttools.read,
-        ("side", "face", "channel", "rotation_deg"),
+        ("wavelength_nm", "side", "face", "channel", "rotation_deg"),
     ),
     ExchangeFormat(
         "an anisotropic BSDF file of Speos",
@@ -58,7 +58,7 @@ FORMATS = (
         speos.read_anisotropic,
         ("wavelength_nm", "side", "rotation_deg"),
     ),
-    ExchangeFormat("a BRDF file of Speos", speos.recognises_brdf, speos.read_brdf, ("side",)),
+    ExchangeFormat("a BRDF file of Speos", speos.recognises_brdf, speos.read_brdf, ("wavelength_nm", "side")),
     ExchangeFormat(
         "a text file in the layout of ASTM E1392",
         astm.recognises,

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import Points, joined, totals_note
+from jaxink.measurement.formats.points import Points, joined, one_wavelength, totals_note
 from jaxink.measurement.formats.polar_tables import distinct, total
 
 INCIDENCE_AZIMUTH_DEG = 90.0
@@ -74,7 +74,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         "LightTools: azimuths were turned by 90 degrees, because the light arrives from azimuth 90 there; "
         "polar angles are from the normal of the side on which the light leaves."
     )
-    return joined(parts)
+    return one_wavelength(joined(parts), content.source, choices.wavelength_nm, notes)
 
 
 def _header(content: Content, words: Words) -> tuple[np.ndarray, np.ndarray]:

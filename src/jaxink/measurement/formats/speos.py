@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, without_cosine
+from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, one_wavelength, without_cosine
 from jaxink.measurement.formats.polar_tables import distinct, total
 
 _HEADER = re.compile(r"\s*OPTIS - (Anisotropic BSDF|brdf) surface file v(\d+)\.\d+", re.IGNORECASE)
@@ -114,7 +114,8 @@ def read_brdf(content: Content, choices: Choices, notes: list[str]) -> Points:
             f"The values of {len(scaled)} tables were scaled, by {min(scaled):.4g} to {max(scaled):.4g}, to "
             "the percentages that the file states: Speos defines its values by these."
         )
-    return _measured(content, parts, start, choices, notes)
+    points = _measured(content, parts, start, choices, notes)
+    return one_wavelength(points, content.source, choices.wavelength_nm, notes)
 
 
 def _below_description(content: Content) -> Words:
