@@ -5,16 +5,18 @@ from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
-from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge, mistake_in
+from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge, mistake_in
 from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.parameters import (
     estimates_of,
     misfit_errors,
     undetermined_parameters,
 )
+from jaxink.diagnosis.findings.shape import overlaps_with, shape_of
 from jaxink.diagnosis.findings.summary import summary_of
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.loop import SearchResult
+from jaxink.effects import invalidity
 from jaxink.numerics.progress import Progress
 
 _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
@@ -35,7 +37,11 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         policy=policy,
     )
     shifts = misfit_errors(last, found.points, location.smooth)
-    remains = not is_met(after, found.structure_after, policy)
+    consistency = consistency_of(found.setup.data, found.setup.noise, policy)
+    policy = in_view_of(consistency, policy)
+    shape = shape_of(last)
+    remains = not is_met(after, found.structure_after, policy, shape)
+    is_odd = remains or is_ordered(found.structure_after, policy, shape)
     candidates, corrected = candidate_rows(found.screenings[0], steps), corrected_fit(found, follow)
     time_limit = found.setup.allowance.outcome()
     evidence = Evidence(
@@ -46,8 +52,10 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         location=location,
         candidates=candidates,
         further=further,
-        consistency=consistency_of(found.setup.data, found.setup.noise, policy),
+        consistency=consistency,
         undetermined=undetermined_parameters(last, shifts) if remains else (),
+        imitations=_imitations(found),
+        shape=shape,
         time_limit=time_limit,
     )
     return Diagnosis(
@@ -72,7 +80,17 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         consistency=evidence.consistency,
         remaining=candidate_rows(found.screenings[-1], ()) if len(found.screenings) > 1 else (),
         time_limit=time_limit,
+        imitations=evidence.imitations,
+        shape=shape if is_odd else None,
+        overlaps=overlaps_with(shape, found) if is_odd else {},
     )
+
+
+def _imitations(found: SearchResult) -> dict[str, str]:
+    """Effects whose fitted values do not mean what the effect says, with the reason."""
+    values, wavelengths = found.last.solution.values, found.points.wavelength_nm
+    reasons = {step.effect: invalidity(step.form, values, wavelengths) for step in found.steps}
+    return {effect: reason for effect, reason in reasons.items() if reason}
 
 
 def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement, ...]:
