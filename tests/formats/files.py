@@ -67,10 +67,17 @@ def zemax(side="R", incidences=(0, 30, 60), symmetry="PlaneSymmetrical", rotatio
     return lines(*parts)
 
 
-def lighttools(faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), pois=(0,)):
-    """A BSDF file of LightTools: the light arrives from azimuth 90."""
-    radial, azimuth = np.array([0, 20, 50, 85]), np.arange(0, 361, 30)
-    parts = ["Symmetry Asymmetric", "SpectralContent Monochrome", f"ScatterAzimuth {len(azimuth)}", azimuth]
+def lighttools(
+    faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), pois=(0,), half=(0, 360), source=90
+):
+    """A BSDF file of LightTools: the light arrives from azimuth 90, as far as is known."""
+    radial, azimuth = np.array([0, 20, 50, 85]), np.arange(half[0], half[1] + 1, 30)
+    parts = [
+        f"Symmetry {'Asymmetric' if half == (0, 360) else 'PlaneSymmetrical'}",
+        "SpectralContent Monochrome",
+        f"ScatterAzimuth {len(azimuth)}",
+        azimuth,
+    ]
     parts += [f"ScatterRadial {len(radial)}", radial, "DataBegin"]
     for face in faces:
         for kind in sides:
@@ -86,7 +93,7 @@ def lighttools(faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), poi
                     parts.append("TIS 0.8")
                     side = "R" if kind == "BRDF" else "T"
                     factor = (1 if face == "Front" else 0.5) * (1 + poi / 100)
-                    parts += [factor * bsdf(aoi, radial, a - 90, side) for a in azimuth]
+                    parts += [factor * bsdf(aoi, radial, a - source, side) for a in azimuth]
     return lines(*parts, "DataEnd")
 
 

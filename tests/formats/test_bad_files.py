@@ -89,6 +89,7 @@ BAD = {
     "lighttools without that face": (LIGHTTOOLS, {"face": "back"}, "back"),
     "lighttools of an unknown face": (LIGHTTOOLS, {"face": "top"}, "top"),
     "lighttools of several planes": (files.lighttools(pois=(0, 30)), {}, "--rotation-deg"),
+    "lighttools with another half": (files.lighttools(half=(0, 180)), {}, "--specular-phi-deg"),
     "lighttools without a side": (with_line(LIGHTTOOLS, "Side", ""), {}, "side"),
     "lighttools in micrometres": (
         with_line(LIGHTTOOLS, "Wavelength", "Wavelength 0.633"),

@@ -27,6 +27,8 @@ READ = {
     "lighttools": (files.lighttools(), {}, "RT"),
     "lighttools face": (files.lighttools(faces=("Back", "Front")), {"face": "front"}, "RT"),
     "lighttools rotated": (files.lighttools(pois=(0, 30)), {"rotation_deg": 0}, "RT"),
+    "lighttools half": (files.lighttools(half=(90, 270)), {}, "RT"),
+    "lighttools turned": (files.lighttools(half=(0, 180), source=0), {"specular_phi_deg": 180}, "RT"),
     "lighttools side": (files.lighttools(), {"side": "T"}, "T"),
     "speos": (files.speos_anisotropic(), {}, "RT"),
     "speos relative": (files.speos_anisotropic(scale=7.0), {}, "RT"),

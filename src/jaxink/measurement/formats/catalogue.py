@@ -50,7 +50,7 @@ FORMATS = (
         "a BSDF file of LightTools",
         lighttools.recognises,
         lighttools.read,
-        ("wavelength_nm", "side", "face", "channel", "rotation_deg"),
+        ("wavelength_nm", "side", "face", "channel", "rotation_deg", "specular_phi_deg"),
     ),
     ExchangeFormat(
         "an anisotropic BSDF file of Speos",
