@@ -9,10 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxink.diagnosis.findings.shape import residual_points
-from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.points import Points
-from jaxink.diagnosis.statistics.projection import orthonormal_range
+from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.residual import ResidualPoints
 from jaxink.residual.modes import modes_for
 
@@ -32,13 +30,12 @@ class Anonymous(NamedTuple):
         return self.delta_chi_square - self.amplitudes * np.log(n_points)
 
 
-def best_anonymous(stage: Stage, points: Points) -> Anonymous:
-    """The best description of the residual of a stage, in the linear approximation."""
-    residual = residual_points(stage)
+def best_anonymous(residual: ResidualPoints, points: Points, projection: Projection) -> Anonymous:
+    """The best description of a residual, without what the free parameters reproduce."""
     found = []
     for variable, relative in _descriptions(residual, points):
-        span = orthonormal_range(stage.projection.unit(residual.whiten(relative)).unit)
-        found.append(Anonymous(variable, span.shape[1], float(np.sum((span.T @ stage.residual) ** 2))))
+        span = orthonormal_range(projection.unit(residual.whiten(relative)).unit)
+        found.append(Anonymous(variable, span.shape[1], float(np.sum((span.T @ residual.whitened) ** 2))))
     return max(found, key=lambda one: one.penalised(len(points)))
 
 

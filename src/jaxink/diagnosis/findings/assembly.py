@@ -15,7 +15,7 @@ from jaxink.diagnosis.findings.parameters import (
     misfit_errors,
     undetermined_parameters,
 )
-from jaxink.diagnosis.findings.shape import overlaps_with, shape_of
+from jaxink.diagnosis.findings.shape import overlaps_with, residual_points, shape_of
 from jaxink.diagnosis.findings.summary import summary_of
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.loop import SearchResult
@@ -102,7 +102,7 @@ def _better_without_a_name(found: SearchResult) -> str:
     if not found.steps:
         return ""
     n, policy = len(found.points), found.options.policy
-    best = best_anonymous(found.first, found.points)
+    best = best_anonymous(residual_points(found.first), found.points, found.first.projection)
     terms = sum(len(step.form.terms) for step in found.steps)
     gained = found.first.solution.chi_square - found.last.solution.chi_square
     if best.penalised(n) <= gained - terms * np.log(n) + policy.class_delta_chi_square:
