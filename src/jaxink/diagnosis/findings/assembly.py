@@ -58,7 +58,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         consistency=consistency,
         undetermined=undetermined_parameters(last, shifts) if remains else (),
         imitations=_imitations(found),
-        better_without_a_name=_better_without_a_name(found),
+        as_well_without_a_name=_as_well_without_a_name(found),
         shape=shape,
         time_limit=time_limit,
     )
@@ -97,19 +97,19 @@ def _imitations(found: SearchResult) -> dict[str, str]:
     return {effect: reason for effect, reason in reasons.items() if reason}
 
 
-def _better_without_a_name(found: SearchResult) -> str:
-    """Which smooth description is closer to the residual than all effects added, if one is; in words."""
+def _as_well_without_a_name(found: SearchResult) -> str:
+    """Which smooth description the data do not distinguish from all effects added, if one is; in words."""
     if not found.steps:
         return ""
     n, policy = len(found.points), found.options.policy
     best = best_anonymous(residual_points(found.first), found.points, found.first.projection)
     terms = sum(len(step.form.terms) for step in found.steps)
     gained = found.first.solution.chi_square - found.last.solution.chi_square
-    if best.penalised(n) <= gained - terms * np.log(n) + policy.class_delta_chi_square:
+    if best.penalised(n) <= gained - terms * np.log(n) - policy.class_delta_chi_square:
         return ""
     return (
         f"a smooth function of {best.variable} with {best.amplitudes} amplitudes describes the residual "
-        f"better (decrease in chi-square {best.delta_chi_square:.4g}, by the effects {gained:.4g})"
+        f"no worse (decrease in chi-square {best.delta_chi_square:.4g}, by the effects {gained:.4g})"
     )
 
 
