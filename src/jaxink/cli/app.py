@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from jaxink.cli.convert_command import convert
 from jaxink.cli.export_options import (
     AllowLoss,
     Basis,
@@ -20,6 +21,8 @@ from jaxink.cli.export_options import (
 from jaxink.cli.reading_options import (
     DATA_HELP,
     Data,
+    Debug,
+    Quiet,
     Sheet,
     Side,
     SignedAngles,
@@ -67,8 +70,6 @@ def _common(
 
 
 SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="Description of the sample.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")]
 Accuracy = Annotated[
     float,
@@ -176,6 +177,9 @@ def fit(
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
         raise typer.Exit(run_fit(data, sample, out, options, columns, formats, output))
+
+
+app.command()(convert)
 
 
 @app.command()

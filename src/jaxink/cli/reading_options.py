@@ -1,4 +1,4 @@
-"""Arguments and options of the commands that read a measurement."""
+"""Arguments and options that several commands share, most of them those that read a measurement."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,6 +33,8 @@ Which = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
 ]
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 
 
 def columns_of(
