@@ -15,7 +15,7 @@
 #
 # Needs this repository (kept reports of the two long diagnoses). The measured data belong to others and are
 # not part of it: if `JAXINK_DATA` names the folder that has them, they are used, otherwise simulated ones in
-# their place; see below. Takes about 110 s of processor time, most of it compilation.
+# their place; see below. Takes about 70 s of processor time, most of it compilation.
 
 # %%
 import os

@@ -15,7 +15,7 @@
 # of each search: evaluations, seconds, loss and parameters. The figures are drawn from these paths.
 #
 # The measurements are **simulated** by an independent Monte Carlo program. Needs the file in
-# `notebooks/data`. Takes about 60 s of processor time, most of it compilation.
+# `notebooks/data`. Takes about 40 s of processor time, most of it compilation.
 
 # %%
 import dataclasses

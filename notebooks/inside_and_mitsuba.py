@@ -14,7 +14,7 @@
 # it from a fit to the embedded **simulated** measurement, checks it, and writes it for the ray tracer
 # [Mitsuba 3](https://www.mitsuba-renderer.org).
 #
-# Needs nothing but jaxink; with Mitsuba (`pip install mitsuba`) it also renders a picture. Takes about 55 s
+# Needs nothing but jaxink; with Mitsuba (`pip install mitsuba`) it also renders a picture. Takes about 45 s
 # of processor time, most of it compilation.
 
 # %%

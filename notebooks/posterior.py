@@ -13,7 +13,7 @@
 # it really is: any sampler can use it. This notebook uses the No-U-Turn sampler of
 # [NumPyro](https://num.pyro.ai). The measurement is **simulated**.
 #
-# Needs NumPyro (`pip install ".[posterior]"`). Takes about 95 s of processor time.
+# Needs NumPyro (`pip install ".[posterior]"`). Takes about 75 s of processor time.
 
 # %%
 import jax

@@ -19,7 +19,7 @@
 # Two questions: does the published protocol, one scan in transmission, determine the ink? And does the model
 # matter? The page on the [published protocols](../docs/published-protocols.md) has all reconstructions.
 #
-# Needs the files in `notebooks/data`. Takes about 100 s of processor time, most of it compilation.
+# Needs the files in `notebooks/data`. Takes about 80 s of processor time, most of it compilation.
 
 # %%
 from pathlib import Path

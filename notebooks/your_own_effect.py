@@ -14,7 +14,7 @@
 # down by the frame of the sample. The measurement is the embedded **simulated** one, to which this loss is
 # applied, so that its strength of 0.3 is known.
 #
-# Needs nothing but jaxink. Takes about 70 s of processor time, most of it compilation.
+# Needs nothing but jaxink. Takes about 50 s of processor time, most of it compilation.
 
 # %%
 import dataclasses

@@ -15,7 +15,7 @@ FLOORS = (
     ("files", "numerics"),
     ("display",),
     ("measurement",),
-    ("optics",),
+    ("optics", "residual"),
     ("particles",),
     ("surfaces",),
     # Surfaces turn a measured height map that a sample names into a few numbers.
@@ -28,6 +28,7 @@ FLOORS = (
     ("export",),
     ("plots",),
     ("report",),
+    ("batches",),
     ("cli",),
     ("__main__",),
 )

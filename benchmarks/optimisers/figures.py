@@ -29,17 +29,17 @@ def _style(number: int, variant: Variant) -> dict:
 
 def _performance(page: PageFigure, problems: Sequence[Judged], variants: Sequence[Variant]) -> None:
     axes = page.panel(0.7, 0.6, _WIDE, _TALL)
-    table = []
+    ratios = []
     for problem in problems:
-        each = [list(problem.efforts(variant, problem.seconds)) for variant in variants]
-        table += [list(column) for column in zip(*each, strict=True)]
-    seconds = np.array(table)
-    least = np.min(seconds, axis=1, keepdims=True)
-    # A case that no method solves counts as unsolved for all.
-    ratio = np.where(np.isfinite(seconds), seconds / np.where(np.isfinite(least), least, 1.0), np.inf)
+        seconds = np.array([list(problem.efforts(variant, problem.seconds)) for variant in variants])
+        least = np.min(seconds, axis=0)
+        # A case that no method solves counts as unsolved for all.
+        ratios.append(
+            np.where(np.isfinite(seconds), seconds / np.where(np.isfinite(least), least, 1.0), np.inf)
+        )
     factors = np.geomspace(1, 300, 400)
     for number, variant in enumerate(variants):
-        share = [np.mean(ratio[:, number] <= factor) for factor in factors]
+        share = _mean_of_shares([ratio[number] for ratio in ratios], factors)
         axes.plot(factors, share, label=variant.title, **_style(number, variant))
     _finish(axes, "seconds relative to the quickest method", "share of searches that reach the best minimum")
     axes.set_xscale("log")
@@ -49,14 +49,17 @@ def _data(page: PageFigure, problems: Sequence[Judged], variants: Sequence[Varia
     axes = page.panel(_WIDE + 1.3, 0.6, _WIDE, _TALL)
     budgets = np.geomspace(1, 1000, 400)
     for number, variant in enumerate(variants):
-        groups: list[float] = []
-        for problem in problems:
-            groups += [cost / (problem.n + 1) for cost in problem.efforts(variant, problem.cost)]
-        share = [np.mean(np.array(groups) <= budget) for budget in budgets]
+        groups = [np.array(list(one.efforts(variant, one.cost))) / (one.n + 1) for one in problems]
+        share = _mean_of_shares(groups, budgets)
         axes.plot(budgets, share, label=variant.title, **_style(number, variant))
     _finish(axes, "evaluations / (parameters + 1), a Jacobian counting as parameters + 1", "")
     axes.set_xscale("log")
     axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False, fontsize=8)
+
+
+def _mean_of_shares(efforts: Sequence[np.ndarray], limits: np.ndarray) -> np.ndarray:
+    """Share of the searches of a problem within each limit; every problem counts alike."""
+    return np.mean([[np.mean(one <= limit) for limit in limits] for one in efforts], axis=0)
 
 
 def _finish(axes, x: str, y: str) -> None:

@@ -61,15 +61,32 @@ radius_nm = 150
 volume_fraction = { value = 0.05, free = true, min = 0.01, max = 0.3 }
 particle_index = 2.5
 """
-BASES = {"two colours": TWO_COLOURS, "rough": ROUGH, "Mie": MIE}
+OPAQUE = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.2
+thickness_um = "opaque"
+single_scattering_albedo = { value = 0.99, free = true, min = 0.9, max = 1 }
+asymmetry_parameter = 0.3
+"""
+BASES = {"two colours": TWO_COLOURS, "rough": ROUGH, "Mie": MIE, "opaque": OPAQUE}
+
+
+def sides_of(sample):
+    """Whether the points of a side are in transmission: both sides unless the ink is opaque."""
+    return [False] if sample.layers[-1].opaque else [False, True]
 
 
 def scene_of(sample):
-    """A few directions on both sides: columns, and the scene of an effect."""
+    """A few directions: columns, and the scene of an effect."""
     waves = np.array(sample.wavelengths_nm)
     signed = np.array([-50.0, -21.0, 5.0, 40.0])
     theta_i, side, wave, angle = (
-        a.ravel() for a in np.meshgrid([20.0], [False, True], waves, signed, indexing="ij")
+        a.ravel() for a in np.meshgrid([20.0], sides_of(sample), waves, signed, indexing="ij")
     )
     columns = theta_i, np.abs(angle), np.where(angle > 0, 180.0, 0.0), wave, side
     return columns, Scene.of(*columns, row=np.arange(angle.size) + 2)
@@ -150,10 +167,10 @@ def largest_difference(found, expected):
 
 
 def directions(sample):
-    """Three incidences in the plane of incidence, both sides unless nothing is transmitted."""
+    """Three incidences in the plane of incidence."""
     waves, signed = np.array(sample.wavelengths_nm), np.arange(-75.0, 76.0, 6.0)
     theta_i, side, wave, angle = (
-        a.ravel() for a in np.meshgrid([0.0, 20.0, 50.0], [False, True], waves, signed, indexing="ij")
+        a.ravel() for a in np.meshgrid([0.0, 20.0, 50.0], sides_of(sample), waves, signed, indexing="ij")
     )
     return theta_i, np.abs(angle), np.where(angle > 0, 180.0, 0.0), wave, side
 

@@ -1,5 +1,6 @@
 """Verdicts from what was found and what is left."""
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -19,10 +20,15 @@ from jaxink.diagnosis import (
     Testability,
     VerdictCode,
 )
+from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, menu_of
-from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge
+from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, judge
+from jaxink.diagnosis.policy import DEFAULT_POLICY
+from jaxink.effects import invalidity
 from jaxink.effects.geometry import UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
+from jaxink.effects.surfaces import WaveSurface
+from jaxink.effects.volume import ShadowHiding
 
 
 def summary(reduced, probability, freedom=600):
@@ -106,13 +112,61 @@ def test_noise_that_is_stated_a_little_too_small_is_no_misfit():
     assert is_met(summary(1.25, 0.01, 40), structure(0.3))
 
 
-def test_an_order_within_the_noise_is_no_misfit_but_is_said(told):
-    assert is_met(summary(1.15, 1e-5), structure(4e-4))
+def test_an_order_within_the_noise_is_no_misfit_but_the_code_shows_it(told):
     small = (summary(1.15, 1e-5), structure(4e-4))
+    assert is_met(*small)
     found = verdict([], small, small[0])
-    assert found.code is VerdictCode.NO_MISFIT
+    assert found.code is VerdictCode.ORDER_REMAINS
+    assert not found.code.structure_remains
+    assert not found.code.is_met
     told(found.sentence, LOCATION.sentence)
+    added = verdict([step(StrayLight())], small, LEFT[0])
+    assert (added.code, added.effects) == (VerdictCode.ORDER_REMAINS, ("stray_light",))
+    told(added.sentence, LOCATION.sentence)
     assert LOCATION.sentence not in verdict([], NOISE, NOISE[0]).sentence
+
+
+def pairs(count, relative, expected):
+    return Consistency("repeats", count, relative, expected, 0.5, False)
+
+
+def test_pairs_that_tell_the_noise_well_leave_less_tolerance():
+    many, few = pairs(1800, 0.01, 0.01), pairs(12, 0.01, 0.01)
+    assert in_view_of((many,)).sigma_tolerance == pytest.approx(1 + 2 / 60)
+    assert in_view_of((few,)).sigma_tolerance == DEFAULT_POLICY.sigma_tolerance
+    # Noise that is stated too small, by the pairs, is tolerated as before.
+    assert in_view_of((pairs(1800, 0.02, 0.01),)).sigma_tolerance == DEFAULT_POLICY.sigma_tolerance
+    assert not is_met(summary(1.15, 1e-5), structure(0.3), in_view_of((many,)))
+    assert is_met(summary(1.15, 1e-5), structure(0.3), in_view_of((few,)))
+
+
+def test_values_that_mean_nothing_are_called_an_imitation(told):
+    def judged(after):
+        evidence = Evidence((step(StrayLight()),), LEFT[0], *after, LOCATION, (HARD,))
+        return judge(dataclasses.replace(evidence, imitations={"stray_light": "it is at the end"}))
+
+    fitting = judged(NOISE)
+    assert fitting.code is VerdictCode.IMITATED
+    assert fitting.code.structure_remains
+    told(fitting.sentence, "stray_light: it is at the end")
+    assert judged(LEFT).code is VerdictCode.PARTLY_EXPLAINED
+    told(judged(LEFT).sentence, "stray_light: it is at the end", LOCATION.sentence)
+
+
+def test_values_at_the_end_of_a_range_or_beyond_a_theory():
+    effect = ShadowHiding()
+    amplitude, width = effect.terms
+    inside = {amplitude.name: 0.3, width.name: 0.1}
+    assert not invalidity(effect, inside, [550.0])
+    assert width.name in invalidity(effect, inside | {width.name: width.minimum}, [550.0])
+    # All of the area, or none of the property, is possible.
+    assert not invalidity(effect, inside | {amplitude.name: 1.0}, [550.0])
+    waves = WaveSurface("ink", "back_roughness")
+    height, length, exponent = (term.name for term in waves.terms)
+    # At the exponent 4 of a smooth bend, the rms slope is about 2 pi sigma / B times sqrt(ln).
+    for size, is_valid in ((0.05, True), (2.0 - 1e-2, False)):
+        values = {height: size, length: 20.0, exponent: 4.0}
+        assert bool(invalidity(waves, values, [600.0])) != is_valid
 
 
 def test_a_measurement_that_tells_a_class_apart_is_named(told):

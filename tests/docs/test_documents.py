@@ -211,6 +211,7 @@ LEAVES = {
     "searches[].values",
     "searches[].path.values",
     "sample.parameters[].prior",
+    "sample.parameters[].smoothness",
     "sample.layers[].roughness",
 }
 

@@ -10,13 +10,13 @@ from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, ReadingEffec
 from jaxink.effects.geometry import Pinholes, ThicknessVariance, ThinPatches, UndeclaredBacking
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
 from jaxink.effects.surfaces import AirGap, TopCoat, WaveSurface
-from jaxink.effects.volume import DepthGradient, SecondLobe
+from jaxink.effects.volume import DepthGradient, SecondLobe, SurfaceLayer
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
 from jaxink.solver.config import SolverConfig
-from tests.samples import PRINTED_INK
+from tests.samples import PRINTED_INK, edited
 
 SIZES = SolverConfig(10, 8, 16, 8)
 # Keys of effects in the truth files of the simulated measurements, and the effects that stand for them.
@@ -268,3 +268,48 @@ def test_a_special_form_is_computed_by_the_general_one(sample):
     assert model.effects == (Blur(True), Gain())
     assert alone.effects == (Blur(True),)
     assert {term.name for term in Blur(True).terms} <= set(alone.sample.parameters)
+
+
+OPAQUE_INK = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.2
+thickness_um = "opaque"
+single_scattering_albedo = { value = 0.99, free = true, min = 0.9, max = 1 }
+asymmetry_parameter = { value = 0.3, free = true, min = -0.5, max = 0.9 }
+[noise]
+relative = 0.01
+"""
+
+
+def test_a_surface_layer_is_a_layer_in_front_of_an_opaque_ink():
+    """As in a sample file with this layer; a thickness of 0 is the ink alone."""
+    sample = parse_sample(OPAQUE_INK)
+    columns = [c[~directions()[4]] for c in directions()]
+    scene = Scene.of(*columns, np.arange(columns[0].size))
+    (effect,) = SurfaceLayer.forms(Case(sample, scene))
+    layered = bench(sample, scene, (effect,), columns)
+    declared = predicted(sample, columns)
+    np.testing.assert_allclose(at(layered), declared, rtol=1e-6)
+    written = edited(
+        OPAQUE_INK,
+        (
+            "[[layers]]",
+            '[[layers]]\nname = "skin"\nkind = "scattering"\nphase_function = "henyey_greenstein"\n'
+            "refractive_index = 1.2\nthickness_um = 0.5\nscattering_per_mm = 900\nabsorption_per_mm = 100\n"
+            "asymmetry_parameter = 0.7\n[[layers]]",
+        ),
+    )
+    strength = {"optical_thickness": 0.5, "asymmetry_parameter": 0.7, "single_scattering_albedo": 0.9}
+    found = at(layered, **{f"surface_layer__{key}": value for key, value in strength.items()})
+    expected = predicted(parse_sample(written), columns)
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    assert np.abs(found / declared - 1).max() > 0.1
+
+
+def test_only_an_opaque_ink_without_particles_has_a_surface_layer(sample, scene, told):
+    told(SurfaceLayer.forms(Case(sample, scene)))

@@ -51,7 +51,10 @@ def by_each_parameter(objective, unit):
     return np.asarray(hastily(jax.jacfwd(lambda u: objective.residual(u)[0]))(jnp.asarray(unit)))
 
 
-@pytest.mark.parametrize("text", [SAMPLE, SAMPLE + GAIN])
+SMOOTH = SAMPLE.replace("max = 400 }", "max = 400, smoothness = { change = 5, over_nm = 50 } }")
+
+
+@pytest.mark.parametrize("text", [SAMPLE, SAMPLE + GAIN, SMOOTH])
 def test_the_jacobian_is_that_by_each_parameter(data, text):
     sample = parse_sample(text)
     with jax.enable_x64(True):
@@ -61,6 +64,7 @@ def test_the_jacobian_is_that_by_each_parameter(data, text):
         expected = by_each_parameter(objective, unit)
         found = compiled.linearised(unit).jacobian
     n_shared = len(objective.free) - 6
+    # Neighbouring wavelengths of the smooth quantity share theirs with the other quantity in turn.
     assert compiled.colouring.seeds.shape == (n_shared + 2, len(objective.free))
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10 * np.max(np.abs(expected)))
     assert np.count_nonzero(found[: len(data), 0]) == len(data) // 3
@@ -70,6 +74,14 @@ def test_parameters_of_one_wavelength_have_different_colours():
     names = ("a@500", "n", "a@600", "b@500", None, "b@600", "b@700")
     own = {name: float(name[2:]) for name in names if name and "@" in name}
     assert colours(names, own).tolist() == [1, 0, 1, 2, 0, 2, 1]
+
+
+def test_parameters_that_share_a_residual_have_different_colours():
+    names = tuple(f"{k}@{w}" for k in "ab" for w in range(4))
+    own = {name: float(name[2:]) for name in names}
+    found = colours(names, own, [(0, 1), (1, 2), (2, 3)])
+    assert found[:4].tolist() == [0, 1, 0, 1]
+    assert found[4:].tolist() == [1, 0, 1, 0]
 
 
 def test_a_parameter_belongs_to_a_wavelength_of_the_measurement():

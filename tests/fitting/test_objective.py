@@ -11,6 +11,7 @@ from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
 from jaxink.sample import Noise, Prior, parse_sample
 from jaxink.solver.config import SolverConfig
+from tests.samples import edited
 
 SMALL = SolverConfig(8, 6, 16, 2)
 SAMPLE = """
@@ -105,6 +106,17 @@ def test_prior_adds_one_row_in_standard_deviations(data, sample):
     residual, _ = objective.residual(jnp.asarray(unit))
     assert residual.shape == (17,)
     assert float(residual[-1]) == pytest.approx((0.7 - 0.5) / 0.05)
+
+
+def test_smoothness_adds_the_change_between_neighbouring_wavelengths_as_a_random_walk(data):
+    spread = "per_wavelength = true, value = [50, 60, 90], smoothness = { change = 4, over_nm = 25 }"
+    changes = "schema_version = 1", "schema_version = 1\nwavelength_nm = [500, 550, 650]"
+    changes += "max = 1000, value = 60", f"max = 1000, {spread}"
+    sample = parse_sample(edited(SAMPLE, changes))
+    objective = make_objective(data, sample, config=SMALL)
+    unit = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
+    rows = np.asarray(objective.residual(jnp.asarray(unit))[0])[len(objective.measured) :]
+    assert rows == pytest.approx([(50 - 60) / (4 * np.sqrt(2)), (60 - 90) / (4 * np.sqrt(4))])
 
 
 def test_noise_goes_by_file_then_declaration_then_pairs(data, sample):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxink.model.forward import ForwardModel, evaluate
-from jaxink.sample import parse_sample, sample_from_dict, sample_text, sample_to_dict
+from jaxink.sample import Smoothness, parse_sample, sample_from_dict, sample_text, sample_to_dict
 from tests.samples import GOOD_SAMPLE, edited
 
 SCATTERING = "scattering_per_mm = { free = true, min = 1, max = 1000 }"
@@ -111,3 +111,32 @@ def test_impossible_shapes_are_refused(entry, named, refused_sample):
 )
 def test_shapes_out_of_place_are_refused(old, new, named, refused_sample):
     refused_sample(edited(with_scattering(FREE), (old, new)), named)
+
+
+SMOOTH = (
+    "{ per_wavelength = true, free = true, min = 1, max = 300, smoothness = { change = 4, over_nm = 25 } }"
+)
+
+
+def test_a_smoothness_is_written_and_saved_with_every_value():
+    sample = parse_sample(with_scattering(SMOOTH))
+    assert {p.smoothness for p in sample.parameters.free if "scattering" in p.name} == {Smoothness(4.0, 25.0)}
+    assert parse_sample(sample_text(sample)) == sample
+    assert sample_from_dict(json.loads(json.dumps(sample_to_dict(sample)))) == sample
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("per_wavelength = true, ", "", "per_wavelength = true"),
+        ("free = true, min = 1, max = 300", "value = 3", "free = true"),
+        ("over_nm = 25", "over_nm = 0", "smoothness.over_nm"),
+        ("change = 4", "change = -4", "smoothness.change"),
+        (", over_nm = 25", "", "over_nm"),
+        ("{ change = 4, over_nm = 25 }", "4", "change"),
+    ],
+    ids=["one value", "fixed", "no distance", "negative", "incomplete", "a number"],
+)
+def test_a_smoothness_that_means_nothing_is_refused(refused, old, new, named):
+    with refused("ink.scattering_per_mm", named):
+        parse_sample(with_scattering(edited(SMOOTH, (old, new))))

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from jaxink.cli.convert_command import convert
 from jaxink.cli.export_options import (
     AllowLoss,
     Basis,
@@ -20,6 +21,8 @@ from jaxink.cli.export_options import (
 from jaxink.cli.reading_options import (
     DATA_HELP,
     Data,
+    Debug,
+    Quiet,
     Sheet,
     Side,
     SignedAngles,
@@ -67,8 +70,6 @@ def _common(
 
 
 SampleFile = Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="Description of the sample.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")]
 Accuracy = Annotated[
     float,
@@ -178,6 +179,9 @@ def fit(
         raise typer.Exit(run_fit(data, sample, out, options, columns, formats, output))
 
 
+app.command()(convert)
+
+
 @app.command()
 def init(
     data: Data,
@@ -282,6 +286,43 @@ def diagnose(
         output = _output(json, quiet)
         arguments = data, sample, out, choices, accuracy, columns, not no_figures, output
         raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
+
+
+@app.command()
+def batch(
+    plan: Annotated[Path, typer.Argument(metavar="PLAN.toml", help="Which measurements, and what to do.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the results, summary.csv and report.html.")
+    ],
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Processes on this machine; by default one for each core; 0: none, one after the other.",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers do the work instead."),
+    ] = None,
+    devices: Annotated[
+        str,
+        typer.Option(metavar="0,1,...", help="Graphics processors that the workers here share out."),
+    ] = "",
+    retry: Annotated[
+        bool, typer.Option("--retry", help="Do again what was ended by a limit or failed unexpectedly.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Fit or diagnose many measurements on many processes; a stopped batch goes on where it was."""
+    with one_sentence(debug):
+        from jaxink.cli.batch import run_batch
+
+        named = [name.strip() for name in devices.split(",") if name.strip()]
+        where = {"workers": workers, "scheduler": scheduler, "devices": named}
+        raise typer.Exit(run_batch(plan, out, where, retry, _output(json, quiet)))
 
 
 @app.command()

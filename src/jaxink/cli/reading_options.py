@@ -1,11 +1,14 @@
-"""Arguments and options of the commands that read a measurement."""
+"""Arguments and options that several commands share, most of them those that read a measurement."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-DATA_HELP = "CSV, workbook (.xlsx, .ods), or netCDF written by jaxink; several files are joined."
+DATA_HELP = (
+    "CSV, workbook (.xlsx, .ods), netCDF written by jaxink, or a file of an instrument or ray tracer "
+    "(docs/formats-in.md); several files are joined."
+)
 Data = Annotated[list[Path], typer.Argument(metavar="DATA", help=f"Measurement: {DATA_HELP}")]
 WavelengthNm = Annotated[
     float | None,
@@ -33,6 +36,8 @@ Which = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
 ]
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 
 
 def columns_of(

@@ -14,6 +14,7 @@ from jaxink.effects.kinds import (
     SampleEffect,
 )
 from jaxink.effects.scene import Field, Scene, Surroundings
+from jaxink.effects.validity import invalidity
 
 __all__ = [
     "CATALOGUE",
@@ -37,6 +38,7 @@ __all__ = [
     "effects_for",
     "extend",
     "forward_model",
+    "invalidity",
     "model_at",
     "settled",
     "undivided",

@@ -14,6 +14,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import Layer, Parameter, Population, Sample
 from jaxink.sample.effect_schema import terms_of
 
+_NOT_BY_ALBEDO = "the ink consists of Mie particles, whose phase function follows from their size"
 _NOT_MIE = "the ink does not consist of Mie particles, so it has no such parameter"
 
 
@@ -170,10 +171,71 @@ class DepthGradient(DividingEffect):
         return with_parameters(dataclasses.replace(sample, layers=layers), *new)
 
 
+@dataclasses.dataclass(frozen=True)
+class SurfaceLayer(DividingEffect):
+    """An opaque ink scatters differently next to its face: a layer of its own, which scatters by one lobe.
+
+    Where only the albedo of a body matters, a gradient of concentration changes nothing; one of the albedo or
+    of the phase function does.
+    """
+
+    layer: str
+
+    name = "surface_layer"
+    changes_structure = True
+    statement = "the ink scatters differently next to its face"
+    terms = terms_of("surface_layer")
+    # The derivative by the optical thickness, for lobes that differ.
+    settings = tuple({"surface_layer.asymmetry_parameter": g} for g in (-0.4, 0.3, 0.7))
+
+    @classmethod
+    def forms(cls, case: Case):
+        ink = case.inks[0]
+        return _why_without_surface_layer(case.sample, ink) or (cls(ink.name),)
+
+    @classmethod
+    def of_sample(cls, sample, layer=None):
+        ink = ink_of(sample, cls.name, layer)
+        if reason := _why_without_surface_layer(sample, ink):
+            raise InputRefusedError(f"[effects.surface_layer] cannot divide '{ink.name}': {reason}.")
+        return cls(ink.name)
+
+    def extend(self, sample: Sample) -> Sample:
+        """The layer in front of the rest of the ink, whose front face it takes over."""
+        ink = next(one for one in sample.layers if one.name == self.layer)
+        name = f"{ink.name}_surface"
+        depth, asymmetry, albedo = (t.name for t in self.terms)
+        # Its optical thickness is its thickness in um, with an extinction coefficient of 1/um.
+        ties = {
+            "refractive_index": f"{ink.name}.refractive_index",
+            "thickness_um": depth,
+            "scattering_per_mm": f"1000 * {albedo}",
+            "absorption_per_mm": f"1000 * (1 - {albedo})",
+            "asymmetry_parameter": asymmetry,
+        }
+        tied = (Parameter(f"{name}.{k}", np.nan, False, -np.inf, np.inf, "", tie) for k, tie in ties.items())
+        upper = Layer(name, "scattering", "henyey_greenstein", roughness=ink.roughness)
+        position = sample.layers.index(ink)
+        rest = dataclasses.replace(ink, roughness=())
+        layers = (*sample.layers[:position], upper, rest, *sample.layers[position + 1 :])
+        return with_parameters(dataclasses.replace(sample, layers=layers), *self.terms, *tied)
+
+
+def _why_without_surface_layer(sample: Sample, ink: Layer) -> str:
+    """Why an ink cannot have a surface layer; empty if it can."""
+    if not ink.opaque:
+        return "the ink is not opaque; depth_gradient represents a change with depth"
+    if ink.phase_function == "mie":
+        return _NOT_BY_ALBEDO
+    if f"{ink.name}.refractive_index" not in sample.parameters:
+        return "the ink's index depends on the wavelength"
+    return ""
+
+
 def _why_undividable(sample: Sample, ink: Layer) -> str:
     """Why an ink cannot be divided into halves; empty if it can."""
     if ink.opaque or ink.populations:
-        return "the ink is opaque, or has several kinds of particles"
+        return "the ink is opaque (then surface_layer is tested), or has several kinds of particles"
     if any(n.startswith(f"{ink.name}.") and "@" in n for n in sample.parameters):
         return "the ink has parameters given by wavelength, which its halves cannot share"
     if f"{ink.name}.{_concentration(ink)}" not in sample.parameters:
@@ -291,6 +353,7 @@ VOLUME = (
     Polydispersity,
     SecondPopulation,
     DepthGradient,
+    SurfaceLayer,
     InkAbsorption,
     SecondLobe,
     ShadowHiding,

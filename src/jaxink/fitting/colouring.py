@@ -6,7 +6,8 @@ Jacobian is then proportional to the number of wavelengths, not to its square.
 """
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from itertools import combinations, count
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -45,7 +46,7 @@ class Colouring(eqx.Module):
         """Colouring of the variables of an objective."""
         names = objective.variables
         own = objective.model.own_wavelengths([name for name in names if name is not None])
-        colour = colours(names, own)
+        colour = colours(names, own, _joined(objective))
         assigned = np.flatnonzero([name is not None for name in names])
         seeds = np.zeros((max(1 + max(colour[assigned], default=0), objective.least_directions), len(names)))
         seeds[colour[assigned], assigned] = 1.0
@@ -72,7 +73,9 @@ class Colouring(eqx.Module):
         return where(self.affects, columns, 0.0)
 
 
-def colours(names: Sequence[str | None], own: Mapping[str, float]) -> Int[np.ndarray, " parameters"]:
+def colours(
+    names: Sequence[str | None], own: Mapping[str, float], joined: Collection[tuple[int, int]] = ()
+) -> Int[np.ndarray, " parameters"]:
     """Colours, from 0, of parameters of which some affect their own wavelength only; 0 for None.
 
     Parameters
@@ -81,22 +84,35 @@ def colours(names: Sequence[str | None], own: Mapping[str, float]) -> Int[np.nda
         The parameters.
     own
         Wavelength by name.
+    joined
+        Pairs of positions, ascending, of parameters of different wavelengths that share a residual.
     """
     shared = [name for name in names if name is not None and name not in own]
-    number = {name: i for i, name in enumerate(shared)}
-    next_colour: dict[float, int] = defaultdict(lambda: len(shared))
-    for name in names:
+    number: dict[str | None, int] = {name: i for i, name in enumerate(shared)}
+    taken: dict[float, set[int]] = defaultdict(set)
+    neighbours: dict[int, list[int]] = defaultdict(list)
+    for first, second in joined:
+        neighbours[second].append(first)
+    for i, name in enumerate(names):
         if name is not None and name in own:
-            number[name] = next_colour[own[name]]
-            next_colour[own[name]] += 1
+            excluded = taken[own[name]] | {number[names[k]] for k in neighbours[i]}
+            number[name] = next(c for c in count(len(shared)) if c not in excluded)
+            taken[own[name]].add(number[name])
     return np.array([0 if name is None else number[name] for name in names])
+
+
+def _joined(objective: Objective) -> list[tuple[int, int]]:
+    """Positions of two parameters that one term beside those of the points depends on."""
+    rows = [np.flatnonzero(row) for row in objective.prior_weights]
+    return [(int(a), int(b)) for row in rows for a, b in combinations(row, 2)]
 
 
 def _affected(
     objective: Objective, own_nm: Float[np.ndarray, " parameters"]
 ) -> Bool[np.ndarray, "rows parameters"]:
-    """Whether a residual, or the term of a prior, depends on a parameter."""
+    """Whether the residual of a point, or a term beside those of the points, depends on a parameter."""
     everywhere = np.isnan(own_nm) & [name is not None for name in objective.variables]
     of_points = objective.model.wavelength_of_point_nm[:, None] == own_nm
-    of_priors = objective.prior_position[:, None] == np.arange(len(own_nm))
+    of_priors = np.zeros((len(objective.prior_mean), len(own_nm)), bool)
+    of_priors[:, : objective.prior_weights.shape[1]] = objective.prior_weights != 0
     return np.concatenate([of_points, of_priors]) | everywhere

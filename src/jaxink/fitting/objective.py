@@ -1,7 +1,8 @@
 """The objective of a fit: the residual vector of one measurement."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
+from itertools import pairwise
 from typing import Protocol, TypeVar, runtime_checkable
 
 import equinox as eqx
@@ -15,7 +16,7 @@ from jaxink.effects import model_at
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
-from jaxink.sample import Sample
+from jaxink.sample import Parameter, Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
 
@@ -92,6 +93,9 @@ class Objective(eqx.Module):
         Square root of the weight of each point.
     scale
         Maps variables in [0, 1] to the free parameters.
+    prior_weights, prior_mean, prior_deviation
+        Knowledge apart from the measurement: weighted sums of the first parameters, with mean and standard
+        deviation.
     constants, names
         Values and names of the parameters of the model that are neither free nor tied.
     kind
@@ -108,9 +112,9 @@ class Objective(eqx.Module):
     scan: Int[np.ndarray, " points"]
     weight: Float[np.ndarray, " points"]
     scale: UnitScale
+    prior_weights: Float[np.ndarray, "priors declared"]
     prior_mean: Float[np.ndarray, " priors"]
     prior_deviation: Float[np.ndarray, " priors"]
-    prior_position: Int[np.ndarray, " priors"]
     constants: Float[np.ndarray, " names"]
     names: tuple[str, ...] = eqx.field(static=True)
     scan_relative: float = eqx.field(static=True)
@@ -162,7 +166,8 @@ class Objective(eqx.Module):
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
         """Residual vector, whose sum of squares is minimised, and the prediction, 1/sr.
 
-        The residual has one row for each point (measured minus predicted), then one for each prior; free
+        The residual has one row for each point (measured minus predicted), then one for each prior and for
+        each pair of neighbouring wavelengths of a parameter with a smoothness; free
         parameters are scaled to [0, 1].
         """
         return self.residual_at(self.scale.to_physical(unit))
@@ -173,7 +178,8 @@ class Objective(eqx.Module):
         """As `residual`, from the free parameters in their units."""
         predicted = self.model.bsdf(self.given(physical))
         rows = self.weight * self._misfit(predicted)
-        prior = (self.prior_mean - physical[self.prior_position]) / self.prior_deviation
+        declared = physical[: self.prior_weights.shape[1]]
+        prior = (self.prior_mean - self.prior_weights @ declared) / self.prior_deviation
         return jnp.concatenate([rows, prior]), predicted
 
     def _misfit(self, predicted):
@@ -289,22 +295,37 @@ def compose(
     """
     used = data.used
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
-    priors = [(i, p.prior) for i, p in enumerate(sample.parameters.free) if p.prior is not None]
+    weights, mean, deviation = _priors(sample.parameters.free)
     return form(
         model=model,
         measured=data.bsdf_per_sr[used],
         sigma=np.asarray(noise.sigma_per_sr, float),
         scan=scan.reshape(-1),
         weight=np.sqrt(weights_of(data, sample)),
-        prior_mean=np.array([prior.mean for _, prior in priors]),
-        prior_deviation=np.array([prior.standard_deviation for _, prior in priors]),
-        prior_position=np.array([i for i, _ in priors], int),
+        prior_weights=weights,
+        prior_mean=mean,
+        prior_deviation=deviation,
         constants=np.array(list(constants.values()), float),
         names=tuple(constants),
         scan_relative=float(noise.scan_relative),
         n_scans=int(scan.max()) + 1,
         **fields,
     )
+
+
+def _priors(
+    free: Sequence[Parameter],
+) -> tuple[Float[np.ndarray, "priors declared"], Float[np.ndarray, " priors"], Float[np.ndarray, " priors"]]:
+    """Weights, mean and standard deviation of what is known of free parameters and their differences."""
+    unit = np.eye(len(free))
+    known = [(unit[i], p.prior.mean, p.prior.standard_deviation) for i, p in enumerate(free) if p.prior]
+    for i, (one, other) in enumerate(pairwise(free)):
+        (stem, _, here), (other_stem, _, there) = one.name.partition("@"), other.name.partition("@")
+        if one.smoothness is not None and stem == other_stem:
+            steps = abs(float(there) - float(here)) / one.smoothness.over_nm
+            known.append((unit[i + 1] - unit[i], 0.0, one.smoothness.change * np.sqrt(steps)))
+    weights, mean, deviation = zip(*known, strict=True) if known else ((), (), ())
+    return np.array(weights).reshape(-1, len(free)), np.array(mean), np.array(deviation)
 
 
 def weights_of(data: GonioData, sample: Sample) -> Float[np.ndarray, " points"]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from jaxink.ink.boundary_file import RoughBoundary
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_power import validity
+from jaxink.surfaces.wave_power import LARGEST_SLOPE, validity
 from jaxink.surfaces.wave_surface import WaveSurface
 
 # Angles of incidence at which a surface is checked, from either side.
@@ -17,7 +17,7 @@ _ANY = (-math.inf, math.inf)
 _WAVES = {
     "a_sigma_reflection": (*_ANY, "any; first order alone below 0.3"),
     "a_sigma_transmission": (*_ANY, "any; first order alone below 0.3"),
-    "slope": (0.0, 0.3, "below 0.3"),
+    "slope": (0.0, LARGEST_SLOPE, f"below {LARGEST_SLOPE:g}"),
     "slope_over_grazing_slope": (0.0, 1.0, "below 1"),
     "height_variance_beyond": (0.0, 0.1, "below 0.1"),
     "uncovered": (0.0, 0.1, "below 0.1"),

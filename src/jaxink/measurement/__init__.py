@@ -1,5 +1,6 @@
 """Goniometer measurements: reading, checking, masking and noise; numpy only."""
 
+from jaxink.measurement.csv_file import write_csv
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS, MaskFlag, MaskLimits, mask_counts, mask_sentences
 from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
@@ -29,4 +30,5 @@ __all__ = [
     "read_workbook",
     "read_netcdf",
     "symmetry_repeatability",
+    "write_csv",
 ]

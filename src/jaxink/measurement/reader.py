@@ -1,13 +1,16 @@
 """Reading a measurement from one file or several."""
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import read_dataset
-from jaxink.files.reading import require_readable
+from jaxink.files.reading import open_bounded
 from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.formats.catalogue import HEAD_BYTES, format_of, read_exchange
+from jaxink.measurement.formats.choices import STATED_BY
 from jaxink.measurement.joining import join
 from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.table import AS_CSV, refusal
@@ -27,21 +30,29 @@ _FOREIGN = {
     ".json": "is a JSON file",
     ".toml": "is a sample file, not a measurement",
 }
+# Of exchange files; their content, not the name, says which format they have.
+_EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".binary")
+# What may be stated for each of several files.
+_ONE_A_FILE = ("side", "theta_i_deg")
+# What only exchange files leave open.
+_EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "cosine_weighted"}
 Paths = str | Path | Sequence[str | Path]
 
 
 def read(path: Paths, **overrides: Any) -> GonioData:
-    """Read a measurement; the suffix of the file determines the format.
+    """Read a measurement; files of instruments and ray tracers are recognised by their content.
 
     Parameters
     ----------
     path
         A text table (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``), a workbook (``.xlsx``, ``.xlsm``,
-        ``.ods``), or a ``.nc`` file of ``GonioData.to_netcdf``. The rows of several files, given as a list,
-        are joined; each keeps its file (extra column ``source_file``) and its row there.
+        ``.ods``), a ``.nc`` file of ``GonioData.to_netcdf``, or a file of any name in one of the formats of
+        `jaxink.measurement.formats`. The rows of several files, given as a list, are joined; each keeps its
+        file (extra column ``source_file``) and its row there.
     **overrides
-        Keyword arguments of ``read_csv`` or ``read_workbook``; none for a netCDF file. With several files,
-        ``side`` may be a list with one side for each.
+        Keyword arguments of ``read_csv`` or ``read_workbook``; for other formats the fields of
+        `jaxink.measurement.formats.choices.Choices`; none for a netCDF file. With several files, ``side`` and
+        ``theta_i_deg`` may be lists with one entry for each.
 
     Raises
     ------
@@ -53,11 +64,10 @@ def read(path: Paths, **overrides: Any) -> GonioData:
     paths = [Path(each) for each in path]
     if not paths:
         raise InputRefusedError("there is no measurement file; give at least one.")
-    sides = overrides.pop("side", None)
-    each = _side_of_each(sides, len(paths))
+    each = {name: _of_each(name, overrides.pop(name, None), len(paths)) for name in _ONE_A_FILE}
     parts = [
-        _read_one(file, **overrides, **({} if side is None else {"side": side}))
-        for file, side in zip(paths, each, strict=True)
+        _read_one(file, **overrides, **{name: v[k] for name, v in each.items() if v[k] is not None})
+        for k, file in enumerate(paths)
     ]
     if len(parts) == 1:
         return parts[0]
@@ -71,17 +81,26 @@ def read(path: Paths, **overrides: Any) -> GonioData:
     )
 
 
-def _side_of_each(sides: str | Sequence[str] | None, n_files: int) -> Sequence[str | None]:
-    if sides is None or isinstance(sides, str):
-        return [sides] * n_files
-    if len(sides) not in (1, n_files):
-        raise InputRefusedError(f"side has {len(sides)} entries for {n_files} files; give one for each file.")
-    return [*sides] * (n_files if len(sides) == 1 else 1)
+def _of_each(name: str, values: Any, n_files: int) -> list[Any]:
+    """What is stated about each file, given once for all or in a list with one entry for each."""
+    if values is None or isinstance(values, str | Real):
+        return [values] * n_files
+    if len(values) not in (1, n_files):
+        raise InputRefusedError(
+            f"{name} has {len(values)} entries for {n_files} files; give one for each file."
+        )
+    return [*values] * (n_files if len(values) == 1 else 1)
 
 
 def _read_one(path: Path, **overrides: Any) -> GonioData:
-    require_readable(path, MOST_BYTES, "measurement file")
+    with open_bounded(path, MOST_BYTES, "measurement file") as file:
+        head = file.read(HEAD_BYTES)
     suffix = path.suffix.lower()
+    if (found := format_of(head)) is not None:
+        return read_exchange(path, found, overrides)
+    if other := sorted(_EXCHANGE_ONLY & overrides.keys()):
+        option = STATED_BY[other[0]].partition(" ")[0]
+        raise refusal(path, f"is a table of its own, for which {option} has no meaning; leave it out")
     if suffix in _CSV_SUFFIXES:
         if "sheet" in overrides:
             raise refusal(path, "a text file has no sheets; leave out the sheet")
@@ -94,6 +113,9 @@ def _read_one(path: Path, **overrides: Any) -> GonioData:
         return read_netcdf(path)
     if suffix in _FOREIGN:
         raise refusal(path, f"{_FOREIGN[suffix]}, which jaxink does not read; {AS_CSV}")
+    if suffix in _EXCHANGE_SUFFIXES:
+        text = f"the content is in none of the formats that jaxink knows, whatever the suffix '{suffix}' says"
+        raise refusal(path, f"{text}; {AS_CSV}")
     known = ", ".join((*_CSV_SUFFIXES, *_WORKBOOK_SUFFIXES))
     raise refusal(path, f"the suffix is '{suffix}'; it must be one of {known}, .nc; {AS_CSV}")
 
@@ -118,6 +140,7 @@ def read_csv(
     sample: str | None = None,
     columns: Mapping[str, str] | None = None,
     signed_angles: bool = False,
+    cosine_weighted: bool = False,
 ) -> GonioData:
     """Read a tidy text table: each row is the BSDF value of one pair of directions.
 
@@ -144,6 +167,8 @@ def read_csv(
         Whether a negative ``theta_o_deg`` means the other half-plane: phi is turned by 180 degrees. Without a
         column ``phi_deg``, phi is 180 (towards the peak) at positive and 0 (towards the source) at negative
         angles.
+    cosine_weighted
+        Whether the values are the BSDF times cos(theta_o), by which they are then divided.
 
     Returns
     -------
@@ -155,7 +180,7 @@ def read_csv(
     InputRefusedError
         If the file is invalid; the message names file, row and column.
     """
-    stated = Stated(wavelength_nm, side, sample, columns or {}, signed_angles)
+    stated = Stated(wavelength_nm, side, sample, columns or {}, signed_angles, cosine_weighted)
     return measurement_of(read_table(Path(path), stated.columns.values()), stated)
 
 

@@ -40,7 +40,8 @@ def read_table(path: Path, renamed: Collection[str] = ()) -> TextTable:
         Names in the file that the caller assigns to known columns.
     """
     notes: list[str] = []
-    lines, comments = _without_comments(_decoded_lines(path, notes), notes)
+    content = read_bounded(path, _MOST_BYTES, "measurement file")
+    lines, comments = _without_comments(lines_of(path, content, notes), notes)
     filled = [number for number, line in enumerate(lines) if line.strip()]
     if not filled:
         kind = "contains only comments" if comments else "is empty"
@@ -72,8 +73,14 @@ def _header(path: Path, lines: list[str], filled: list[int], renamed: Collection
     return header_position(str(path), cells, [number + 1 for number in first], renamed)
 
 
-def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
-    content = read_bounded(path, _MOST_BYTES, "measurement file")
+def lines_of(path: str | Path, content: bytes, notes: list[str]) -> list[str]:
+    """Lines of the text that a file contains, whatever its encoding and its line ends; notes say what it has.
+
+    Raises
+    ------
+    InputRefusedError
+        If the content is not text.
+    """
     for signature, sentence in _SIGNATURES.items():
         if content.startswith(signature):
             raise refusal(path, sentence)
@@ -84,7 +91,7 @@ def _decoded_lines(path: Path, notes: list[str]) -> list[str]:
     return io.StringIO(text, newline=None).read().split("\n")
 
 
-def _decoded(path: Path, content: bytes, notes: list[str]) -> str:
+def _decoded(path: str | Path, content: bytes, notes: list[str]) -> str:
     """Text of a file, with a note on any encoding but plain UTF-8."""
     if content.startswith(_UTF16):
         notes.append("The file is UTF-16 text.")

@@ -33,6 +33,8 @@ class Stated:
         Names of known columns in the table.
     signed_angles
         Whether a negative ``theta_o_deg`` means the other half-plane.
+    cosine_weighted
+        Whether the values are the BSDF times cos(theta_o).
     """
 
     wavelength_nm: float | None = None
@@ -40,6 +42,7 @@ class Stated:
     sample: str | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
     signed_angles: bool = False
+    cosine_weighted: bool = False
 
     @property
     def supplied(self) -> tuple[str, ...]:
@@ -56,13 +59,15 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     table = with_decimal_points(table, known, extra, notes)
     table, attrs = _one_sample(table, extra, stated.sample)
     angles = _angles(table, known, stated.signed_angles, notes)
-    bsdf = _per_sr(table, known, "bsdf_per_sr")
+    divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
+    bsdf = _per_sr(table, known, "bsdf_per_sr") / divided
+    sigma = _sigma(table, known, notes)
     data = GonioData(
         **angles,
         wavelength_nm=_wavelength(table, known, stated.wavelength_nm, notes),
         is_transmission=_side(table, known, stated.side, notes),
         bsdf_per_sr=bsdf,
-        sigma_per_sr=_sigma(table, known, notes),
+        sigma_per_sr=None if sigma is None else sigma / divided,
         extra={name: _extra(table.column(index)) for name, index in extra.items()},
         row=table.lines,
         mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
@@ -110,6 +115,21 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
         angles |= unsigned_directions(table, angles, derived, notes)
     angles["theta_o_deg"] = checks.polar_angles(table, angles["theta_o_deg"], "theta_o_deg")
     return angles
+
+
+def _cosine(table: TextTable, theta_o_deg: np.ndarray, weighted: bool, notes) -> np.ndarray | float:
+    """What the values have to be divided by."""
+    if not weighted:
+        return 1.0
+    horizon = np.flatnonzero(theta_o_deg > 90 - 1e-6)
+    if horizon.size:
+        text = (
+            f"{theta_o_deg[horizon[0]]:g} degrees is the horizon, where values times the cosine are 0 and do "
+            "not tell the BSDF; remove the row"
+        )
+        raise refusal(table.source, text, table.lines[horizon[0]], "theta_o_deg")
+    notes.append("The values were divided by cos(theta_o), as requested by the caller.")
+    return np.cos(np.deg2rad(theta_o_deg))
 
 
 def _wavelength(table: TextTable, known, given, notes) -> np.ndarray:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import ArrayLike, Float
 from matplotlib.ticker import MaxNLocator
 
 from jaxink.errors import InputRefusedError, no_such_name
@@ -31,7 +31,7 @@ _MOST_DOTS = 4000
 def corner_figure(
     result: "FitResult",
     names: Sequence[str] | None = None,
-    samples: Mapping[str, Float[np.ndarray, " *samples"]] | None = None,
+    samples: Mapping[str, Float[ArrayLike, " *samples"]] | None = None,
     truth: Mapping[str, float] | None = None,
 ) -> PageFigure:
     """Distribution of each fitted parameter and of each pair.

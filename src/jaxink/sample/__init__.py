@@ -5,7 +5,7 @@ from jaxink.sample.archive import sample_from_dict, sample_to_dict
 from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.description import Backing, Layer, Sample
 from jaxink.sample.dispersion import Dispersion
-from jaxink.sample.parameters import Parameter, ParameterTable, Prior
+from jaxink.sample.parameters import Parameter, ParameterTable, Prior, Smoothness
 from jaxink.sample.populations import Population
 from jaxink.sample.reading import load_sample, parse_sample
 from jaxink.sample.roughness import Roughness
@@ -21,6 +21,7 @@ __all__ = [
     "ParameterTable",
     "Population",
     "Prior",
+    "Smoothness",
     "Roughness",
     "Sample",
     "load_sample",

@@ -157,10 +157,13 @@ def _quantities(effect: DeclaredEffect) -> dict[str, Quantity]:
     }
 
 
+_BY_WAVELENGTH = {"per_wavelength", "shape", "smoothness", "dispersion"}
+
+
 def _require_simple(name: str, table: dict[str, Any], quantities: dict[str, Quantity]) -> None:
     """Reject numbers by wavelength: effects have one value for all."""
     for key in quantities.keys() & table.keys():
-        if isinstance(table[key], dict) and {"per_wavelength", "shape", "dispersion"} & table[key].keys():
+        if isinstance(table[key], dict) and _BY_WAVELENGTH & table[key].keys():
             raise InputRefusedError(
                 f"effects.{name}.{key} depends on the wavelength; an effect has one value for all of them."
             )

@@ -120,7 +120,7 @@ def read_dispersion(
         if value is None:
             raise missing(each, key, coefficient)
         entry = parameter_entry(value, each, coefficient)
-        by_wavelength = next((k for k in ("per_wavelength", "shape") if k in entry), None)
+        by_wavelength = next((k for k in ("per_wavelength", "shape", "smoothness") if k in entry), None)
         if by_wavelength is not None:
             raise InputRefusedError(
                 f"{each} has {by_wavelength}, but the dispersion already gives the index at each wavelength; "

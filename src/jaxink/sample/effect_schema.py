@@ -120,6 +120,14 @@ EFFECTS: dict[str, EffectKeys] = {
         },
         _INK,
     ),
+    "surface_layer": EffectKeys(
+        {
+            "optical_thickness": Quantity("", 0.0, 5.0, meaning="of the layer, scattering and absorption"),
+            "asymmetry_parameter": Quantity("", -0.9, 0.95, 0.0, meaning="of its Henyey–Greenstein function"),
+            "single_scattering_albedo": Quantity("", 0.0, 1.0, 0.995, "one_minus", meaning="of the layer"),
+        },
+        {"layer": Entry("name", "the first scattering layer", "the ink, opaque")},
+    ),
     "shadow_hiding": EffectKeys(
         {
             "amplitude": Quantity("", 0.0, 1.0, meaning="B0"),

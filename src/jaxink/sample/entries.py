@@ -6,8 +6,8 @@ from typing import Any
 
 from jaxink.errors import InputRefusedError
 from jaxink.sample.hints import meant_key, meant_word, unknown_key
-from jaxink.sample.measurement_schema import NUMBER, PRIOR
-from jaxink.sample.parameters import Parameter, Prior
+from jaxink.sample.measurement_schema import NUMBER, PRIOR, SMOOTHNESS
+from jaxink.sample.parameters import Parameter, Prior, Smoothness
 from jaxink.sample.quantity import Quantity
 
 
@@ -70,15 +70,37 @@ def parameter_of(name: str, entry: dict[str, Any], quantity: Quantity) -> Parame
 
 
 def _prior(name: str, entry: dict[str, Any]) -> Prior | None:
-    prior = entry.get("prior")
-    if prior is None:
+    if "prior" not in entry:
         return None
-    if not isinstance(prior, dict) or set(prior) != set(PRIOR):
-        raise InputRefusedError(f"{name}: prior must be {{ mean = ..., standard_deviation = ... }}.")
-    given = {key: bounded(prior[key], quantity, f"{name}: prior.{key}") for key, quantity in PRIOR.items()}
+    given = _inner(name, "prior", entry["prior"], PRIOR)
     if given["standard_deviation"] == 0:
         raise InputRefusedError(f"{name}: prior.standard_deviation is 0; fix the parameter instead.")
     return Prior(**given)
+
+
+def smoothness_of(name: str, entry: dict[str, Any]) -> Smoothness | None:
+    """How fast a quantity with values by wavelength changes, from an entry with keys of `NUMBER`."""
+    if "smoothness" not in entry:
+        return None
+    if not entry.get("free", False):
+        raise InputRefusedError(
+            f"{name} has a smoothness but is not free; write free = true, or remove the smoothness."
+        )
+    given = _inner(name, "smoothness", entry["smoothness"], SMOOTHNESS)
+    for key, value in given.items():
+        if value == 0:
+            raise InputRefusedError(
+                f"{name}: smoothness.{key} is 0; it must be positive. For one value at all wavelengths, "
+                "remove per_wavelength and smoothness."
+            )
+    return Smoothness(**given)
+
+
+def _inner(name: str, key: str, given: Any, known: dict[str, Quantity]) -> dict[str, float]:
+    """The numbers of a table within the table of a parameter, all of which are required."""
+    if not isinstance(given, dict) or set(given) != set(known):
+        raise InputRefusedError(f"{name}: {key} must be {{ {' = ..., '.join(known)} = ... }}.")
+    return {part: bounded(given[part], quantity, f"{name}: {key}.{part}") for part, quantity in known.items()}
 
 
 def is_number(value: Any) -> bool:

@@ -32,6 +32,11 @@ PRIOR = {
     "mean": Quantity("", -math.inf, math.inf, meaning="of the parameter"),
     "standard_deviation": Quantity("", 0.0, math.inf, meaning="of the parameter"),
 }
+# How fast a quantity with values by wavelength changes.
+SMOOTHNESS = {
+    "change": Quantity("", 0.0, math.inf, meaning="of the value, one standard deviation"),
+    "over_nm": Quantity("nm", 0.0, math.inf, meaning="distance of the wavelengths that it refers to"),
+}
 # Keys of a table in place of a number.
 _SWITCH = "`true` or `false`"
 NUMBER = {
@@ -56,6 +61,12 @@ NUMBER = {
         "`false`",
         "separate values at each of `wavelength_nm`: `value` is a list by ascending wavelength, or one "
         "number for all",
+    ),
+    "smoothness": Entry(
+        "`{ " + ", ".join(f"{key} = ..." for key in SMOOTHNESS) + " }`",
+        "none",
+        "with `per_wavelength` and `free`: expected change of the value over so many nm, one standard "
+        "deviation; adds a term to chi-square for each pair of neighbouring wavelengths",
     ),
     "shape": Entry(
         "list of numbers, 0 or more",

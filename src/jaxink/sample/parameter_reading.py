@@ -11,6 +11,7 @@ from jaxink.sample.entries import (
     missing,
     parameter_entry,
     parameter_of,
+    smoothness_of,
     true_or_false,
 )
 from jaxink.sample.parameters import Parameter
@@ -57,9 +58,15 @@ class ParameterReader:
                 f"{name} has a list of ties; a tie is one expression. For values in fixed ratios at the "
                 "wavelengths, write shape = [...] with one number for each, and free or tie for their mean."
             )
+        by_wavelength = true_or_false(entry, "per_wavelength", False, f"{name}: per_wavelength")
+        if "smoothness" in entry and not by_wavelength:
+            raise InputRefusedError(
+                f"{name} has a smoothness, but no values by wavelength; write per_wavelength = true, or "
+                "remove the smoothness."
+            )
         if "shape" in entry:
             self.parameters += self._in_fixed_ratios(name, key, entry, quantity)
-        elif true_or_false(entry, "per_wavelength", False, f"{name}: per_wavelength"):
+        elif by_wavelength:
             self.parameters += self._at_each_wavelength(name, entry, quantity)
         else:
             self.parameters.append(parameter_of(name, entry, quantity))
@@ -111,10 +118,14 @@ class ParameterReader:
                 f"{name} has {len(values)} values for {len(wavelengths)} wavelengths; give one for each in "
                 "ascending order of wavelength, or a single one."
             )
-        common = {k: v for k, v in entry.items() if k not in ("per_wavelength", "value")}
+        smoothness = smoothness_of(name, entry)
+        common = {k: v for k, v in entry.items() if k not in ("per_wavelength", "value", "smoothness")}
         each = [common if value is None else common | {"value": value} for value in values]
         pairs = zip(wavelengths, each, strict=True)
-        return [parameter_of(f"{name}@{wavelength:g}", one, quantity) for wavelength, one in pairs]
+        return [
+            dataclasses.replace(parameter_of(f"{name}@{wavelength:g}", one, quantity), smoothness=smoothness)
+            for wavelength, one in pairs
+        ]
 
 
 def _require_possible(mean: Parameter, factors: list[float], quantity: Quantity) -> None:

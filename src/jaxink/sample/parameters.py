@@ -33,6 +33,25 @@ class Prior:
 
 
 @dataclasses.dataclass(frozen=True)
+class Smoothness:
+    """Knowledge of how fast a quantity changes with wavelength: a random walk.
+
+    Values at two neighbouring wavelengths differ by a normally distributed number with the standard deviation
+    ``change * sqrt(distance / over_nm)``.
+
+    Parameters
+    ----------
+    change
+        In the unit of the parameter.
+    over_nm
+        Distance of wavelengths to which it refers, nm.
+    """
+
+    change: float
+    over_nm: float
+
+
+@dataclasses.dataclass(frozen=True)
 class Parameter:
     """One number of the model.
 
@@ -62,6 +81,8 @@ class Parameter:
     shape
         Of a mean over the wavelengths of the file: the ratios of the values at them, in ascending order; else
         empty. The values themselves are parameters ``name@wavelength`` that are tied to it.
+    smoothness
+        Of a value at one wavelength: how far it may be from those at the neighbouring ones, or None.
 
     Raises
     ------
@@ -82,6 +103,7 @@ class Parameter:
     scale: str = "linear"
     multimodal: bool = False
     shape: tuple[float, ...] = ()
+    smoothness: Smoothness | None = None
 
     def __post_init__(self):
         if self.tie is not None:

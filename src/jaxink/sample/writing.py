@@ -183,6 +183,8 @@ def _parts(p: Parameter) -> dict[str, str]:
     if p.prior is not None:
         prior = {"mean": repr(p.prior.mean), "standard_deviation": repr(p.prior.standard_deviation)}
         parts["prior"] = _inline(prior)
+    if p.smoothness is not None:
+        parts["smoothness"] = _inline({k: repr(v) for k, v in vars(p.smoothness).items()})
     return parts
 
 

@@ -11,6 +11,8 @@ from jaxink.optics.fresnel import propagating_cosine, refracted_cosine
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_power
 
+# Root mean square slope up to which perturbation theory is valid.
+LARGEST_SLOPE = 0.3
 # Nodes over the distance from the specular direction, in the plane of direction cosines, and around it.
 _RADIAL, _AROUND = 64, 40
 
@@ -106,9 +108,10 @@ def validity(surface: WaveSurface, cosine_in: float) -> dict[str, float]:
     dict[str, float]
         ``a_sigma_reflection``, ``a_sigma_transmission``: phases in the specular and refracted directions;
         first order alone (Rayleigh-Rice) requires values below about 0.3. ``slope``: root mean square slope
-        of the frequencies that scatter into the hemisphere; it should be below 0.3 and, to avoid shadowing,
-        below ``grazing_slope``, the tangent of the light's elevation. ``highest_frequency_per_um``: highest
-        frequency that scatters light on either side. ``height_variance_beyond``: fraction of the height
+        of the frequencies that scatter into the hemisphere; it should be below `LARGEST_SLOPE` and, to avoid
+        shadowing, below ``grazing_slope``, the tangent of the light's elevation.
+        ``highest_frequency_per_um``: highest frequency that scatters light on either side.
+        ``height_variance_beyond``: fraction of the height
         variance above it, which scatters into no direction but attenuates regular light. ``uncovered``:
         fraction of the frequencies from 0 to the highest at which the spectrum is extrapolated.
         ``power_error``: `balance` minus 1.

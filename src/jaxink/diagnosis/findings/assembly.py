@@ -1,20 +1,25 @@
 """Judges the outcome of a search and assembles the diagnosis."""
 
+import numpy as np
+
+from jaxink.diagnosis.findings.anonymous import best_anonymous
 from jaxink.diagnosis.findings.candidates import candidate_rows
 from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
-from jaxink.diagnosis.findings.judgement import Evidence, is_met, judge, mistake_in
+from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge, mistake_in
 from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.parameters import (
     estimates_of,
     misfit_errors,
     undetermined_parameters,
 )
+from jaxink.diagnosis.findings.shape import overlaps_with, residual_points, shape_of
 from jaxink.diagnosis.findings.summary import summary_of
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.loop import SearchResult
+from jaxink.effects import invalidity
 from jaxink.numerics.progress import Progress
 
 _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
@@ -35,7 +40,11 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         policy=policy,
     )
     shifts = misfit_errors(last, found.points, location.smooth)
-    remains = not is_met(after, found.structure_after, policy)
+    consistency = consistency_of(found.setup.data, found.setup.noise, policy)
+    policy = in_view_of(consistency, policy)
+    shape = shape_of(last)
+    remains = not is_met(after, found.structure_after, policy, shape)
+    is_odd = remains or is_ordered(found.structure_after, policy, shape)
     candidates, corrected = candidate_rows(found.screenings[0], steps), corrected_fit(found, follow)
     time_limit = found.setup.allowance.outcome()
     evidence = Evidence(
@@ -46,8 +55,11 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         location=location,
         candidates=candidates,
         further=further,
-        consistency=consistency_of(found.setup.data, found.setup.noise, policy),
+        consistency=consistency,
         undetermined=undetermined_parameters(last, shifts) if remains else (),
+        imitations=_imitations(found),
+        as_well_without_a_name=_as_well_without_a_name(found),
+        shape=shape,
         time_limit=time_limit,
     )
     return Diagnosis(
@@ -72,6 +84,32 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         consistency=evidence.consistency,
         remaining=candidate_rows(found.screenings[-1], ()) if len(found.screenings) > 1 else (),
         time_limit=time_limit,
+        imitations=evidence.imitations,
+        shape=shape if is_odd else None,
+        overlaps=overlaps_with(shape, found) if is_odd else {},
+    )
+
+
+def _imitations(found: SearchResult) -> dict[str, str]:
+    """Effects whose fitted values do not mean what the effect says, with the reason."""
+    values, wavelengths = found.last.solution.values, found.points.wavelength_nm
+    reasons = {step.effect: invalidity(step.form, values, wavelengths) for step in found.steps}
+    return {effect: reason for effect, reason in reasons.items() if reason}
+
+
+def _as_well_without_a_name(found: SearchResult) -> str:
+    """Which smooth description the data do not distinguish from all effects added, if one is; in words."""
+    if not found.steps:
+        return ""
+    n, policy = len(found.points), found.options.policy
+    best = best_anonymous(residual_points(found.first), found.points, found.first.projection)
+    terms = sum(len(step.form.terms) for step in found.steps)
+    gained = found.first.solution.chi_square - found.last.solution.chi_square
+    if best.penalised(n) <= gained - terms * np.log(n) - policy.class_delta_chi_square:
+        return ""
+    return (
+        f"a smooth function of {best.variable} with {best.amplitudes} amplitudes describes the residual "
+        f"no worse (decrease in chi-square {best.delta_chi_square:.4g}, by the effects {gained:.4g})"
     )
 
 

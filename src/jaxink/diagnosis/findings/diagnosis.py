@@ -32,6 +32,7 @@ from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import CORRECTED, DECLARED, REPORT_FILE, SAMPLE_FILE
 from jaxink.fitting import FitResult
+from jaxink.residual import ResidualShape
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -72,6 +73,13 @@ class Diagnosis(SavedInFolder, Presented):
         Agreement of readings that must be equal.
     time_limit
         The limit of time and what it left out; None if there was no limit.
+    imitations
+        Effects added whose values do not mean what the effect says, with the reason.
+    shape
+        Smooth modes of the remaining residual; None if it has no structure.
+    overlaps
+        Overlap of each effect that was not added with the shape: the cosine between the two, -1 to 1, without
+        what the free parameters reproduce.
     """
 
     json_file: ClassVar[str] = REPORT_FILE
@@ -98,12 +106,15 @@ class Diagnosis(SavedInFolder, Presented):
     further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
     time_limit: TimeLimit | None = None
+    imitations: dict[str, str] = dataclasses.field(default_factory=dict)
+    shape: ResidualShape | None = None
+    overlaps: dict[str, float] = dataclasses.field(default_factory=dict)
 
     @property
     def structure_remains(self) -> bool:
         """Whether the final model does not fit the data."""
         if self.verdict.code is VerdictCode.UNFINISHED:
-            return not is_met(self.after, self.structure_after)
+            return not is_met(self.after, self.structure_after, shape=self.shape)
         return self.verdict.code.structure_remains
 
     @property
@@ -166,7 +177,12 @@ class Diagnosis(SavedInFolder, Presented):
                     "before": structure_row(self.structure_before),
                     "after": structure_row(self.structure_after),
                 },
-                "residual": self.location.to_dict(),
+                "residual": self.location.to_dict()
+                | {
+                    "shape": None if self.shape is None else self.shape.to_dict(),
+                    "overlaps": self.overlaps,
+                },
+                "imitations": self.imitations,
                 "time_limit": time_limit_row(self.time_limit),
                 "versions": self.declared.versions,
             }

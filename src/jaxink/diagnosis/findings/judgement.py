@@ -2,6 +2,8 @@
 
 import dataclasses
 
+import numpy as np
+
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
@@ -15,6 +17,7 @@ from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.fitting import FitResult
 from jaxink.fitting.mistake import mistakes_sentence
+from jaxink.residual import ResidualShape
 
 # A sentence gives the names of so many effects, and the number of more.
 _MOST_NAMES = 3
@@ -22,9 +25,10 @@ _MOST_NAMES = 3
 
 @dataclasses.dataclass(frozen=True)
 class Evidence:
-    """The evidence for a verdict: `structure` of the final residual, all else as in `Diagnosis`.
+    """The evidence for a verdict: `structure` and `shape` of the final residual, all else as in `Diagnosis`.
 
-    `time_limit` is None if there was none.
+    `imitations` says of steps why they do not mean what their effect says, `as_well_without_a_name` which
+    description without a cause the data do not distinguish from them; `time_limit` is None if there was none.
     """
 
     steps: tuple[Step, ...]
@@ -36,21 +40,46 @@ class Evidence:
     further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
     undetermined: tuple[str, ...] = ()
+    imitations: dict[str, str] = dataclasses.field(default_factory=dict)
+    as_well_without_a_name: str = ""
+    shape: ResidualShape | None = None
     time_limit: TimeLimit | None = None
 
 
-def is_met(summary: Summary, structure: StructureResult, policy: SearchPolicy = DEFAULT_POLICY) -> bool:
+def is_met(
+    summary: Summary,
+    structure: StructureResult,
+    policy: SearchPolicy = DEFAULT_POLICY,
+    shape: ResidualShape | None = None,
+) -> bool:
     """Whether a residual is consistent with noise, or below the accuracy of the stated noise."""
     figures = summary.fitted
     if figures.probability is None:
         return True
     within = figures.reduced_chi_square < policy.sigma_tolerance**2
-    return within or (figures.probability >= policy.noise_p and not _is_ordered(structure, policy))
+    return within or (figures.probability >= policy.noise_p and not is_ordered(structure, policy, shape))
 
 
-def _is_ordered(structure: StructureResult, policy: SearchPolicy) -> bool:
+def is_ordered(
+    structure: StructureResult, policy: SearchPolicy = DEFAULT_POLICY, shape: ResidualShape | None = None
+) -> bool:
+    """Whether a residual has an order, whatever the level of the noise."""
     order = (s.p_value for s in structure.statistics if s.name != "chi_square")
-    return min(order, default=1.0) < policy.noise_p
+    smooth = 1.0 if shape is None else shape.p_value
+    return min(smooth, *order, 1.0) < policy.noise_p
+
+
+def in_view_of(consistency: tuple[Consistency, ...], policy: SearchPolicy = DEFAULT_POLICY) -> SearchPolicy:
+    """The policy, with a smaller tolerance of the noise where pairs of readings tell its level better.
+
+    N pairs tell a standard deviation to 1 / sqrt(2 N); two of these standard errors are tolerated. Pairs that
+    scatter more than the noise in use do not raise the tolerance.
+    """
+    tolerances = [
+        max(pairs.relative / pairs.expected, 1.0) * (1 + 2 / np.sqrt(2 * pairs.pairs))
+        for pairs in consistency
+    ]
+    return dataclasses.replace(policy, sigma_tolerance=min([policy.sigma_tolerance, *tolerances]))
 
 
 def mistake_in(result: FitResult) -> Verdict | None:
@@ -87,7 +116,7 @@ def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> V
         sentence = f"Unfinished within the time limit. So far: {verdict.sentence}"
         return Verdict(VerdictCode.UNFINISHED, verdict.effects, sentence)
     reduced, place = evidence.before.fitted.reduced_chi_square, evidence.location.sentence
-    if is_met(evidence.after, evidence.structure, policy):
+    if is_met(evidence.after, evidence.structure, policy, evidence.shape):
         found = f"The residual is consistent with noise (reduced chi-square {reduced:.4g})"
     else:
         found = f"The residual has structure (reduced chi-square {reduced:.4g}): {place}"
@@ -99,18 +128,22 @@ def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> V
 
 def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     steps, before, after = evidence.steps, evidence.before, evidence.after
+    place = evidence.location.sentence
     if before.fitted.degrees_of_freedom <= 0:
         return Verdict(
             VerdictCode.NOT_TESTABLE,
             (),
             "There are not more points than free parameters, so the fit leaves nothing to test.",
         )
-    met = is_met(after, evidence.structure, policy)
+    met = is_met(after, evidence.structure, policy, evidence.shape)
     if not steps:
         return _nothing_added(met, evidence, policy)
     names = [step.effect for step in steps]
     others = list(dict.fromkeys(n for step in steps for n in step.members if n not in names))
     what = " and ".join(_named(step) for step in steps)
+    if evidence.imitations:
+        reasons = "; ".join(f"{name}: {why}" for name, why in evidence.imitations.items())
+        what += f" [an imitation of another cause - {reasons}]"
     change = (
         f"reduced chi-square decreases from {before.fitted.reduced_chi_square:.4g} to "
         f"{after.fitted.reduced_chi_square:.4g}"
@@ -119,8 +152,20 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
         unseen = before.held_out.reduced_chi_square, after.held_out.reduced_chi_square
         change += f" (held-out scans: from {unseen[0]:.4g} to {unseen[1]:.4g})"
     if not met:
-        sentence = f"Partly explained: {what}; {change}. Remaining residual: {evidence.location.sentence}."
+        sentence = f"Partly explained: {what}; {change}. Remaining residual: {place}."
         return Verdict(VerdictCode.PARTLY_EXPLAINED, tuple(names + others), sentence)
+    if evidence.as_well_without_a_name:
+        sentence = (
+            f"Imitated: {what}; {change}. But {evidence.as_well_without_a_name}, so the cause may be another "
+            "one that resembles it."
+        )
+        return Verdict(VerdictCode.IMITATED, tuple(names + others), sentence)
+    if evidence.imitations:
+        sentence = f"Imitated: {what}; {change}. What the cause is, these tests do not tell."
+        return Verdict(VerdictCode.IMITATED, tuple(names + others), sentence)
+    if is_ordered(evidence.structure, policy, evidence.shape):
+        sentence = f"An order remains, within the accuracy of the noise ({place}): {what}; {change}."
+        return Verdict(VerdictCode.ORDER_REMAINS, tuple(names + others), sentence)
     if any(len(step.members) > 1 for step in steps):
         sentence = f"Explained, but not uniquely: {what}; {change}.{_separate(evidence.further, policy)}"
         return Verdict(VerdictCode.EXPLAINED_BY_ONE_OF, tuple(names + others), sentence)
@@ -162,8 +207,13 @@ def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdi
         )
     hard = [c.effect for c in evidence.candidates if c.status != Testability.TESTABLE]
     more = f"; hardly testable with these data: {', '.join(hard)}" if hard else ""
-    if _is_ordered(evidence.structure, policy):
-        more = f", but with a pattern that no effect explains: {place}{more}"
+    if is_ordered(evidence.structure, policy, evidence.shape):
+        return Verdict(
+            VerdictCode.ORDER_REMAINS,
+            (),
+            f"The residual is within the accuracy of the noise (reduced chi-square {reduced:.4g}), but has "
+            f"an order that no effect explains: {place}{more}.",
+        )
     return Verdict(
         VerdictCode.NO_MISFIT,
         (),

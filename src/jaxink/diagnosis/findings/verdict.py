@@ -23,6 +23,15 @@ class VerdictCode(enum.StrEnum):
         "a mistake in the input explains the misfit; no effect was looked for",
     )
     NOT_TESTABLE = "not_testable", "there are not more points than parameters"
+    ORDER_REMAINS = (
+        "order_remains",
+        "the residual is within the accuracy of the stated noise, but has an order that no effect explains",
+    )
+    IMITATED = (
+        "imitated",
+        "effects fit the residual, but with values at the end of a range or outside the validity of their "
+        "theory, or no more closely than a smooth function without a cause: they may imitate its cause",
+    )
     PARTLY_EXPLAINED = "partly_explained", "effects were found, but structure remains"
     UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
     UNFINISHED = "unfinished", "a time limit left out tests that any other verdict would rest on"
@@ -39,6 +48,7 @@ class VerdictCode(enum.StrEnum):
         """Whether the final model does not fit the data; False if the code does not say."""
         return self in (
             VerdictCode.INPUT_MISTAKE,
+            VerdictCode.IMITATED,
             VerdictCode.PARTLY_EXPLAINED,
             VerdictCode.UNEXPLAINED_STRUCTURE,
         )
@@ -46,7 +56,8 @@ class VerdictCode(enum.StrEnum):
     @property
     def is_met(self) -> bool:
         """Whether the final model fits the data."""
-        return not self.structure_remains and self not in (VerdictCode.NOT_TESTABLE, VerdictCode.UNFINISHED)
+        unsure = (VerdictCode.NOT_TESTABLE, VerdictCode.ORDER_REMAINS, VerdictCode.UNFINISHED)
+        return not self.structure_remains and self not in unsure
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,6 +18,7 @@ from jaxink.diagnosis.search.stage import Stage, in_threads
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
+from jaxink.effects import invalidity
 from jaxink.numerics.progress import StepOf
 
 
@@ -170,9 +171,11 @@ class ForwardSelection:
             if not others or others[0].penalised(n) <= 0:
                 return None
             best = others[0]
-            members = tuple(
-                r.effect.name for r in others if r.is_like(best, n, policy.class_delta_chi_square)
-            )
+            alike = [r for r in others if r.is_like(best, n, policy.class_delta_chi_square)]
+            # Of effects that fit alike, one whose values mean what it says.
+            wavelengths = screening.stage.setup.scene.wavelength_nm
+            alike.sort(key=lambda r: bool(invalidity(r.effect, r.solution.values, wavelengths)))
+            best, members = alike[0], tuple(r.effect.name for r in alike)
             tried |= set(members)
             error = best.estimates()[best.effect.strength.name].standard_error
             # A strength at a bound of its range has no error, and counts as significant.

@@ -1,0 +1,51 @@
+"""``jaxink convert``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from jaxink.cli.session import ExitCode, installed_version
+from jaxink.errors import InputRefusedError
+from jaxink.files.reading import shown_path
+from jaxink.files.writing import require_file
+from jaxink.measurement import read, write_csv
+
+if TYPE_CHECKING:
+    from jaxink import GonioData
+
+
+def run_convert(data_files: Sequence[Path], out: Path, columns: dict[str, Any], quiet: bool) -> ExitCode:
+    """Read the files, with what ``columns`` states for `jaxink.read`, and write them as one CSV file."""
+    if out.suffix.lower() != ".csv":
+        raise InputRefusedError(f"{shown_path(out)}: the suffix is '{out.suffix}'; it must be .csv.")
+    require_file(out)
+    data = read(data_files, **columns)
+    names = ", ".join(file.name for file in data_files)
+    write_csv(data, out, [f"Converted by jaxink {installed_version()} from {names}.", *data.notes])
+    if not quiet:
+        typer.echo("\n".join([_headline(data), *data.notes, f"Written: {out}"]))
+    return ExitCode.FITTED
+
+
+def _headline(data: "GonioData") -> str:
+    sides = " and ".join(sorted(set(data.side.tolist())))
+    wavelengths = sorted(set(data.wavelength_nm.tolist()))
+    several = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    at = f"{wavelengths[0]:g} nm" if len(wavelengths) == 1 else several
+    incidences = len(set(data.theta_i_deg.tolist()))
+    angles = "1 angle" if incidences == 1 else f"{incidences} angles"
+    return f"{len(data)} values of {data.source}: {sides} at {at}, {angles} of incidence."
+
+
+def numbers_of(option: str, text: str | None) -> list[float] | None:
+    """Numbers separated by commas."""
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputRefusedError(
+            f"{option} is {text!r}; it must be a number, or several with commas."
+        ) from None

@@ -1,0 +1,86 @@
+"""Arguments and options of ``jaxink convert``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jaxink.cli.reading_options import (
+    Data,
+    Debug,
+    Quiet,
+    Sheet,
+    Side,
+    SignedAngles,
+    WavelengthNm,
+    Which,
+    columns_of,
+)
+from jaxink.cli.session import one_sentence
+
+
+def convert(
+    data: Data,
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="The CSV file to write.")],
+    wavelength_nm: WavelengthNm = None,
+    side: Side = None,
+    face: Annotated[
+        str | None,
+        typer.Option(metavar="front|back", help="Face that the light meets, if the file has both."),
+    ] = None,
+    channel: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Channel to read, if the values are colours.")
+    ] = None,
+    rotation_deg: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", help="Rotation of the sample to read, if the file has several."),
+    ] = None,
+    angle_unit: Annotated[
+        str | None, typer.Option(metavar="deg|rad", help="Unit of the angles, if it is not clear.")
+    ] = None,
+    theta_i_deg: Annotated[
+        str | None,
+        typer.Option(metavar="DEG", help="Angle of incidence; with several files one for each: 0,30,60."),
+    ] = None,
+    specular_phi_deg: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", help="Azimuth of the specular or undeviated direction in the file."),
+    ] = None,
+    cosine_weighted: Annotated[
+        bool | None,
+        typer.Option(
+            "--cosine-weighted/--no-cosine-weighted",
+            help="Whether the values are the BSDF times cos(theta_o), if the file does not say so.",
+        ),
+    ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="X", help="Factor that makes the values BSDFs, if the file states no scale."),
+    ] = None,
+    every: Annotated[
+        int | None, typer.Option(metavar="N", help="Read every N-th angle of the axes of a dense table.")
+    ] = None,
+    which: Which = None,
+    sheet: Sheet = None,
+    signed_angles: SignedAngles = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write files of instruments and ray tracers as one tidy CSV file (docs/formats-in.md)."""
+    with one_sentence(debug):
+        from jaxink.cli.convert import numbers_of, run_convert
+
+        stated = {
+            "face": face,
+            "channel": channel,
+            "rotation_deg": rotation_deg,
+            "angle_unit": angle_unit,
+            "theta_i_deg": numbers_of("--theta-i-deg", theta_i_deg),
+            "specular_phi_deg": specular_phi_deg,
+            "cosine_weighted": cosine_weighted,
+            "scale": scale,
+            "every": every,
+        }
+        stated = {name: value for name, value in stated.items() if value is not None}
+        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
+        raise typer.Exit(run_convert(data, out, columns | stated, quiet))

@@ -1,0 +1,122 @@
+"""The content of a file, and its words one after the other with the row of each."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from jaxink.errors import InputRefusedError
+from jaxink.measurement.table import refusal
+from jaxink.measurement.text_file import lines_of
+
+_LONGEST_SHOWN = 40
+# Far beyond any quantity; products and quotients of such numbers do not overflow.
+_LARGEST = 1e100
+
+
+@dataclass(frozen=True)
+class Content:
+    """Bytes of a file, with its name for messages."""
+
+    source: str
+    data: bytes
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """The lines of a text; the first one is row 1."""
+        return lines_of(self.source, self.data, [])
+
+    def refusal(self, text: str, row: int | None = None) -> InputRefusedError:
+        """Error that names the file and the row."""
+        return refusal(self.source, text, row)
+
+    def require_numbers(self, words: Sequence[str], what: str, rows: Iterable[int]) -> None:
+        """Reject words of which one is not a number to compute with; ``rows`` has the row of each."""
+        for word, row in zip(words, rows, strict=True):
+            if not _is_number(word):
+                raise self.refusal(f"{shown(word.strip())} in {what} is not a finite number", int(row))
+
+
+def shown(word: str) -> str:
+    """A word of the file for a message."""
+    return repr(word if len(word) <= _LONGEST_SHOWN else f"{word[:_LONGEST_SHOWN]}...")
+
+
+class Words:
+    """The words of a text, read from the first to the last; lines that start with ``#`` are left out."""
+
+    def __init__(self, content: Content, first_row: int = 1):
+        self.content = content
+        words, rows = [], []
+        for row, line in enumerate(content.lines[first_row - 1 :], first_row):
+            if not line.lstrip().startswith("#"):
+                here = line.split()
+                words += here
+                rows += [row] * len(here)
+        self._words, self._rows, self._next = words, np.array(rows, int), 0
+
+    @property
+    def row(self) -> int:
+        """Row of the next word; at the end, of the last one."""
+        if not self._words:
+            return 1
+        return int(self._rows[min(self._next, len(self._words) - 1)])
+
+    def is_over(self) -> bool:
+        """Whether no word is left."""
+        return self._next >= len(self._words)
+
+    def go_to(self, row: int) -> None:
+        """Skip to the first word in this row or below it."""
+        self._next = int(np.searchsorted(self._rows, row))
+
+    def word(self, what: str) -> str:
+        """The next word, which should be ``what``."""
+        if self.is_over():
+            raise self.content.refusal(
+                f"the file ends where {what} should follow; it is incomplete", self.row
+            )
+        self._next += 1
+        return self._words[self._next - 1]
+
+    def number(self, what: str) -> float:
+        """The next word as a finite number."""
+        return float(self.numbers(1, what)[0][0])
+
+    def count(self, what: str, least: int = 1) -> int:
+        """The next word as a number of things, each of which is at least one further word."""
+        row, word = self.row, self.word(what)
+        if not (word.isascii() and word.isdigit()):
+            raise self.content.refusal(f"{what} is {shown(word)}; it must be a whole number", row)
+        left = len(self._words) - self._next
+        # Longer ones are beyond any file, and slow to convert.
+        if len(word) > 12 or int(word) > left:
+            text = f"{what} is {word[:12]}, but only {left} values follow; the file is incomplete"
+            raise self.content.refusal(text, row)
+        if int(word) < least:
+            raise self.content.refusal(f"{what} is {word}; it must be at least {least}", row)
+        return int(word)
+
+    def numbers(self, n: int, what: str) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        """The next words as finite numbers, and the row of each."""
+        words = self._words[self._next : self._next + n]
+        rows = self._rows[self._next : self._next + n]
+        if len(words) < n:
+            text = f"the file ends after {len(words)} of {n} values of {what}; it is incomplete"
+            raise self.content.refusal(text, self.row)
+        self.content.require_numbers(words, what, rows.tolist())
+        values = np.array([float(word) for word in words])
+        self._next += n
+        return values, rows
+
+
+def _is_number(word: str) -> bool:
+    # float() reads 1_0 as 10.
+    if "_" in word:
+        return False
+    try:
+        return abs(float(word)) <= _LARGEST
+    except ValueError:
+        return False

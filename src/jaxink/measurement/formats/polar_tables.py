@@ -1,0 +1,72 @@
+"""Tables over a polar angle and an azimuth: their directions, each once, and their total."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+# Angles of files are printed with fewer digits.
+_SAME_DEG = 1e-6
+# Of the steps of a table, for its total.
+_PARTS = 8
+
+
+def distinct(
+    polar_deg: Float[np.ndarray, " polar"],
+    azimuth_deg: Float[np.ndarray, " azimuth"],
+    values: Float[np.ndarray, "polar azimuth"],
+) -> tuple[Float[np.ndarray, "polar azimuth"], Bool[np.ndarray, "polar azimuth"]]:
+    """Values, and which of them to keep so that each direction occurs once.
+
+    All azimuths at the pole are one direction, of which the mean is kept at the first azimuth; an azimuth of
+    360 degrees is that of 0.
+    """
+    keep = np.ones(values.shape, bool)
+    turns = np.round(azimuth_deg, 6) % 360
+    _, first = np.unique(turns, return_index=True)
+    keep[:, ~np.isin(np.arange(turns.size), first)] = False
+    pole = np.abs(np.sin(np.deg2rad(polar_deg))) < np.deg2rad(_SAME_DEG)
+    keep[pole, 1:] = False
+    values = values.copy()
+    values[pole, 0] = values[pole][:, np.sort(first)].mean(axis=1)
+    return values, keep
+
+
+def from_specular(
+    specular_deg: float, radial_deg: Float[np.ndarray, "..."], azimuth_deg: Float[np.ndarray, "..."]
+) -> tuple[Float[np.ndarray, "..."], Float[np.ndarray, "..."]]:
+    """Polar angle and azimuth about the normal, of scatter angles about the specular direction.
+
+    Scatter azimuth 0 points from the specular direction to the normal. The azimuth returned is 0 towards the
+    source and 180 towards the specular direction; polar angles above 90 degrees are below the horizon.
+    """
+    r, a, t = np.deg2rad(radial_deg), np.deg2rad(azimuth_deg), np.deg2rad(specular_deg)
+    specular = np.array([-np.sin(t), 0.0, np.cos(t)])
+    uphill = np.array([np.cos(t), 0.0, np.sin(t)])
+    along, up, across = np.cos(r), np.sin(r) * np.cos(a), np.sin(r) * np.sin(a)
+    x, z = (along * specular[k] + up * uphill[k] for k in (0, 2))
+    # Rounding must not put the horizon below itself, nor give the normal an azimuth.
+    x, across, z = (np.where(np.abs(part) < 1e-12, 0.0, part) for part in (x, across, z))
+    return np.rad2deg(np.arccos(np.clip(z, -1, 1))), np.rad2deg(np.arctan2(across, x))
+
+
+def total(
+    polar_deg: Float[np.ndarray, " polar"],
+    azimuth_deg: Float[np.ndarray, " azimuth"],
+    values: Float[np.ndarray, "polar azimuth"],
+    specular_deg: float = 0.0,
+) -> float:
+    """Integral of the values times the cosine from the normal, over the directions above the horizon.
+
+    The polar angle is that from the specular direction; the values are linear between the entries.
+    """
+    polar, azimuth = _divided(polar_deg), _divided(azimuth_deg)
+    between = np.array([np.interp(polar, polar_deg, column) for column in values.T]).T
+    between = np.array([np.interp(azimuth, azimuth_deg, line) for line in between])
+    theta, _ = from_specular(specular_deg, polar[:, None], azimuth)
+    power = between * np.maximum(np.cos(np.deg2rad(theta)), 0) * np.sin(np.deg2rad(polar))[:, None]
+    return float(np.trapezoid(np.trapezoid(power, np.deg2rad(azimuth), axis=1), np.deg2rad(polar)))
+
+
+def _divided(axis: np.ndarray) -> np.ndarray:
+    """The axis with every step divided."""
+    n = len(axis) - 1
+    return np.interp(np.arange(_PARTS * n + 1) / _PARTS, np.arange(n + 1), axis)

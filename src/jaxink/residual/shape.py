@@ -1,0 +1,284 @@
+"""How much of a residual lies in few smooth modes, at which angles, incidences and wavelengths."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.special import fdtrc
+
+from jaxink.display.brief import brief_repr
+from jaxink.residual.modes import Mode, modes_for
+from jaxink.residual.points import ResidualPoints
+from jaxink.residual.shares import CarriedShare, ModeShare, OrderShare, ScanShare
+from jaxink.residual.symmetry import Asymmetry, asymmetries
+from jaxink.residual.words import shape_sentence
+
+if TYPE_CHECKING:
+    import pandas
+
+# Neighbouring wavelengths share amplitudes, such that there are at most so many.
+_MOST_BANDS = 8
+_MOST_MODES = 12
+# Modes up to this order are tested together for structure.
+_TESTED_ORDER = 4
+# Less of a column than this after a projection is rounding.
+_DEGENERATE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualShape:
+    """The shape of a residual.
+
+    Parameters
+    ----------
+    sentence
+        Description.
+    excess
+        Chi-square minus degrees of freedom.
+    share
+        Share of the excess that the modes carry.
+    p_value
+        Probability that noise of any level puts as much into the modes up to order 4 (F test).
+    modes
+        The modes that the residual contains, in the order of their choice.
+    n_considered
+        Number of modes that were considered.
+    orders
+        Chi-square carried by all modes up to each order.
+    scans
+        The same modes by scan.
+    asymmetries
+        What no isotropic, reciprocal sample has.
+    relative
+        The part of measured / predicted - 1 that the modes carry, at each point.
+    whitened
+        The same in units of the noise; rows after the points belong to priors.
+    """
+
+    __repr__ = brief_repr
+
+    sentence: str
+    excess: float
+    share: float
+    p_value: float
+    modes: tuple[ModeShare, ...]
+    n_considered: int
+    orders: tuple[OrderShare, ...]
+    scans: tuple[ScanShare, ...]
+    asymmetries: tuple[Asymmetry, ...]
+    relative: Float[np.ndarray, " points"]
+    whitened: Float[np.ndarray, " rows"]
+
+    def overlap(self, column: Float[np.ndarray, " rows"]) -> float:
+        """Cosine between a direction, without what the free parameters reproduce, and the modes' part."""
+        length = float(np.linalg.norm(column) * np.linalg.norm(self.whitened))
+        return float(column @ self.whitened) / length if length > 0 else 0.0
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The modes as a pandas DataFrame, one row for each mode and band of wavelengths."""
+        import pandas
+
+        return pandas.DataFrame(
+            [
+                {**row, "wavelength_nm": nm, "amplitude": amplitude, "standard_error": error}
+                for row, share in zip(map(_mode_row, self.modes), self.modes, strict=True)
+                for nm, amplitude, error in zip(
+                    share.wavelength_nm, share.amplitude, share.standard_error, strict=True
+                )
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Entry of ``report.json`` and ``result.json``, for `jaxink.files.encoding.plain`."""
+        return {
+            "sentence": self.sentence,
+            "excess_chi_square": self.excess,
+            "share": self.share,
+            "p_value": self.p_value,
+            "modes_considered": self.n_considered,
+            "modes": [
+                {
+                    **_mode_row(share),
+                    "wavelength_nm": share.wavelength_nm,
+                    "amplitude": share.amplitude,
+                    "standard_error": share.standard_error,
+                }
+                for share in self.modes
+            ],
+            "orders": [order._asdict() for order in self.orders],
+            "scans": [scan._asdict() for scan in self.scans],
+            "asymmetries": self.asymmetries,
+        }
+
+
+def _mode_row(share: ModeShare) -> dict[str, Any]:
+    mode = share.mode
+    return {
+        "side": mode.side,
+        "order_incidence": mode.n,
+        "order_view": mode.m,
+        "azimuthal_order": mode.azimuthal_order,
+        "chi_square": share.chi_square,
+    }
+
+
+def residual_shape(
+    points: ResidualPoints, removed: Float[np.ndarray, "rows rank"] | None = None
+) -> ResidualShape:
+    """Modes of a residual, chosen one by one by the largest decrease in chi-square.
+
+    Parameters
+    ----------
+    points
+        The residual at the end of a fit.
+    removed
+        Orthonormal basis of what the free parameters reproduce; None if unknown: modes then seem to
+        carry less than they do.
+    """
+    basis = np.zeros((points.whitened.size, 0)) if removed is None else removed
+    residual = points.whitened - basis @ (basis.T @ points.whitened)
+    bands = _bands(points)
+    modes = modes_for(points)
+    blocks = [_columns(points, mode, bands, basis) for mode in modes]
+    chosen, gains = _chosen(residual, [whitened for _, whitened in blocks])
+    n_bands = int(bands.max()) + 1
+    raw, whitened = (
+        np.concatenate([blocks[i][part] for i in chosen], axis=1) if chosen else np.zeros((size, 0))
+        for part, size in ((0, len(points)), (1, residual.size))
+    )
+    amplitude, error = _amplitudes(whitened, residual)
+    carried = whitened @ np.nan_to_num(amplitude)
+    total, n_carried = float(residual @ residual), int(np.sum(np.isfinite(amplitude)))
+    freedom = int(np.count_nonzero(points.weight)) - basis.shape[1]
+    excess = total - freedom
+    gain = total - float(np.sum((residual - carried) ** 2))
+    nm = _means(points.wavelength_nm, bands)
+    shape = np.zeros((len(chosen), n_bands))
+    shares = tuple(
+        ModeShare(modes[i], float(g), nm, a, e)
+        for i, g, a, e in zip(
+            chosen, gains, amplitude.reshape(shape.shape), error.reshape(shape.shape), strict=True
+        )
+    )
+    part = points.unwhiten(carried)
+    orders = _order_shares(modes, blocks, residual)
+    share = float(np.clip((gain - n_carried) / excess, 0, 1)) if excess > 0 else 0.0
+    carried_by = CarriedShare(len(modes), excess, share, orders)
+    scans = _scan_shares(points, residual, carried, part)
+    found = asymmetries(points)
+    return ResidualShape(
+        sentence=shape_sentence(points, shares, carried_by, part, found),
+        excess=excess,
+        share=share,
+        p_value=_p_value(orders, total, freedom),
+        modes=shares,
+        n_considered=len(modes),
+        orders=orders,
+        scans=scans,
+        asymmetries=found,
+        relative=part,
+        whitened=carried,
+    )
+
+
+def _bands(points: ResidualPoints) -> Int[np.ndarray, " points"]:
+    """Number of the band of each point; each wavelength is one if there are few."""
+    wavelengths, which = np.unique(points.wavelength_nm, return_inverse=True)
+    groups = np.array_split(np.arange(wavelengths.size), min(_MOST_BANDS, wavelengths.size))
+    band = np.concatenate([np.full(group.size, i) for i, group in enumerate(groups)])
+    return band[which.reshape(-1)]
+
+
+def _means(values, bands) -> Float[np.ndarray, " bands"]:
+    return np.bincount(bands, values) / np.bincount(bands)
+
+
+def _columns(points: ResidualPoints, mode: Mode, bands, basis) -> tuple[np.ndarray, np.ndarray]:
+    """A mode in each band: relative change, and whitened without what the parameters reproduce."""
+    relative = mode.values(points)[:, None] * (bands[:, None] == np.arange(bands.max() + 1))
+    column = points.whiten(relative)
+    rest = column - basis @ (basis.T @ column)
+    rest -= basis @ (basis.T @ rest)
+    kept = np.linalg.norm(rest, axis=0) > _DEGENERATE * np.linalg.norm(column, axis=0)
+    return relative, np.where(kept, rest, 0.0)
+
+
+def _span(columns: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Orthonormal basis of columns after a projection off others; those that hardly change are left out."""
+    rest = columns - before @ (before.T @ columns)
+    rest -= before @ (before.T @ rest)
+    size = np.linalg.norm(columns, axis=0)
+    kept = np.linalg.norm(rest, axis=0) > _DEGENERATE * size
+    left, singular, _ = np.linalg.svd(rest[:, kept] / size[kept], full_matrices=False)
+    return left[:, singular > _DEGENERATE] if singular.size else np.zeros((len(columns), 0))
+
+
+def _chosen(residual: np.ndarray, blocks: list[np.ndarray]) -> tuple[list[int], list[float]]:
+    """Positions of the modes in the order of their choice, and the decrease in chi-square by each."""
+    taken, gains = list[int](), list[float]()
+    before, left = np.zeros((residual.size, 0)), residual
+    for _ in range(min(_MOST_MODES, len(blocks))):
+        spans = {i: _span(block, before) for i, block in enumerate(blocks) if i not in taken}
+        worth = {i: float(np.sum((span.T @ left) ** 2)) for i, span in spans.items()}
+        # Modes that are alike at these points: the one of the lowest order.
+        best = min(worth, key=lambda i: (-round(worth[i], 6), i))
+        cost = spans[best].shape[1] * np.log(residual.size) + 2 * np.log(len(blocks))
+        if worth[best] <= cost:
+            break
+        taken.append(best)
+        gains.append(worth[best])
+        before = np.concatenate([before, spans[best]], axis=1)
+        left = left - spans[best] @ (spans[best].T @ left)
+    return taken, gains
+
+
+def _amplitudes(columns: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares amplitudes and standard errors; nan for columns that are 0."""
+    amplitude, error = np.full((2, columns.shape[1]), np.nan)
+    size = np.linalg.norm(columns, axis=0)
+    there = size > 0
+    if there.any():
+        scaled = columns[:, there] / size[there]
+        inverse = np.linalg.pinv(scaled, rcond=_DEGENERATE)
+        amplitude[there] = inverse @ residual / size[there]
+        error[there] = np.sqrt(np.sum(inverse**2, axis=1)) / size[there]
+    return amplitude, error
+
+
+def _order_shares(modes, blocks, residual) -> tuple[OrderShare, ...]:
+    found, basis = [], np.zeros((residual.size, 0))
+    for order in sorted({mode.order for mode in modes}):
+        columns = [block for mode, (_, block) in zip(modes, blocks, strict=True) if mode.order == order]
+        basis = np.concatenate([basis, _span(np.concatenate(columns, axis=1), basis)], axis=1)
+        found.append(OrderShare(order, basis.shape[1], float(np.sum((basis.T @ residual) ** 2))))
+    return tuple(found)
+
+
+def _p_value(orders: tuple[OrderShare, ...], total: float, freedom: int) -> float:
+    tested = [found for found in orders if found.order <= _TESTED_ORDER][-1]
+    rest = freedom - tested.amplitudes
+    if not tested.amplitudes or rest <= 0:
+        return 1.0
+    left = max(total - tested.chi_square, 1e-300)
+    return float(fdtrc(tested.amplitudes, rest, tested.chi_square / tested.amplitudes / (left / rest)))
+
+
+def _scan_shares(points: ResidualPoints, residual, carried, part) -> tuple[ScanShare, ...]:
+    n, found = len(points), []
+    square, left = residual[:n] ** 2, (residual - carried)[:n] ** 2
+    for scan in np.unique(points.scan):
+        here = points.scan == scan
+        first = int(np.argmax(here))
+        found.append(
+            ScanShare(
+                "T" if points.is_transmission[first] else "R",
+                float(points.theta_i_deg[first]),
+                float(points.wavelength_nm[first]),
+                int(here.sum()),
+                float(square[here].sum()),
+                float(left[here].sum()),
+                float(np.sqrt(np.mean(part[here] ** 2))),
+            )
+        )
+    return tuple(found)
