@@ -66,7 +66,8 @@ class _Kept:
     def drop(self, shapes: tuple) -> None:
         """Forget a program, which is loaded again when it is called, and JAX's memory of tracing it."""
         self._compiled.pop(shapes, None)
-        for function in (self._plain, *self._calls):
+        jitted: tuple[Any, ...] = (self._plain, *self._calls)
+        for function in jitted:
             function.clear_cache()
 
     def _name(self, leaves) -> str:
