@@ -98,6 +98,15 @@ def test_options(bad, run, tmp_path, monkeypatch, told):
     told(done.stderr, bad[1])
 
 
+def test_a_file_is_not_replaced_by_its_own_result(run, tmp_path, told):
+    path = written_table(tmp_path)
+    before = path.read_text()
+    done = run(path, "--side", "R", "--out", tmp_path / "." / "a.csv")
+    assert done.exit_code == 5
+    told(done.stderr, "a.csv")
+    assert path.read_text() == before
+
+
 def test_text_that_would_be_a_formula_is_not_one(tmp_path):
     data = jaxink.read(written_table(tmp_path), side="R")
     write_csv(data, tmp_path / "tidy.csv", ["=1+1, =2+2"])
