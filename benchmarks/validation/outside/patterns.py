@@ -43,9 +43,11 @@ class Design:
         return np.where(np.abs(self.data.phi_deg) < 90, -self.data.theta_o_deg, self.data.theta_o_deg)
 
 
-def design() -> Design:
-    """The directions and the sample file of a simulated measurement; not its values."""
-    return Design(jaxink.read(data_file(DESIGN)), jaxink.parse_sample(declared_text(DESIGN)))
+def design(every: int = 1) -> Design:
+    """The directions, or one of so many, and the sample file of a simulated measurement; not its values."""
+    data = jaxink.read(data_file(DESIGN))
+    data = jaxink.GonioData(*(column[::every] for column in data.directions), data.bsdf_per_sr[::every])
+    return Design(data, jaxink.parse_sample(declared_text(DESIGN)))
 
 
 def _radians(at: Design) -> tuple[np.ndarray, np.ndarray]:
@@ -145,9 +147,9 @@ PATTERNS: dict[str, Callable[[Design, np.ndarray], np.ndarray]] = {
 STRENGTHS = {"weak": 1.0, "strong": 5.0}
 
 
-def simulated(name: str, strength: str) -> tuple[jaxink.GonioData, jaxink.Sample, float]:
+def simulated(name: str, strength: str, every: int = 1) -> tuple[jaxink.GonioData, jaxink.Sample, float]:
     """A simulated measurement with a pattern, the declared sample, and the largest relative change."""
-    at = design()
+    at = design(every)
     clean, noise = at.model(), at.sample.noise
     sigma = np.hypot(noise.relative * clean, noise.floor_per_sr)
     change = PATTERNS[name](at, clean)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from jaxink.report import NextStep
 
 MOST_CANDIDATES = 12
+MOST_OVERLAPS = 3
 _DELTAS = (f"{DELTA_CHI_SQUARE} predicted", f"{DELTA_CHI_SQUARE} refit")
 
 
@@ -39,9 +40,18 @@ def show_diagnosis(
         show_lines(to, "Not done within the time limit", [o.described() for o in limit.not_done])
     sentence = diagnosis.location.sentence
     show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
+    if diagnosis.shape is not None:
+        show_lines(to, "Its shape", [diagnosis.shape.sentence, *_overlap_lines(diagnosis)])
     show_lines(to, "Noise", [diagnosis.declared.noise_sentence])
     show_files(to, files)
     show_lines(to, "Next", [line for step in todo for line in step.lines()])
+
+
+def _overlap_lines(diagnosis: "Diagnosis") -> list[str]:
+    leading = [f"{name} {value:+.2f}" for name, value in list(diagnosis.overlaps.items())[:MOST_OVERLAPS]]
+    return (
+        [f"Largest overlaps of effects that were not added with it: {', '.join(leading)}."] if leading else []
+    )
 
 
 def merit_table(diagnosis: "Diagnosis") -> Table:

@@ -51,6 +51,8 @@ def show_result(
     show_lines(to, "Figures of merit (m measured, s predicted)", merit_lines(result))
     to.print(scan_table(result))
     show_lines(to, "", _correlation_lines(result))
+    if result.residual_shape is not None:
+        show_lines(to, "Shape of the residual", [result.residual_shape.sentence])
     show_lines(to, "Noise", [result.noise_sentence])
     show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)

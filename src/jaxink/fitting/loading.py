@@ -58,6 +58,8 @@ def _entries() -> dict[str, Any]:
     # Older results lack the identifier, the verdict and the seconds; the latter two follow from the rest.
     later = {"result_id": NotRequired[str | None], "verdict": NotRequired[_VerdictEntry]}
     later |= {name: NotRequired[float] for name in ("run_seconds", "compile_seconds")}
+    # It follows from the points.
+    later["residual_shape"] = NotRequired[Any]
     return head | fields | later
 
 

@@ -25,6 +25,7 @@ from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
+from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
 from jaxink.sample import Sample, sample_to_dict
 from jaxink.solver.config import SolverConfig
 
@@ -210,6 +211,16 @@ class FitResult(SavedInFolder, Presented):
         mistakes = mistakes_sentence(self.mistakes, verdict.reduced_chi_square)
         return dataclasses.replace(verdict, sentence=f"{verdict.sentence} {mistakes}".rstrip())
 
+    @cached_property
+    def residual_shape(self) -> ResidualShape | None:
+        """Smooth modes of the residual, if the model does not fit; None if it does, or if that is unknown."""
+        if self.whitened is None or not self.verdict.is_misfit:
+            return None
+        weight = np.sqrt(weights_of(self.data, self.sample))
+        factor = self.noise["scan_relative"]
+        noise = self.sigma_per_sr, factor, weight * self.whitened, weight
+        return residual_shape(ResidualPoints.of(self.data, self.predicted_per_sr, *noise))
+
     @property
     def run_seconds(self) -> float:
         """Run time of everything that was searched: the scan, all starts, refinement and profiles."""
@@ -323,6 +334,7 @@ class FitResult(SavedInFolder, Presented):
                 "sentence": self.outcome.value,
             },
             "verdict": self.verdict,
+            "residual_shape": self.residual_shape and self.residual_shape.to_dict(),
             "run_seconds": self.run_seconds,
             "compile_seconds": self.compile_seconds,
             "data_file": DATA_FILE,

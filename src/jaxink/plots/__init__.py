@@ -3,7 +3,14 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from jaxink.plots.fit_figures import FIGURE_FOLDER, cut_figure, figures, residual_map, save_figures
+from jaxink.plots.fit_figures import (
+    FIGURE_FOLDER,
+    cut_figure,
+    figures,
+    residual_map,
+    residual_shape_figure,
+    save_figures,
+)
 
 if TYPE_CHECKING:
     from jaxink.plots.comparison import comparison_figure
@@ -34,6 +41,7 @@ __all__ = [
     "lobe_figure",
     "progress_figure",
     "residual_map",
+    "residual_shape_figure",
     "save_figures",
     "table_lobe_figure",
 ]

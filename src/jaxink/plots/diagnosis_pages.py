@@ -20,6 +20,7 @@ from jaxink.plots.scan_views import (
     residual_limit,
     views_of,
 )
+from jaxink.plots.shape_page import shape_page
 from jaxink.plots.strips import StripLayout, draw_strips
 
 if TYPE_CHECKING:
@@ -70,11 +71,13 @@ def diagnosis_figures(
     ------
     CaptionedFigure
         ``residuals_550nm`` for data in the plane of incidence, ``residual_discs_R_550nm`` for data out of
-        it, ``cuts_R_550nm``, ``candidates`` and ``inside_550nm``.
+        it, ``residual_shape_R_550nm`` if structure remains, ``cuts_R_550nm``, ``candidates`` and
+        ``inside_550nm``.
     """
     for wavelength_nm in drawn_wavelengths(diagnosis):
         pages = _Pages(diagnosis, wavelength_nm)
         yield from pages.residuals()
+        yield from pages.shapes()
         yield from pages.cuts()
     if diagnosis.candidates:
         yield _candidates(diagnosis)
@@ -147,6 +150,22 @@ class _Pages:
         text = f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions."
         name = f"residual_discs{self._tag(shown)}_{side}_{self.wavelength_nm:g}nm"
         return CaptionedFigure(name, self._caption(text), page)
+
+    def shapes(self) -> Iterator[CaptionedFigure]:
+        """The remaining relative residual of each side, and the part of it that smooth modes carry."""
+        diagnosis, shape = self.diagnosis, self.diagnosis.shape
+        if shape is None or not shape.modes:
+            return
+        for side in self.views:
+            title = self._title(f"shape of the residual in {SIDES[side]}")
+            predicted = diagnosis.after.predicted_per_sr
+            page = shape_page(diagnosis.declared.data, predicted, shape, self.wavelength_nm, side, title)
+            text = (
+                f"Relative residual that remains in {SIDES[side]}, and the part of it that the modes of the "
+                "table below carry."
+            )
+            name = f"residual_shape_{side}_{self.wavelength_nm:g}nm"
+            yield CaptionedFigure(name, self._caption(text), page)
 
     def _is_part(self, shown: Sequence[int]) -> bool:
         return len(shown) < len(self.states)

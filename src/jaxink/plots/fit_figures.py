@@ -80,13 +80,37 @@ def residual_map(result: "FitResult", wavelength_nm: float, side: str) -> "Figur
     return page
 
 
+def residual_shape_figure(result: "FitResult", wavelength_nm: float, side: str) -> "Figure":
+    """The relative residual of a misfit, and the part of it that smooth modes carry, on one scale.
+
+    Parameters
+    ----------
+    result, wavelength_nm, side
+        As for `cut_figure`.
+
+    Raises
+    ------
+    InputRefusedError
+        If the result has no such scan, or is no misfit.
+    """
+    from jaxink.plots.shape_page import shape_page
+
+    used_views(result, wavelength_nm, side)
+    shape = result.residual_shape
+    if shape is None:
+        raise InputRefusedError("the result is no misfit, so its residual has no shape; see result.verdict.")
+    title = _title(result, wavelength_nm, side, "shape of the residual")
+    return shape_page(result.data, result.predicted_per_sr, shape, wavelength_nm, side, title)
+
+
 def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
     """Draw all figures of a result, one after the other.
 
     Yields
     ------
     name, figure
-        ``cuts_R_550nm`` for data in the plane of incidence, ``residual_map_R_550nm`` for data out of it.
+        ``cuts_R_550nm`` for data in the plane of incidence, ``residual_map_R_550nm`` for data out of it,
+        ``residual_shape_R_550nm`` for a misfit.
     """
     pages = sorted({(s.wavelength_nm, s.side) for s in result.data.scans if s.used})
     for wavelength_nm, side in pages:
@@ -97,6 +121,8 @@ def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
             yield f"cuts_{name}", cut_figure(result, wavelength_nm, side)
         if not has_cut or any((view.used & ~view.in_plane).any() for view in views):
             yield f"residual_map_{name}", residual_map(result, wavelength_nm, side)
+        if result.residual_shape is not None and result.residual_shape.modes:
+            yield f"residual_shape_{name}", residual_shape_figure(result, wavelength_nm, side)
 
 
 def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]:

@@ -12,6 +12,7 @@ from jaxink.plots.diagnosis_pages import diagnosis_figures
 from jaxink.report import html, sections
 from jaxink.report.ink_table import inside_change
 from jaxink.report.next_steps import next_steps
+from jaxink.report.shape import shape
 
 REPORT_PAGE = "report.html"
 INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
@@ -82,6 +83,7 @@ def _page(diagnosis, change, embedded, todo) -> str:
         sections.parameters(diagnosis),
         html.section("Residuals", *residuals) if residuals else None,
         sections.remains(diagnosis),
+        shape(diagnosis),
         sections.inside(diagnosis, change, *drawn("inside")),
         sections.candidates(diagnosis, *drawn("candidates")),
         sections.origin(diagnosis),

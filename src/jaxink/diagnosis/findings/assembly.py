@@ -1,5 +1,8 @@
 """Judges the outcome of a search and assembles the diagnosis."""
 
+import numpy as np
+
+from jaxink.diagnosis.findings.anonymous import best_anonymous
 from jaxink.diagnosis.findings.candidates import candidate_rows
 from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.corrected import corrected_fit
@@ -12,7 +15,7 @@ from jaxink.diagnosis.findings.parameters import (
     misfit_errors,
     undetermined_parameters,
 )
-from jaxink.diagnosis.findings.shape import overlaps_with, shape_of
+from jaxink.diagnosis.findings.shape import overlaps_with, residual_points, shape_of
 from jaxink.diagnosis.findings.summary import summary_of
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.loop import SearchResult
@@ -55,6 +58,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         consistency=consistency,
         undetermined=undetermined_parameters(last, shifts) if remains else (),
         imitations=_imitations(found),
+        as_well_without_a_name=_as_well_without_a_name(found),
         shape=shape,
         time_limit=time_limit,
     )
@@ -91,6 +95,22 @@ def _imitations(found: SearchResult) -> dict[str, str]:
     values, wavelengths = found.last.solution.values, found.points.wavelength_nm
     reasons = {step.effect: invalidity(step.form, values, wavelengths) for step in found.steps}
     return {effect: reason for effect, reason in reasons.items() if reason}
+
+
+def _as_well_without_a_name(found: SearchResult) -> str:
+    """Which smooth description the data do not distinguish from all effects added, if one is; in words."""
+    if not found.steps:
+        return ""
+    n, policy = len(found.points), found.options.policy
+    best = best_anonymous(residual_points(found.first), found.points, found.first.projection)
+    terms = sum(len(step.form.terms) for step in found.steps)
+    gained = found.first.solution.chi_square - found.last.solution.chi_square
+    if best.penalised(n) <= gained - terms * np.log(n) - policy.class_delta_chi_square:
+        return ""
+    return (
+        f"a smooth function of {best.variable} with {best.amplitudes} amplitudes describes the residual "
+        f"no worse (decrease in chi-square {best.delta_chi_square:.4g}, by the effects {gained:.4g})"
+    )
 
 
 def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement, ...]:

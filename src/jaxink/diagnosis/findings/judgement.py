@@ -27,8 +27,8 @@ _MOST_NAMES = 3
 class Evidence:
     """The evidence for a verdict: `structure` and `shape` of the final residual, all else as in `Diagnosis`.
 
-    `imitations` says of steps why they do not mean what their effect says; `time_limit` is None if there was
-    none.
+    `imitations` says of steps why they do not mean what their effect says, `as_well_without_a_name` which
+    description without a cause the data do not distinguish from them; `time_limit` is None if there was none.
     """
 
     steps: tuple[Step, ...]
@@ -41,6 +41,7 @@ class Evidence:
     consistency: tuple[Consistency, ...] = ()
     undetermined: tuple[str, ...] = ()
     imitations: dict[str, str] = dataclasses.field(default_factory=dict)
+    as_well_without_a_name: str = ""
     shape: ResidualShape | None = None
     time_limit: TimeLimit | None = None
 
@@ -153,6 +154,12 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     if not met:
         sentence = f"Partly explained: {what}; {change}. Remaining residual: {place}."
         return Verdict(VerdictCode.PARTLY_EXPLAINED, tuple(names + others), sentence)
+    if evidence.as_well_without_a_name:
+        sentence = (
+            f"Imitated: {what}; {change}. But {evidence.as_well_without_a_name}, so the cause may be another "
+            "one that resembles it."
+        )
+        return Verdict(VerdictCode.IMITATED, tuple(names + others), sentence)
     if evidence.imitations:
         sentence = f"Imitated: {what}; {change}. What the cause is, these tests do not tell."
         return Verdict(VerdictCode.IMITATED, tuple(names + others), sentence)

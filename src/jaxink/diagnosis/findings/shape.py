@@ -7,8 +7,13 @@ from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
 
 def shape_of(stage: Stage) -> ResidualShape:
     """Shape of the residual of a stage, orthogonal to its free parameters."""
+    return residual_shape(residual_points(stage), stage.projection.basis)
+
+
+def residual_points(stage: Stage) -> ResidualPoints:
+    """The residual of a stage, point by point."""
     setup = stage.setup
-    points = ResidualPoints.of(
+    return ResidualPoints.of(
         setup.data,
         stage.solution.predicted_per_sr,
         setup.noise.sigma_per_sr,
@@ -16,7 +21,6 @@ def shape_of(stage: Stage) -> ResidualShape:
         stage.residual,
         stage.bench.objective.weight,
     )
-    return residual_shape(points, stage.projection.basis)
 
 
 def overlaps_with(shape: ResidualShape, found: SearchResult) -> dict[str, float]:

@@ -30,7 +30,7 @@ class VerdictCode(enum.StrEnum):
     IMITATED = (
         "imitated",
         "effects fit the residual, but with values at the end of a range or outside the validity of their "
-        "theory: they imitate its cause",
+        "theory, or no more closely than a smooth function without a cause: they may imitate its cause",
     )
     PARTLY_EXPLAINED = "partly_explained", "effects were found, but structure remains"
     UNEXPLAINED_STRUCTURE = "unexplained_structure", "structure remains, and no effect passed the tests"
