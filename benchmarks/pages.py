@@ -50,9 +50,12 @@ def table(header: list[str], rows: list[list[str]]) -> str:
 
 
 def write_section(name: str, mark: str, text: str) -> None:
-    """Write what follows a mark of a page, which another script writes, and the mark where it is missing."""
+    """Write what follows a mark of a page up to the next one, and the mark where it is missing."""
     page = (REPOSITORY / "docs" / name).read_text(encoding="utf-8")
-    write_page(name, f"{page.split(_mark(mark))[0].rstrip()}\n\n{_mark(mark)}\n\n{text}")
+    before, _, after = page.partition(_mark(mark))
+    rest = after.find(_mark("")[:4])
+    others = "" if rest < 0 else f"\n\n{after[rest:]}"
+    write_page(name, f"{before.rstrip()}\n\n{_mark(mark)}\n\n{text.rstrip()}{others}")
 
 
 def section_after(name: str, mark: str) -> str:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from jaxink.batches import plan_schema
 from jaxink.effects import CATALOGUE, Effect
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE, EffectKeys
@@ -99,6 +100,10 @@ PAGES = {
         "WEIGHTS": settings(measurement_schema.WEIGHTS, measurement_schema.WEIGHTS_ENTRIES),
     },
     "diagnosis.md": {"CATALOGUE": effects(CATALOGUE)},
+    "batch.md": {
+        **{name: entries(getattr(plan_schema, name)) for name in ("TOP", "MEASUREMENTS", "READING")},
+        "LIMITS": settings(plan_schema.LIMITS, {}),
+    },
 }
 
 

@@ -28,6 +28,7 @@ FLOORS = (
     ("export",),
     ("plots",),
     ("report",),
+    ("batches",),
     ("cli",),
     ("__main__",),
 )

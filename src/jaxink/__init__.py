@@ -26,6 +26,7 @@ _HOMES = {
     "jaxink.solver.bsdf": ("diffuse_bsdf", "hemispherical_power", "regular_power"),
     "jaxink.optics.directions": ("Directions",),
     "jaxink.ink": ("InkTable", "TableOptions", "ink_table", "read_ink_table"),
+    "jaxink.batches": ("Batch", "batch", "load_plan"),
     "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose", "load_diagnosis"),
     "jaxink.effects": ("Effect", "forward_model"),
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict", "predict_at"),
@@ -33,6 +34,7 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 if TYPE_CHECKING:
+    from jaxink.batches import Batch, batch, load_plan
     from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose, load_diagnosis
     from jaxink.effects import Effect, forward_model
     from jaxink.errors import (

@@ -67,10 +67,17 @@ def zemax(side="R", incidences=(0, 30, 60), symmetry="PlaneSymmetrical", rotatio
     return lines(*parts)
 
 
-def lighttools(faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), pois=(0,)):
-    """A BSDF file of LightTools: the light arrives from azimuth 90."""
-    radial, azimuth = np.array([0, 20, 50, 85]), np.arange(0, 361, 30)
-    parts = ["Symmetry Asymmetric", "SpectralContent Monochrome", f"ScatterAzimuth {len(azimuth)}", azimuth]
+def lighttools(
+    faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), pois=(0,), half=(0, 360), source=90
+):
+    """A BSDF file of LightTools: the light arrives from azimuth 90, as far as is known."""
+    radial, azimuth = np.array([0, 20, 50, 85]), np.arange(half[0], half[1] + 1, 30)
+    parts = [
+        f"Symmetry {'Asymmetric' if half == (0, 360) else 'PlaneSymmetrical'}",
+        "SpectralContent Monochrome",
+        f"ScatterAzimuth {len(azimuth)}",
+        azimuth,
+    ]
     parts += [f"ScatterRadial {len(radial)}", radial, "DataBegin"]
     for face in faces:
         for kind in sides:
@@ -86,7 +93,7 @@ def lighttools(faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), poi
                     parts.append("TIS 0.8")
                     side = "R" if kind == "BRDF" else "T"
                     factor = (1 if face == "Front" else 0.5) * (1 + poi / 100)
-                    parts += [factor * bsdf(aoi, radial, a - 90, side) for a in azimuth]
+                    parts += [factor * bsdf(aoi, radial, a - source, side) for a in azimuth]
     return lines(*parts, "DataEnd")
 
 
@@ -155,3 +162,105 @@ def astm(columns=("450nm", "650nm"), is_radian=True, through=False):
     head = ["LAB_NAME a laboratory", f"NUM_POINTS {len(rows)}"]
     head.append(f"VARS theta_i,phi_i,theta_s,phi_s,{','.join(columns)}")
     return "\r\n".join([*head, *(",".join(f"{v:.12g}" for v in row) for row in rows)]) + "\r\n"
+
+
+def mountain(incidence=(40.0, 200.0), kind="DSF", channels=1):
+    """A text file of pab-opto; one system of coordinates for the source and the view."""
+    theta_i, phi_i = incidence
+    head = ['#sample_name "a plate"', f"#format: theta phi {kind}", f"#intheta {theta_i}", f"#inphi {phi_i}"]
+    head += ["#upphi 0", f"#colorimetry: CIE-{'XYZ' if channels == 3 else 'Y'}"]
+    rows = []
+    for theta in (5.0, 30.0, 60.0, 100.0, 150.0, 178.0):
+        for phi in (0.0, 50.0, 110.0, 200.0, 260.0):
+            side = "R" if (theta < 90) == (theta_i < 90) else "T"
+            from_normal = min(theta, 180 - theta)
+            value = bsdf(min(theta_i, 180 - theta_i), from_normal, phi - phi_i, side)
+            value *= np.cos(np.deg2rad(from_normal)) if kind == "DSF" else 1
+            rows.append([theta, phi, *(value * (1 + k) / channels for k in range(channels))])
+    return "\n".join(head) + "\n" + "\n".join("\t".join(f"{v:.12g}" for v in row) for row in rows) + "\n"
+
+
+def reflet(theta_i=20.0, specular_phi=-90.0, states_incidence=False, scale=1.0):
+    """A text file of REFLET: signed polar angles, azimuths from -90 to 90."""
+    head = ["Light Tec", "Phi measure step : 45", f"Theta Lighting{f' : {theta_i}' * states_incidence}"]
+    rows = []
+    for theta in (-60.0, -20.0, 20.0, 60.0):
+        phi = np.arange(-90, 91, 45.0) + (180 if theta < 0 else 0)
+        rows.append([theta, *(scale * bsdf(theta_i, abs(theta), phi - specular_phi + 180))])
+    return "\n".join(head) + "\n" + "\n".join("\t".join(f"{v:.12g}" for v in row) for row in rows) + "\n"
+
+
+def half_and_difference(theta_i, theta_o, phi):
+    """Half angle, difference angle and its azimuth, by the angles between the directions."""
+    i, o, p = np.deg2rad([theta_i, theta_o, phi])
+    source = np.array([np.sin(i), 0, np.cos(i)])
+    view = np.array([np.sin(o) * np.cos(p), np.sin(o) * np.sin(p), np.cos(o)])
+    half = (source + view) / np.linalg.norm(source + view)
+    normal = np.array([0, 0, 1.0])
+    # Azimuth of the source about the half direction, from the side away from the normal.
+    away = half * half[2] - normal
+    across = np.cross(half, away)
+    return (
+        np.degrees(np.arccos(half[2])),
+        np.degrees(np.arccos(np.clip(source @ half, -1, 1))),
+        np.degrees(np.arctan2(source @ across, source @ away)) % 180,
+    )
+
+
+def merl(function):
+    """A binary file of MERL; ``function(channel, theta_h, theta_d, phi_d)`` in the middle of each cell."""
+    theta_h = (np.arange(90) + 0.5) ** 2 / 90
+    grid = np.meshgrid(theta_h, np.arange(90) + 0.5, np.arange(180) + 0.5, indexing="ij")
+    scales = {"R": 1500, "G": 1500 / 1.15, "B": 1500 / 1.66}
+    tables = [np.asarray(scale * function(name, *grid), "<f8").tobytes() for name, scale in scales.items()]
+    return np.array([90, 90, 180], "<i4").tobytes() + b"".join(tables)
+
+
+def tensor_file(fields):
+    """The container of EPFL's materials."""
+    types = {"uint8": 1, "float32": 10}
+    start = 18 + sum(13 + len(name) + 8 * array.ndim for name, array in fields.items())
+    head, data = b"tensor_file\0\1\0" + np.array(len(fields), "<u4").tobytes(), b""
+    for name, array in fields.items():
+        data += b"\0" * (-(start + len(data)) % 8)
+        head += np.array(len(name), "<u2").tobytes() + name.encode() + np.array(array.ndim, "<u2").tobytes()
+        head += bytes([types[str(array.dtype)]]) + np.array(start + len(data), "<u8").tobytes()
+        head += np.array(array.shape, "<u8").tobytes()
+        data += array.tobytes()
+    return head + data
+
+
+def rgl(theta_i_deg=(0.0, 35.0, 60.0), n=9, wavelengths=(400.0, 600.0), phi_i_deg=(0.0,)):
+    """A material whose facets have the density 2 x of the polar variable x, at even azimuths.
+
+    A uniform point (s, t) is then the facet (sqrt(s), t). Values are such that the BSDF is `bsdf` times the
+    wavelength over 600 nm: with ndf = 1 and sigma = 1 / 4, the spectra are the BSDF times cos(theta_o).
+    """
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    theta_m, phi_m = np.deg2rad(90 * np.sqrt(x) ** 2), (2 * y - 1) * np.pi
+    spectra = np.zeros((len(phi_i_deg), len(theta_i_deg), len(wavelengths), n, n), "f4")
+    for p, phi_i in enumerate(np.deg2rad(phi_i_deg)):
+        for k, theta in enumerate(np.deg2rad(theta_i_deg)):
+            facet = np.stack(
+                [np.sin(theta_m) * np.cos(phi_m), np.sin(theta_m) * np.sin(phi_m), np.cos(theta_m)], axis=-1
+            )
+            source = np.array([np.sin(theta) * np.cos(phi_i), np.sin(theta) * np.sin(phi_i), np.cos(theta)])
+            view = 2 * (facet @ source)[..., None] * facet - source
+            theta_o = np.degrees(np.arccos(np.clip(view[..., 2], -1, 1)))
+            azimuth = np.degrees(np.arctan2(view[..., 1], view[..., 0]) - phi_i)
+            values = bsdf(np.degrees(theta), theta_o, azimuth) * np.cos(np.deg2rad(theta_o))
+            for w, nm in enumerate(wavelengths):
+                spectra[p, k, w] = np.maximum(values, 0) * nm / 600
+    ramp = np.tile(np.linspace(0, 1, 33, dtype="f4"), (len(phi_i_deg), len(theta_i_deg), 5, 1))
+    return {
+        "description": np.frombuffer(b"made for a test", "u1"),
+        "theta_i": np.deg2rad(theta_i_deg).astype("f4"),
+        "phi_i": np.deg2rad(phi_i_deg).astype("f4"),
+        "wavelengths": np.array(wavelengths, "f4"),
+        "ndf": np.ones((4, 5), "f4"),
+        "sigma": np.full((3, 6), 0.25, "f4"),
+        "vndf": ramp,
+        "luminance": spectra.mean(axis=2),
+        "spectra": spectra,
+        "jacobian": np.array([0], "u1"),
+    }

@@ -3,6 +3,7 @@
 import re
 from random import Random
 
+import numpy as np
 import pytest
 
 import jaxink
@@ -12,8 +13,16 @@ from tests.fuzz.test_fuzz import check_data, faults
 
 ZEMAX, LIGHTTOOLS = files.zemax(), files.lighttools()
 SPEOS, BRDF, ASTM = files.speos_anisotropic(), files.speos_brdf(), files.astm(["550nm"], is_radian=False)
-STATED = {"zemax": {"wavelength_nm": 550}, "astm": {"side": "R"}}
+PAB, REFLET, RGL = files.mountain(), files.reflet(), files.tensor_file(files.rgl(n=4))
+MERL = files.merl(lambda *_: np.full((90, 90, 180), 0.1))[:5000]
+STATED = {"zemax": {"wavelength_nm": 550}, "astm": {"side": "R"}, "pab": {"wavelength_nm": 550}}
+STATED["reflet"] = {"side": "R", "wavelength_nm": 550, "specular_phi_deg": 0, "scale": 1, "theta_i_deg": 20}
+STATED["reflet"]["cosine_weighted"] = True
+STATED["rgl"] = {"wavelength_nm": 550}
 WHOLE = {"zemax": ZEMAX, "lighttools": LIGHTTOOLS, "speos": SPEOS, "brdf": BRDF, "astm": ASTM}
+WHOLE |= {"pab": PAB, "reflet": REFLET, "rgl": RGL}
+# Nothing in these says how many rows follow.
+COUNTED = ("zemax", "lighttools", "speos", "brdf", "astm", "rgl")
 
 
 def line(text, start):
@@ -80,6 +89,7 @@ BAD = {
     "lighttools without that face": (LIGHTTOOLS, {"face": "back"}, "back"),
     "lighttools of an unknown face": (LIGHTTOOLS, {"face": "top"}, "top"),
     "lighttools of several planes": (files.lighttools(pois=(0, 30)), {}, "--rotation-deg"),
+    "lighttools with another half": (files.lighttools(half=(0, 180)), {}, "--specular-phi-deg"),
     "lighttools without a side": (with_line(LIGHTTOOLS, "Side", ""), {}, "side"),
     "lighttools in micrometres": (
         with_line(LIGHTTOOLS, "Wavelength", "Wavelength 0.633"),
@@ -93,6 +103,7 @@ BAD = {
         {"wavelength_nm": 800},
         "wavelength_nm",
     ),
+    "brdf without that wavelength": (BRDF, {"wavelength_nm": 500}, "450, 650"),
     "speos in binary mode": (with_line(SPEOS, "0", "1"), {}, "row 2"),
     "speos of another version": (SPEOS.replace("v8.0", "v3.0"), {}, "row 1"),
     "speos with a wrong description": (with_line(SPEOS, "11", "14"), {}, "row 5"),
@@ -105,6 +116,37 @@ BAD = {
     "astm with a row too few": ("\n".join(ASTM.split("\r\n")[:-2]), {"side": "R"}, "NUM_POINTS"),
     "astm with a cell too few": (with_line(ASTM, "VARS", "1,2,3", 2), {"side": "R"}, "row 5"),
     "astm with no number": (with_line(ASTM, "VARS", "1,180,3,inf,0.1", 2), {"side": "R"}, "row 5"),
+    "pab-opto without a wavelength": (PAB, {}, "--wavelength-nm"),
+    "pab-opto without an incidence": (
+        with_line(PAB, "#inphi", "#"),
+        {"wavelength_nm": 550},
+        "#incident_angle",
+    ),
+    "pab-opto of the other face": (PAB, {"wavelength_nm": 550, "face": "back"}, "front"),
+    "pab-opto with tristimuli": (files.mountain(channels=3), {"wavelength_nm": 550}, "--channel"),
+    "pab-opto with a value too few": (with_line(PAB, "5\t0", "5 0"), {"wavelength_nm": 550}, "row 7"),
+    "reflet without a side": (REFLET, {}, "--theta-i-deg"),
+    "reflet without a scale": (
+        REFLET,
+        {"theta_i_deg": 20, "side": "R", "wavelength_nm": 550, "specular_phi_deg": -90},
+        "--scale",
+    ),
+    "reflet without a specular azimuth": (
+        REFLET,
+        {"theta_i_deg": 20, "side": "R", "wavelength_nm": 550},
+        "--specular-phi-deg",
+    ),
+    "reflet with a value too few": (with_line(REFLET, "20", "20 1"), {**STATED["reflet"]}, "row 6"),
+    "merl that is too short": (MERL, {"wavelength_nm": 550, "channel": "R"}, "bytes"),
+    "rgl without a wavelength": (RGL, {}, "--wavelength-nm"),
+    "rgl beyond its wavelengths": (RGL, {"wavelength_nm": 800}, "400 to 600"),
+    "rgl without a field": (
+        files.tensor_file({k: v for k, v in files.rgl().items() if k != "vndf"}),
+        {"wavelength_nm": 550},
+        "vndf",
+    ),
+    "rgl that is too short": (RGL[:2000], {"wavelength_nm": 550}, "incomplete"),
+    "rgl of another version": (RGL[:12] + b"\2\0" + RGL[14:], {"wavelength_nm": 550}, "version"),
     "nothing that is known": ("a b c", {}, "bsdf"),
     "binary garbage": (bytes(Random(1).randbytes(3000)), {}, "bsdf"),
 }
@@ -119,13 +161,14 @@ def test_sentence(kind, tmp_path, refused):
         jaxink.read(path, **stated)
 
 
-@pytest.mark.parametrize("kind", WHOLE)
+@pytest.mark.parametrize("kind", COUNTED)
 def test_a_truncated_file_is_refused(kind, tmp_path):
     path = tmp_path / "measured.bsdf"
-    text = WHOLE[kind].replace("End of file\n", "")
+    whole = WHOLE[kind]
+    content = whole if isinstance(whole, bytes) else whole.replace("End of file\n", "").encode()
     # Not of the last number: a shorter one is a number, too.
     for part in range(1, 20):
-        path.write_text(text[: part * (len(text) - 30) // 20])
+        path.write_bytes(content[: part * (len(content) - 30) // 20])
         with pytest.raises(jaxink.InputRefusedError, match=re.escape(str(path))):
             jaxink.read(path, **STATED.get(kind, {}))
 
@@ -133,8 +176,9 @@ def test_a_truncated_file_is_refused(kind, tmp_path):
 @pytest.mark.parametrize("kind", WHOLE)
 def test_any_fault_is_one_sentence(kind, tmp_path):
     def write(path, random):
-        text = mutations.lines_of(WHOLE[kind], random) if random.random() < 0.5 else WHOLE[kind]
-        content = text.encode()
+        content = WHOLE[kind]
+        if isinstance(content, str):
+            content = (mutations.lines_of(content, random) if random.random() < 0.5 else content).encode()
         path.write_bytes(mutations.bytes_of(content, random) if random.random() < 0.7 else content)
 
     def read(path):

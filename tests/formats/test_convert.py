@@ -74,6 +74,21 @@ def test_a_european_table_with_signed_angles_times_the_cosine(run, tmp_path):
     assert data.phi_deg.tolist() == [0, 180, 180, 180]
 
 
+def test_a_sheet_of_a_workbook(run, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for name, value in (("R", 0.2), ("T", 0.1)):
+        sheet = book.create_sheet(name)
+        sheet.append(["theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr"])
+        for t in (0, 30, 60):
+            sheet.append([20, t, 180, 550, value])
+    book.save(tmp_path / "both.xlsx")
+    done = run(tmp_path / "both.xlsx", "--sheet", "T", "--side", "T", "--out", tmp_path / "tidy.csv")
+    assert done.exit_code == 0
+    data = jaxink.read(tmp_path / "tidy.csv")
+    assert (data.bsdf_per_sr.tolist(), set(data.side.tolist())) == ([0.1] * 3, {"T"})
+
+
 @pytest.mark.parametrize("bad", [["--out", "tidy.txt"], ["--theta-i-deg", "a,b", "--out", "tidy.csv"]])
 def test_options(bad, run, tmp_path, monkeypatch, told):
     monkeypatch.chdir(tmp_path)
@@ -81,6 +96,15 @@ def test_options(bad, run, tmp_path, monkeypatch, told):
     done = run("R.bsdf", *bad)
     assert done.exit_code == 5
     told(done.stderr, bad[1])
+
+
+def test_a_file_is_not_replaced_by_its_own_result(run, tmp_path, told):
+    path = written_table(tmp_path)
+    before = path.read_text()
+    done = run(path, "--side", "R", "--out", tmp_path / "." / "a.csv")
+    assert done.exit_code == 5
+    told(done.stderr, "a.csv")
+    assert path.read_text() == before
 
 
 def test_text_that_would_be_a_formula_is_not_one(tmp_path):

@@ -8,6 +8,7 @@ from jaxink.errors import InputRefusedError
 from tests.formats import files
 from tests.formats.files import bsdf
 
+REFLET = {"side": "R", "wavelength_nm": 550, "specular_phi_deg": -90, "scale": 1, "cosine_weighted": False}
 # Text of a file, what has to be stated, sides, and the factor by which each value is that of `bsdf`.
 READ = {
     "zemax reflection": (files.zemax("R"), {"wavelength_nm": 550}, "R"),
@@ -26,6 +27,8 @@ READ = {
     "lighttools": (files.lighttools(), {}, "RT"),
     "lighttools face": (files.lighttools(faces=("Back", "Front")), {"face": "front"}, "RT"),
     "lighttools rotated": (files.lighttools(pois=(0, 30)), {"rotation_deg": 0}, "RT"),
+    "lighttools half": (files.lighttools(half=(90, 270)), {}, "RT"),
+    "lighttools turned": (files.lighttools(half=(0, 180), source=0), {"specular_phi_deg": 180}, "RT"),
     "lighttools side": (files.lighttools(), {"side": "T"}, "T"),
     "speos": (files.speos_anisotropic(), {}, "RT"),
     "speos relative": (files.speos_anisotropic(scale=7.0), {}, "RT"),
@@ -35,7 +38,28 @@ READ = {
     "astm degrees": (files.astm(["550nm"], is_radian=False), {"side": "R"}, "R"),
     "astm radians": (files.astm(["550nm"]), {"side": "R", "angle_unit": "rad"}, "R"),
     "astm both sides": (files.astm(["550nm"], is_radian=False, through=True), {}, "RT"),
+    "pab-opto": (files.mountain(), {"wavelength_nm": 555}, "RT"),
+    "pab-opto from the back": (
+        files.mountain((130.0, 20.0), "BTDF"),
+        {"wavelength_nm": 555, "face": "back"},
+        "RT",
+    ),
+    "pab-opto tristimuli": (files.mountain(channels=3), {"wavelength_nm": 600, "channel": "Z"}, "RT"),
+    "reflet": (files.reflet(scale=5.0), REFLET | {"scale": 0.2, "theta_i_deg": 20}, "R"),
+    "reflet with incidence": (
+        files.reflet(specular_phi=0.0, states_incidence=True),
+        REFLET | {"specular_phi_deg": 0},
+        "R",
+    ),
+    "rgl": (files.tensor_file(files.rgl()), {"wavelength_nm": 600}, "R"),
+    "rgl of one azimuth": (
+        files.tensor_file(files.rgl(phi_i_deg=(-180, -60, 60, 180))),
+        {"wavelength_nm": 600, "rotation_deg": 60},
+        "R",
+    ),
 }
+# Of one incidence each.
+ONE_INCIDENCE = ("pab-opto", "reflet")
 # The totals of tables in steps of 5 and 30 degrees.
 WITHIN = 5e-3
 
@@ -60,10 +84,59 @@ def test_directions_and_values(kind, tmp_path):
         # Both half-planes, and directions out of the plane of incidence.
         assert (np.abs(angles[2]) < 80).any()
         assert (np.abs(angles[2]) > 100).any()
-        assert np.unique(angles[0]).size >= 2
-    # Every direction once.
+        assert np.unique(angles[0]).size >= (1 if kind.startswith(ONE_INCIDENCE) else 2)
+    # Every direction once, but those that the instrument measures twice.
+    if kind.startswith("reflet"):
+        return
     directions = np.column_stack([*data.directions[:3], data.is_transmission])
     assert len(np.unique(np.round(directions, 6), axis=0)) == len(data)
+
+
+def test_the_cell_of_merl_is_that_of_half_and_difference_angles(tmp_path):
+    def function(channel, theta_h, theta_d, phi_d):
+        own = {"R": 0.1, "G": 0.2, "B": 0.3}[channel]
+        waves = np.sin(np.deg2rad(theta_d)) ** 2 * np.sin(np.deg2rad(phi_d)) ** 2
+        return own * (np.cos(np.deg2rad(theta_h)) + np.cos(np.deg2rad(theta_d)) / 2 + waves)
+
+    path = written(tmp_path, files.merl(function), "paint.binary")
+    data = jaxink.read(path, channel="G", wavelength_nm=540, every=20)
+    assert np.unique(data.theta_i_deg).tolist() == [0, 20, 40, 60, 80]
+    angles = zip(data.theta_i_deg, data.theta_o_deg, data.phi_deg, strict=True)
+    true = np.array([function("G", *files.half_and_difference(*each)) for each in angles])
+    # Within half a cell: 1 degree, at 90 degrees of theta_h 2 degrees.
+    np.testing.assert_allclose(data.bsdf_per_sr, true, atol=0.01 * true.max())
+
+
+def test_the_example_of_the_manual_page_of_pabopto2bsdf(tmp_path):
+    text = """#incident_angle 82.5 180
+#format: theta phi DSF
+84.968 125.790 0.009744
+84.889 125.610 0.007737
+84.805 125.427 0.008569
+"""
+    data = jaxink.read(written(tmp_path, text, "R.txt"), wavelength_nm=555)
+    assert data.theta_i_deg.tolist() == [82.5] * 3
+    # 54.21 degrees from the source: the light goes back, and to one side.
+    np.testing.assert_allclose(data.phi_deg, [-54.21, -54.39, -54.573], atol=1e-9)
+    cosine = np.cos(np.deg2rad([84.968, 84.889, 84.805]))
+    np.testing.assert_allclose(data.bsdf_per_sr * cosine, [0.009744, 0.007737, 0.008569], rtol=1e-12)
+    assert not data.is_transmission.any()
+
+
+def test_wavelengths_of_rgl_are_interpolated(tmp_path):
+    path = written(tmp_path, files.tensor_file(files.rgl()))
+    at_500, at_600 = (jaxink.read(path, wavelength_nm=nm).bsdf_per_sr for nm in (500, 600))
+    np.testing.assert_allclose(at_500, at_600 * 5 / 6, rtol=1e-5)
+    assert len(jaxink.read(path, wavelength_nm=500, every=2)) < len(at_500) / 3
+
+
+def test_channels_of_rgl(tmp_path):
+    fields = files.rgl(wavelengths=(300.0, 450.0, 600.0))
+    fields["rgb"] = fields.pop("spectra")
+    del fields["wavelengths"]
+    path = written(tmp_path, files.tensor_file(fields))
+    red, blue = (jaxink.read(path, channel=c, wavelength_nm=600).bsdf_per_sr for c in "RB")
+    np.testing.assert_allclose(red, blue / 2, rtol=1e-5)
 
 
 def test_values_of_zemax_are_exact(tmp_path):
@@ -85,6 +158,8 @@ def test_a_spectrum_of_speos_scales_the_values(tmp_path):
         true = bsdf(*angles, side) * data.wavelength_nm[here] / 650
         np.testing.assert_allclose(data.bsdf_per_sr[here], true, rtol=WITHIN)
     assert any("scaled" in note for note in data.notes)
+    one = jaxink.read(written(tmp_path, text), wavelength_nm=450)
+    np.testing.assert_array_equal(one.bsdf_per_sr, data.select(wavelength_nm=450).bsdf_per_sr)
 
 
 def test_wavelengths_of_astm_are_columns(tmp_path):
@@ -135,6 +210,15 @@ def test_line_ends_case_and_tabs(tmp_path):
     )
     other = jaxink.read(written(tmp_path, other), wavelength_nm=550)
     np.testing.assert_array_equal(other.bsdf_per_sr, same.bsdf_per_sr)
+
+
+def test_each_of_several_files_has_its_incidence(tmp_path):
+    names = [written(tmp_path, files.reflet(theta_i), f"{theta_i}.txt") for theta_i in (20.0, 40.0)]
+    data = jaxink.read(names, **REFLET | {"theta_i_deg": [20, 40]})
+    true = bsdf(data.theta_i_deg, data.theta_o_deg, data.phi_deg)
+    np.testing.assert_allclose(data.bsdf_per_sr, true, rtol=1e-9)
+    with pytest.raises(InputRefusedError, match="theta_i_deg has 3 entries for 2 files"):
+        jaxink.read(names, **REFLET | {"theta_i_deg": [20, 40, 60]})
 
 
 def test_several_files_are_joined(tmp_path):

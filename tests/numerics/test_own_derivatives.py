@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics.own_derivatives import by_own_inputs
+from jaxink.numerics.own_derivatives import by_own_inputs, point_by_point
 
 
 @pytest.fixture(autouse=True)
@@ -54,3 +54,26 @@ def test_the_function_is_differentiated_by_the_inputs_that_vary_only():
 
     assert max(sizes_of_products(PLAIN)) == 15
     assert max(sizes_of_products(OWN)) == 5
+
+
+def test_a_function_of_points_has_the_same_derivatives_and_is_repeated_for_its_columns_only():
+    shapes = []
+
+    def function(a, b):
+        shapes.append(a)
+        return jnp.stack([jnp.sin(a) * b, a**2, b + 0 * a], axis=1)
+
+    a, b = jnp.linspace(0.1, 2.0, 5), jnp.linspace(1.0, 3.0, 5)
+    weights = jnp.arange(30.0).reshape(5, 6)
+
+    def of_variables(x, made):
+        return made(a + weights @ x, b)
+
+    x = jnp.full(6, 0.01)
+    expected = jax.jacfwd(lambda x: of_variables(x, function))(x)
+    shapes.clear()
+    found = jax.jacfwd(lambda x: of_variables(x, lambda *columns: point_by_point(function, *columns)))(x)
+    assert not any(6 in np.shape(one) for one in shapes)
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    # A column that does not vary has no derivative.
+    np.testing.assert_allclose(found[:, 2], 0.0, atol=0)

@@ -289,6 +289,43 @@ def diagnose(
 
 
 @app.command()
+def batch(
+    plan: Annotated[Path, typer.Argument(metavar="PLAN.toml", help="Which measurements, and what to do.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the results, summary.csv and report.html.")
+    ],
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Processes on this machine; by default one for each core; 0: none, one after the other.",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers do the work instead."),
+    ] = None,
+    devices: Annotated[
+        str,
+        typer.Option(metavar="0,1,...", help="Graphics processors that the workers here share out."),
+    ] = "",
+    retry: Annotated[
+        bool, typer.Option("--retry", help="Do again what was ended by a limit or failed unexpectedly.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Fit or diagnose many measurements on many processes; a stopped batch goes on where it was."""
+    with one_sentence(debug):
+        from jaxink.cli.batch import run_batch
+
+        named = [name.strip() for name in devices.split(",") if name.strip()]
+        where = {"workers": workers, "scheduler": scheduler, "devices": named}
+        raise typer.Exit(run_batch(plan, out, where, retry, _output(json, quiet)))
+
+
+@app.command()
 def predict(
     source: Annotated[
         Path,

@@ -21,6 +21,8 @@ def run_convert(data_files: Sequence[Path], out: Path, columns: dict[str, Any], 
     if out.suffix.lower() != ".csv":
         raise InputRefusedError(f"{shown_path(out)}: the suffix is '{out.suffix}'; it must be .csv.")
     require_file(out)
+    if any(file.exists() and out.exists() and file.samefile(out) for file in data_files):
+        raise InputRefusedError(f"{shown_path(out)}: is read, too; give another name for the result.")
     data = read(data_files, **columns)
     names = ", ".join(file.name for file in data_files)
     write_csv(data, out, [f"Converted by jaxink {installed_version()} from {names}.", *data.notes])

@@ -53,6 +53,10 @@ def convert(
             help="Whether the values are the BSDF times cos(theta_o), if the file does not say so.",
         ),
     ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(metavar="X", help="Factor that makes the values BSDFs, if the file states no scale."),
+    ] = None,
     every: Annotated[
         int | None, typer.Option(metavar="N", help="Read every N-th angle of the axes of a dense table.")
     ] = None,
@@ -74,6 +78,7 @@ def convert(
             "theta_i_deg": numbers_of("--theta-i-deg", theta_i_deg),
             "specular_phi_deg": specular_phi_deg,
             "cosine_weighted": cosine_weighted,
+            "scale": scale,
             "every": every,
         }
         stated = {name: value for name, value in stated.items() if value is not None}

@@ -5,7 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-DATA_HELP = "CSV, workbook (.xlsx, .ods), or netCDF written by jaxink; several files are joined."
+DATA_HELP = (
+    "CSV, workbook (.xlsx, .ods), netCDF written by jaxink, or a file of an instrument or ray tracer "
+    "(docs/formats-in.md); several files are joined."
+)
 Data = Annotated[list[Path], typer.Argument(metavar="DATA", help=f"Measurement: {DATA_HELP}")]
 WavelengthNm = Annotated[
     float | None,

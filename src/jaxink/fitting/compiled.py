@@ -75,9 +75,9 @@ class CompiledPrograms:
         self.traced_alone = evaluate
         self.traced_with_slopes = jax.jit(with_slopes)
         keys = [structure.key and fingerprint(structure.key, name) for name in ("with_slopes", "alone")]
-        self.with_slopes = Tiered(with_slopes, _MANY_JACOBIANS, keys[0])
-        self.alone = Tiered(alone, _MANY_RESIDUALS, keys[1])
-        self.once = hastily(alone, key=keys[1])
+        self.with_slopes = Tiered(with_slopes, _MANY_JACOBIANS, keys[0], (evaluate,))
+        self.alone = Tiered(alone, _MANY_RESIDUALS, keys[1], (evaluate,))
+        self.once = hastily(alone, key=keys[1], calls=(evaluate,))
 
 
 _programs = WeakCache(CompiledPrograms)

@@ -28,13 +28,15 @@ def _options(level: int) -> dict[str, Any] | None:
     return options
 
 
-def hastily(function: Callable, level: int = _NONE, key: str | None = None) -> Callable:
+def hastily(
+    function: Callable, level: int = _NONE, key: str | None = None, calls: tuple[Callable, ...] = ()
+) -> Callable:
     """`jax.jit` with a low level of optimisation, for a function that runs a few times.
 
-    The result is not for use within other compiled functions. With a key, as of `keeping`, its traced form is
-    stored.
+    The result is not for use within other compiled functions. With a key, its traced form is stored; `key`
+    and `calls` are as of `keeping`.
     """
-    return keeping(function, key, _options(level))
+    return keeping(function, key, _options(level), calls)
 
 
 class Tiered:
@@ -46,12 +48,14 @@ class Tiered:
         Not for use within other compiled functions.
     runs
         Number of runs after which full optimisation pays off.
-    key
-        As of `keeping`: with it, the traced form of the function is stored.
+    key, calls
+        As of `keeping`: with a key, the traced form of the function is stored.
     """
 
-    def __init__(self, function: Callable, runs: int, key: str | None = None):
-        self._tiers = hastily(function, _LITTLE, key), keeping(function, key)
+    def __init__(
+        self, function: Callable, runs: int, key: str | None = None, calls: tuple[Callable, ...] = ()
+    ):
+        self._tiers = hastily(function, _LITTLE, key, calls), keeping(function, key, calls=calls)
         self._left = runs
 
     def now(self, runs: int = 0) -> Callable:

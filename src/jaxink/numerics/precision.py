@@ -10,6 +10,7 @@ import jaxlib
 
 from jaxink.errors import PrecisionError, UnsafeVersionError
 from jaxink.numerics.forking import claim_process
+from jaxink.numerics.loaded_programs import LOADED
 from jaxink.numerics.program_store import kept_by_jax
 
 _LOG = logging.getLogger("jaxink")
@@ -49,10 +50,11 @@ def require_float64() -> None:
 
 
 def release_programs(most_mappings: int | None = None) -> bool:
-    """Release JAX's compiled programs if they use most of the memory mappings that Linux allows.
+    """Release compiled programs while they use most of the memory mappings that Linux allows.
 
-    Every compiled program uses mappings, a fit about a thousand. A process that has used all of them (65530
-    by default) crashes at its next compilation. Released functions are compiled again when they are called.
+    A process that has used all of them (65530 by default) crashes at its next compilation. This package's
+    programs go first, those used least recently before others; then all that JAX keeps. Released functions
+    are compiled again when they are called.
 
     Parameters
     ----------
@@ -62,12 +64,14 @@ def release_programs(most_mappings: int | None = None) -> bool:
     Returns
     -------
     bool
-        Whether they were released.
+        Whether all were released.
     """
     try:
         if most_mappings is None:
             most_mappings = int(Path("/proc/sys/vm/max_map_count").read_text(encoding="ascii")) // 2
-        used = Path("/proc/self/maps").read_bytes().count(b"\n")
+        used = _mappings()
+        while used >= most_mappings and LOADED.drop_oldest():
+            used = _mappings()
     except OSError:
         return False
     if used < most_mappings:
@@ -75,6 +79,10 @@ def release_programs(most_mappings: int | None = None) -> bool:
     _LOG.warning("compiled programs use %d memory mappings; they are released and compiled again", used)
     jax.clear_caches()
     return True
+
+
+def _mappings() -> int:
+    return Path("/proc/self/maps").read_bytes().count(b"\n")
 
 
 @contextmanager

@@ -13,10 +13,16 @@ import jaxlib
 from jax import export
 
 from jaxink.numerics.fingerprint import fingerprint, source_fingerprint
+from jaxink.numerics.loaded_programs import LOADED
 from jaxink.numerics.program_store import bound_store, read_program, store_folder, write_program
 
 
-def keeping(function: Callable, key: str | None, options: dict[str, Any] | None = None) -> Callable:
+def keeping(
+    function: Callable,
+    key: str | None,
+    options: dict[str, Any] | None = None,
+    calls: tuple[Callable, ...] = (),
+) -> Callable:
     """`jax.jit` of a function of arrays, with its traced form stored; not within other compiled functions.
 
     Under a transformation, such as `jax.vmap`, it is a plain `jax.jit`.
@@ -29,15 +35,19 @@ def keeping(function: Callable, key: str | None, options: dict[str, Any] | None 
         Fingerprint of everything but the arrays that the function depends on; None for a plain `jax.jit`.
     options
         Compiler options.
+    calls
+        Functions made by `jax.jit` that it calls; what JAX remembers of their tracing is forgotten with it.
     """
     if key is None:
         return jax.jit(function, compiler_options=options)
-    return _Kept(function, key, options)
+    return _Kept(function, key, options, calls)
 
 
 class _Kept:
-    def __init__(self, function: Callable, key: str, options: dict[str, Any] | None):
-        self._function, self._key, self._options = function, key, options
+    def __init__(
+        self, function: Callable, key: str, options: dict[str, Any] | None, calls: tuple[Callable, ...]
+    ):
+        self._function, self._key, self._options, self._calls = function, key, options, calls
         self._compiled: dict[tuple, Callable] = {}
         self._plain = jax.jit(function, compiler_options=options)
 
@@ -46,10 +56,19 @@ class _Kept:
         if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
             return self._plain(*args)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
-        if shapes not in self._compiled:
-            self._compiled[shapes] = self._load(leaves) or self._trace(leaves, tree)
-        found = self._compiled[shapes](*leaves)
+        program = self._compiled.get(shapes)
+        if program is None:
+            program = self._compiled[shapes] = self._load(leaves) or self._trace(leaves, tree)
+        LOADED.use(self, shapes)
+        found = program(*leaves)
         return found[0] if len(found) == 1 else tuple(found)
+
+    def drop(self, shapes: tuple) -> None:
+        """Forget a program, which is loaded again when it is called, and JAX's memory of tracing it."""
+        self._compiled.pop(shapes, None)
+        jitted: tuple[Any, ...] = (self._plain, *self._calls)
+        for function in jitted:
+            function.clear_cache()
 
     def _name(self, leaves) -> str:
         about = [(leaf.shape, leaf.dtype.str, getattr(leaf, "weak_type", False)) for leaf in leaves]
@@ -66,7 +85,7 @@ class _Kept:
             expected = [(leaf.shape, leaf.dtype) for leaf in leaves]
             if [(aval.shape, aval.dtype) for aval in exported.in_avals] != expected:
                 return None
-            return jax.jit(exported.call, compiler_options=self._options)
+            return self._program(exported.call, leaves)
         except Exception:  # noqa: BLE001 - whatever a file from elsewhere causes, tracing anew is right
             return None
 
@@ -76,19 +95,23 @@ class _Kept:
         def flat(*leaves):
             return jax.tree.leaves(self._function(*jax.tree.unflatten(tree, leaves)))
 
-        plain = jax.jit(flat, compiler_options=self._options)
         if store_folder() is None:
-            return plain
+            return self._program(flat, leaves)
         try:
             exported = export.export(jax.jit(flat))(*leaves)
             data = bytes(exported.serialize())
         except (NotImplementedError, ValueError):
             # It calls something that has no lasting form.
-            return plain
+            return self._program(flat, leaves)
         _bound_once()
         write_program(self._name(leaves), data)
-        # The program that the next process will load, so that it finds it compiled.
-        return jax.jit(exported.call, compiler_options=self._options)
+        # The program that the next process will load, so that it finds it compiled. JAX remembers what it
+        # has exported together with all that was traced for it, but not what it has read.
+        return self._program(export.deserialize(bytearray(data)).call, leaves)
+
+    def _program(self, function: Callable, leaves) -> Callable:
+        """A function compiled ahead of time: neither its trace nor its lowered form is kept."""
+        return jax.jit(function, compiler_options=self._options).lower(*leaves).compile()
 
 
 @cache

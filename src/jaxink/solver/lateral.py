@@ -22,6 +22,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from jaxink.numerics.own_derivatives import point_by_point
+
 # Frequencies times the radius of the field. The sum is exact without displacement. Elsewhere it is accurate
 # to some thousandths if displacements are spread by a third or more, as those of scattered light are.
 _N_FREQUENCIES, _HIGHEST, _SPREAD, _RIDGE = 20, 14.0, 0.3, 1e-4
@@ -104,16 +106,7 @@ class LateralField(eqx.Module):
         -------
         Float[Array, "*points"]
         """
-        # Chords of both at common heights.
-        beam, field = self.beam_radius_mm, self.detector_radius_mm
-        top, bottom = jnp.minimum(across + beam, field), jnp.maximum(across - beam, -field)
-        half_height = jnp.maximum(top - bottom, 0.0)[..., None] / 2
-        y = (top + bottom)[..., None] / 2 + half_height * np.cos(_CHORD_RAD)
-        half = _half_chord(beam, y - across[..., None]) / cosine_incidence[..., None]
-        reach = _half_chord(field, y)
-        both = jnp.minimum(along[..., None] + half, reach) - jnp.maximum(along[..., None] - half, -reach)
-        area = jnp.mean(jnp.maximum(both, 0.0) * half_height * np.sin(_CHORD_RAD), axis=-1)
-        return area * cosine_incidence / beam**2
+        return _overlap(along, across, cosine_incidence, self.beam_radius_mm, self.detector_radius_mm)
 
     def coefficients(self, along, across, cosine_incidence):
         """Coefficients of J0(k_j s) in the share seen after a known displacement and one of length s.
@@ -127,13 +120,38 @@ class LateralField(eqx.Module):
         -------
         Float[Array, "points frequencies"]
         """
+        columns = (x / self.detector_radius_mm for x in (along, across, self.beam_radius_mm))
+        scaled = (jnp.broadcast_to(x, along.shape) for x in (*columns, cosine_incidence))
+        return point_by_point(_coefficients, *scaled)
 
-        def share(way):
-            x, y = (way * self.detector_radius_mm * turn(_TURN_RAD) for turn in (np.cos, np.sin))
-            ways = along[:, None] + x, across[:, None] + y
-            return jnp.mean(self.seen_directly(*ways, cosine_incidence[:, None]), axis=1)
 
-        return jax.lax.map(share, jnp.asarray(_WAYS)).T @ _sum_of_bessel_functions()[1].T
+def _coefficients(along, across, beam_radius, cosine_incidence):
+    """`LateralField.coefficients` for lengths in units of the radius of the field."""
+
+    def share(way):
+        ways = along[:, None] + way * np.cos(_TURN_RAD), across[:, None] + way * np.sin(_TURN_RAD)
+        return jnp.mean(_overlap(*ways, cosine_incidence[:, None], beam_radius[:, None], 1.0), axis=1)
+
+    # Nothing of the beam is seen beyond this; about half of the displacements are.
+    reach = 1 + jnp.max(jnp.hypot(along, across) + beam_radius / cosine_incidence)
+
+    def share_within_reach(way):
+        return jax.lax.cond(way < reach, share, lambda _: jnp.zeros_like(along), way)
+
+    return jax.lax.map(share_within_reach, jnp.asarray(_WAYS)).T @ _sum_of_bessel_functions()[1].T
+
+
+def _overlap(along, across, cosine_incidence, beam, field):
+    """Share of a beam inside a field of view; see `LateralField.seen_directly`."""
+    # Chords of both at common heights.
+    top, bottom = jnp.minimum(across + beam, field), jnp.maximum(across - beam, -field)
+    half_height = jnp.maximum(top - bottom, 0.0)[..., None] / 2
+    y = (top + bottom)[..., None] / 2 + half_height * np.cos(_CHORD_RAD)
+    half = _half_chord(beam[..., None], y - across[..., None]) / cosine_incidence[..., None]
+    reach = _half_chord(field, y)
+    both = jnp.minimum(along[..., None] + half, reach) - jnp.maximum(along[..., None] - half, -reach)
+    area = jnp.mean(jnp.maximum(both, 0.0) * half_height * np.sin(_CHORD_RAD), axis=-1)
+    return area * cosine_incidence / beam**2
 
 
 def _half_chord(radius, height):

@@ -11,9 +11,8 @@ import re
 import numpy as np
 
 from jaxink.measurement.formats.choices import Choices, ask
-from jaxink.measurement.formats.content import Content, shown
+from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.points import Points, joined, without_cosine
-from jaxink.measurement.table import is_number
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t]+\S", re.MULTILINE)
 _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
@@ -30,7 +29,9 @@ def recognises(head: str) -> bool:
 
 def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     """The points of all wavelengths, or of the channel that the caller names."""
-    position = next(i for i, line in enumerate(content.lines) if _VARS.match(line))
+    position = next((i for i, line in enumerate(content.lines) if _VARS.match(line)), None)
+    if position is None:
+        raise content.refusal("has no line VARS that names the columns")
     row = position + 1
     names = [name.strip() for name in content.lines[position].strip()[4:].split(",")]
     if len(names) > _MOST_COLUMNS:
@@ -65,9 +66,7 @@ def _rows(content: Content, position: int, n_columns: int) -> tuple[np.ndarray, 
         if len(cells) != n_columns:
             text = f"has {len(cells)} values, but VARS names {n_columns} columns"
             raise content.refusal(text, number)
-        for cell in cells:
-            if not is_number(cell) or "_" in cell or not np.isfinite(float(cell.replace(",", ".", 1))):
-                raise content.refusal(f"{shown(cell.strip())} is not a finite number", number)
+        content.require_numbers(cells, "a row of values", [number] * len(cells))
         held.append([float(cell) for cell in cells])
         rows.append(number)
     if not held:

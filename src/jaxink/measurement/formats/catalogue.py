@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from jaxink.files.reading import read_bounded
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.formats import astm, lighttools, speos, zemax
+from jaxink.measurement.formats import astm, lighttools, merl, mountain, reflet, rgl, speos, zemax
 from jaxink.measurement.formats.choices import Choices, choices_of
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.points import Points, measurement
@@ -50,7 +50,7 @@ FORMATS = (
         "a BSDF file of LightTools",
         lighttools.recognises,
         lighttools.read,
-        ("side", "face", "channel", "rotation_deg"),
+        ("wavelength_nm", "side", "face", "channel", "rotation_deg", "specular_phi_deg"),
     ),
     ExchangeFormat(
         "an anisotropic BSDF file of Speos",
@@ -58,12 +58,37 @@ FORMATS = (
         speos.read_anisotropic,
         ("wavelength_nm", "side", "rotation_deg"),
     ),
-    ExchangeFormat("a BRDF file of Speos", speos.recognises_brdf, speos.read_brdf, ("side",)),
+    ExchangeFormat("a BRDF file of Speos", speos.recognises_brdf, speos.read_brdf, ("wavelength_nm", "side")),
     ExchangeFormat(
         "a text file in the layout of ASTM E1392",
         astm.recognises,
         astm.read,
         ("wavelength_nm", "side", "channel", "angle_unit", "cosine_weighted"),
+    ),
+    ExchangeFormat(
+        "a text file of pab-opto's goniophotometer",
+        mountain.recognises,
+        mountain.read,
+        ("wavelength_nm", "side", "face", "channel"),
+    ),
+    ExchangeFormat(
+        "a text file of Light Tec's goniometer REFLET",
+        reflet.recognises,
+        reflet.read,
+        ("wavelength_nm", "side", "theta_i_deg", "specular_phi_deg", "scale", "cosine_weighted"),
+    ),
+    ExchangeFormat(
+        "a binary file of the MERL database",
+        merl.recognises,
+        merl.read,
+        ("wavelength_nm", "side", "channel", "every"),
+    ),
+    ExchangeFormat(
+        "a tensor file of the EPFL RGL database",
+        rgl.recognises,
+        rgl.read,
+        ("wavelength_nm", "side", "channel", "rotation_deg", "every"),
+        500_000_000,
     ),
 )
 

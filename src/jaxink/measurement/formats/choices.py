@@ -1,6 +1,6 @@
 """What the caller states because an exchange file does not."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,25 +10,28 @@ from jaxink.errors import InputRefusedError, shown
 from jaxink.measurement.columns import OPTIONS
 from jaxink.measurement.table import refusal
 
-# How to state each, on the command line and in Python.
+# How to state each, on the command line and in Python; only `jaxink convert` has the options of most.
 STATED_BY = {
     "wavelength_nm": OPTIONS["wavelength_nm"],
     "side": "--side R or --side T (in Python: side='R' or side='T')",
-    "face": "--face front or --face back (in Python: face='front' or face='back')",
-    "channel": "--channel NAME (in Python: channel='NAME')",
-    "rotation_deg": "--rotation-deg DEG (in Python: rotation_deg=DEG)",
-    "angle_unit": "--angle-unit deg or --angle-unit rad (in Python: angle_unit='deg' or angle_unit='rad')",
-    "theta_i_deg": "--theta-i-deg DEG (in Python: theta_i_deg=DEG)",
-    "specular_phi_deg": "--specular-phi-deg DEG (in Python: specular_phi_deg=DEG)",
-    "cosine_weighted": "--cosine-weighted or --no-cosine-weighted (in Python: cosine_weighted=True or False)",
-    "every": "--every N (in Python: every=N)",
+    "face": "--face front or --face back of jaxink convert (in Python: face='front' or face='back')",
+    "channel": "--channel NAME of jaxink convert (in Python: channel='NAME')",
+    "rotation_deg": "--rotation-deg DEG of jaxink convert (in Python: rotation_deg=DEG)",
+    "angle_unit": "--angle-unit deg or --angle-unit rad of jaxink convert (in Python: angle_unit='deg' or "
+    "angle_unit='rad')",
+    "theta_i_deg": "--theta-i-deg DEG of jaxink convert (in Python: theta_i_deg=DEG)",
+    "specular_phi_deg": "--specular-phi-deg DEG of jaxink convert (in Python: specular_phi_deg=DEG)",
+    "cosine_weighted": "--cosine-weighted or --no-cosine-weighted of jaxink convert (in Python: "
+    "cosine_weighted=True or cosine_weighted=False)",
+    "scale": "--scale X of jaxink convert (in Python: scale=X)",
+    "every": "--every N of jaxink convert (in Python: every=N)",
 }
 _WORDS = {
     "side": ("R", "T"),
     "face": ("front", "back"),
     "angle_unit": ("deg", "rad"),
 }
-_NUMBERS = {"wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg"}
+_NUMBERS = {"wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg", "scale"}
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ class Choices:
     Parameters
     ----------
     wavelength_nm
-        Wavelength, if the file does not state it or holds a spectrum apart from its values.
+        Wavelength, if the file does not state it or holds a spectrum apart from its values; otherwise the one
+        to read.
     side
         ``"R"`` or ``"T"``, if the file does not state it; otherwise the one to read.
     face
@@ -55,6 +59,8 @@ class Choices:
         Azimuth of the specular or undeviated direction.
     cosine_weighted
         Whether the values are the BSDF times cos(theta_o).
+    scale
+        Factor that makes the values BSDFs in 1/sr, or these times the cosine.
     every
         Read every n-th angle of each axis only.
     """
@@ -68,10 +74,11 @@ class Choices:
     theta_i_deg: float | None = None
     specular_phi_deg: float | None = None
     cosine_weighted: bool | None = None
+    scale: float | None = None
     every: int | None = None
 
 
-def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str, Any]) -> Choices:
+def choices_of(source: str, title: str, takes: Collection[str], given: Mapping[str, Any]) -> Choices:
     """The choices, checked against what a format takes.
 
     Raises
@@ -79,7 +86,7 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
     InputRefusedError
         If one of them has no meaning for the format, or is not a possible value.
     """
-    stated = {name: value for name, value in stated.items() if value is not None}
+    stated: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     for name in stated:
         if name not in takes:
             option = STATED_BY.get(name, name).partition(" ")[0]
@@ -89,7 +96,7 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
             raise refusal(source, f"{name} is {stated[name]!r}; it must be one of: {', '.join(words)}")
     for name in _NUMBERS & stated.keys():
         value = stated[name]
-        if not (isinstance(value, int | float | np.number) and abs(value) < 1e6):
+        if not isinstance(value, int | float | np.number) or not abs(float(value)) < 1e6:
             raise refusal(source, f"{name} is {shown(value)}; it must be a number")
         stated[name] = float(value)
     every = stated.get("every", 1)
@@ -101,3 +108,11 @@ def choices_of(source: str, title: str, takes: Collection[str], stated: dict[str
 def ask(source: str, name: str, why: str, row: int | None = None) -> InputRefusedError:
     """Error that says what the file does not state, and how to state it."""
     return refusal(source, f"{why}; state it: {STATED_BY[name]}", row)
+
+
+def required(source: str, choices: Choices, name: str, why: str, row: int | None = None) -> Any:
+    """What the caller states; if nothing, the error of `ask`."""
+    value = getattr(choices, name)
+    if value is None:
+        raise ask(source, name, why, row)
+    return value

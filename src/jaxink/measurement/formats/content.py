@@ -1,5 +1,6 @@
 """The content of a file, and its words one after the other with the row of each."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +12,8 @@ from jaxink.measurement.table import refusal
 from jaxink.measurement.text_file import lines_of
 
 _LONGEST_SHOWN = 40
+# Far beyond any quantity; products and quotients of such numbers do not overflow.
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,12 @@ class Content:
     def refusal(self, text: str, row: int | None = None) -> InputRefusedError:
         """Error that names the file and the row."""
         return refusal(self.source, text, row)
+
+    def require_numbers(self, words: Sequence[str], what: str, rows: Iterable[int]) -> None:
+        """Reject words of which one is not a number to compute with; ``rows`` has the row of each."""
+        for word, row in zip(words, rows, strict=True):
+            if not _is_number(word):
+                raise self.refusal(f"{shown(word.strip())} in {what} is not a finite number", int(row))
 
 
 def shown(word: str) -> str:
@@ -97,25 +106,17 @@ class Words:
         if len(words) < n:
             text = f"the file ends after {len(words)} of {n} values of {what}; it is incomplete"
             raise self.content.refusal(text, self.row)
-        values = _floats(words)
-        if values is None or not np.isfinite(values).all():
-            bad = next(i for i, word in enumerate(words) if not _is_finite(word))
-            text = f"{shown(words[bad])} in {what} is not a finite number"
-            raise self.content.refusal(text, int(rows[bad]))
+        self.content.require_numbers(words, what, rows.tolist())
+        values = np.array([float(word) for word in words])
         self._next += n
         return values, rows
 
 
-def _floats(words: list[str]) -> np.ndarray | None:
+def _is_number(word: str) -> bool:
     # float() reads 1_0 as 10.
-    if any("_" in word for word in words):
-        return None
+    if "_" in word:
+        return False
     try:
-        return np.array([float(word) for word in words])
+        return abs(float(word)) <= _LARGEST
     except ValueError:
-        return None
-
-
-def _is_finite(word: str) -> bool:
-    values = _floats([word])
-    return values is not None and bool(np.isfinite(values[0]))
+        return False

@@ -13,10 +13,11 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import Points, joined, totals_note
+from jaxink.measurement.formats.points import Points, joined, one_wavelength, totals_note
 from jaxink.measurement.formats.polar_tables import distinct, total
 
-INCIDENCE_AZIMUTH_DEG = 90.0
+# Where the specular or undeviated direction is; the light arrives from the opposite azimuth.
+_SPECULAR_AZIMUTH_DEG = 270.0
 _BLOCK_HEADER = re.compile(r"^\s*(aoi|side)\s+\w", re.IGNORECASE | re.MULTILINE)
 # In files of jaxink's export.
 _OWN_COMPONENTS = {"front": {"R": "R_AA", "T": "T_AI"}, "back": {"R": "R_II", "T": "T_IA"}}
@@ -48,7 +49,8 @@ class _Block:
 def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     """The points of one face."""
     words = Words(content)
-    radial, azimuth = _header(content, words)
+    radial, azimuth, symmetry = _header(content, words)
+    specular = _specular_azimuth(content, symmetry, azimuth, choices)
     blocks = list(_blocks(content, words, (len(azimuth), len(radial))))
     if not blocks:
         raise content.refusal("contains no table of values")
@@ -64,27 +66,29 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         if choices.side not in (None, kind):
             continue
         refuse_other_media(content, own, _OWN_COMPONENTS[block.face][kind])
-        parts.append(_points(block, radial, azimuth))
+        parts.append(_points(block, radial, azimuth - specular + 180))
         if is_whole:
             totals.append((block.aoi, total(radial, azimuth, block.values), block.tis))
     if not parts:
         raise content.refusal(f"the face has no {choices.side}; leave out the side, or choose another face")
     notes += totals_note("AOI", totals)
     notes.append(
-        "LightTools: azimuths were turned by 90 degrees, because the light arrives from azimuth 90 there; "
-        "polar angles are from the normal of the side on which the light leaves."
+        "LightTools: azimuths were turned, because that of the specular or undeviated direction is "
+        f"{specular:g} degrees there; polar angles are from the normal of the side on which the light leaves."
     )
-    return joined(parts)
+    return one_wavelength(joined(parts), content.source, choices.wavelength_nm, notes)
 
 
-def _header(content: Content, words: Words) -> tuple[np.ndarray, np.ndarray]:
+def _header(content: Content, words: Words) -> tuple[np.ndarray, np.ndarray, str]:
+    """Radial angles, azimuths and symmetry."""
     axes: dict[str, np.ndarray] = {}
+    held = {"symmetry": ""}
     while (key := (word := words.word("DataBegin")).lower()) != "databegin":
         row = words.row
         if key in ("scatterazimuth", "scatterradial"):
             axes[key], _ = words.numbers(words.count(f"the number of values of {word}"), word)
         elif key in ("symmetry", "spectralcontent", "source"):
-            words.word(f"the value of {word}")
+            held[key] = words.word(f"the value of {word}").lower()
         else:
             raise content.refusal(f"the keyword {shown(word)} is unknown in a BSDF file of LightTools", row)
     for name, largest in (("scatterradial", 90.0), ("scatterazimuth", 360.0)):
@@ -93,7 +97,22 @@ def _header(content: Content, words: Words) -> tuple[np.ndarray, np.ndarray]:
             raise content.refusal(f"the keyword {name} is missing before the data")
         if axis.min() < 0 or axis.max() > largest + 1e-6 or (np.diff(axis) <= 0).any():
             raise content.refusal(f"{name} must ascend between 0 and {largest:g} degrees")
-    return axes["scatterradial"], axes["scatterazimuth"]
+    return axes["scatterradial"], axes["scatterazimuth"], held["symmetry"]
+
+
+def _specular_azimuth(content: Content, symmetry: str, azimuth: np.ndarray, choices: Choices) -> float:
+    """Azimuth of the specular direction in the file; of a half circle, it must be at its end."""
+    if choices.specular_phi_deg is not None:
+        return choices.specular_phi_deg
+    low, high = float(azimuth[0]), float(azimuth[-1])
+    is_half = symmetry == "planesymmetrical" and high - low < 360 - 1e-6
+    if is_half and not 90 - 1e-6 <= low < high <= _SPECULAR_AZIMUTH_DEG + 1e-6:
+        why = (
+            f"the half circle of azimuths {low:g} to {high:g} does not end at the plane of incidence, as "
+            "far as is known of the format (light from azimuth 90, specular direction at 270)"
+        )
+        raise ask(content.source, "specular_phi_deg", why)
+    return _SPECULAR_AZIMUTH_DEG
 
 
 def _blocks(content: Content, words: Words, shape: tuple[int, int]):
@@ -178,9 +197,9 @@ def _of_one_rotation(content: Content, blocks: list[_Block], choices: Choices) -
     return kept
 
 
-def _points(block: _Block, radial: np.ndarray, azimuth: np.ndarray) -> Points:
-    values, keep = distinct(radial, azimuth, block.values)
-    theta, phi = np.broadcast_arrays(radial[:, None], azimuth - INCIDENCE_AZIMUTH_DEG)
+def _points(block: _Block, radial: np.ndarray, phi_deg: np.ndarray) -> Points:
+    values, keep = distinct(radial, phi_deg, block.values)
+    theta, phi = np.broadcast_arrays(radial[:, None], phi_deg)
     n = int(keep.sum())
     return Points(
         theta_i_deg=np.full(n, block.aoi),

@@ -38,8 +38,9 @@ def refuse_other_media(content: Content, known: Origin | None, component: str) -
     if known is None:
         return
     for side in component[2:]:
-        if abs(known.index_of_side[side] - 1) > _SAME_INDEX:
+        index = known.index_of_side[side]
+        if abs(index - 1) > _SAME_INDEX:
             raise content.refusal(
-                f"{component} holds directions in a medium of index {known.index_of_side[side]:g}; a measurement has "
-                "air on both sides, so read one of the sample in air, or another component"
+                f"{component} holds directions in a medium of index {index:g}; a measurement has air on both "
+                "sides, so read one of the sample in air, or another component"
             )

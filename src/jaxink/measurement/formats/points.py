@@ -74,6 +74,19 @@ def one_side(points: Points, source: str, side: str | None, notes: list[str]) ->
     return points.at(keep)
 
 
+def one_wavelength(points: Points, source: str, wavelength_nm: float | None, notes: list[str]) -> Points:
+    """The points of the wavelength that the caller wants; a file without it is rejected."""
+    if wavelength_nm is None:
+        return points
+    keep = np.abs(points.wavelength_nm - wavelength_nm) < 1e-6
+    if not keep.any():
+        held = ", ".join(f"{nm:g}" for nm in np.unique(points.wavelength_nm))
+        raise refusal(source, f"wavelength_nm is {wavelength_nm:g}; the file has {held} nm")
+    if not keep.all():
+        notes.append(f"Only {wavelength_nm:g} nm was read, as requested by the caller.")
+    return points.at(keep)
+
+
 def totals_note(axis: str, totals: Sequence[tuple[float, float, float]]) -> list[str]:
     """Note on totals that are not those stated: angle, integrated and stated total of each incidence."""
     other = [each for each in totals if abs(each[1] - each[2]) > TOTAL_TOLERANCE]

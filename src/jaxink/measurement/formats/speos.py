@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, without_cosine
+from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, one_wavelength, without_cosine
 from jaxink.measurement.formats.polar_tables import distinct, total
 
 _HEADER = re.compile(r"\s*OPTIS - (Anisotropic BSDF|brdf) surface file v(\d+)\.\d+", re.IGNORECASE)
@@ -22,6 +22,8 @@ _VERSIONS = (7, 8)
 _DESCRIPTION_ROW = 5
 # A spectrum within this band is one wavelength.
 _BAND_NM = 2.0
+# A total below is none.
+_SMALLEST = 1e-100
 _OWN_SIDE = re.compile(r"^light from side ([IA])\b")
 
 
@@ -112,7 +114,8 @@ def read_brdf(content: Content, choices: Choices, notes: list[str]) -> Points:
             f"The values of {len(scaled)} tables were scaled, by {min(scaled):.4g} to {max(scaled):.4g}, to "
             "the percentages that the file states: Speos defines its values by these."
         )
-    return _measured(content, parts, start, choices, notes)
+    points = _measured(content, parts, start, choices, notes)
+    return one_wavelength(points, content.source, choices.wavelength_nm, notes)
 
 
 def _below_description(content: Content) -> Words:
@@ -221,7 +224,7 @@ def _factor(
     reference = min(tables, key=lambda table: abs(table.theta_i_deg - spectrum.theta_i_deg))
     found = reference.power(is_intensity)
     kind = "transmission" if reference.is_transmission else "reflection"
-    if found <= 0 or stated <= 0:
+    if found <= _SMALLEST or stated <= 0:
         text = f"the {kind} at the reference incidence is zero, so its values have no scale"
         raise content.refusal(text, int(reference.rows[0, 0]))
     factor = _needed_factor(found, stated)
@@ -236,7 +239,7 @@ def _factor(
 
 def _needed_factor(found: float, stated: float) -> float:
     """Factor that gives values their stated total; 1 if they have it within the errors of integration."""
-    return stated / found if found > 0 and abs(found - stated) > TOTAL_TOLERANCE * stated else 1.0
+    return stated / found if found > _SMALLEST and abs(found - stated) > TOTAL_TOLERANCE * stated else 1.0
 
 
 def _table(content: Content, words: Words, theta_i: float, rotation: float, is_transmission: bool) -> _Table:

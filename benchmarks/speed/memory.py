@@ -1,0 +1,106 @@
+"""Memory of a process that makes one diagnosis after the other; writes a section of docs/time-to-answer.md.
+
+python -m benchmarks.speed.memory [--before CHECKOUT] [--number N] [fit | diagnose]
+
+Each has another number of rows, so that no program serves two of them. Another checkout of jaxink does the
+same in a process of its own.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import jaxink
+from benchmarks.pages import machine, table, write_section
+from benchmarks.simulated_data import data_file, declared_text
+
+KEPT = Path(__file__).with_suffix(".json")
+HERE = Path(jaxink.__file__).parents[2]
+PAGE, MARK = "time-to-answer.md", "made by python -m benchmarks.speed.memory"
+NAME, STRIDE, ACCURACY = "plain_hg", 9, 1e-2
+SHOWN = 1, 2, 3, 5, 10, 15, 20, 30
+
+
+def used() -> dict[str, float]:
+    """Resident memory in GiB and the number of memory mappings of this process."""
+    status = Path("/proc/self/status").read_text(encoding="ascii").split()
+    resident = float(status[status.index("VmRSS:") + 1])
+    mappings = Path("/proc/self/maps").read_bytes().count(b"\n")
+    return {"GiB": resident / 2**20, "mappings": mappings}
+
+
+def work(kind: str, number: int) -> None:
+    """Print what is used after each answer."""
+    data, sample = jaxink.read(data_file(NAME)), jaxink.parse_sample(declared_text(NAME))
+    options = jaxink.FitOptions(accuracy=ACCURACY, profile="none")
+    for row in range(number):
+        chosen = np.arange(len(data)) % STRIDE == 0
+        chosen[: STRIDE * row] = False
+        few = data.with_masks(user=~chosen)
+        if kind == "fit":
+            jaxink.fit(few, sample, options)
+        else:
+            jaxink.diagnose(few, sample, jaxink.DiagnosisOptions(fit=options))
+        print(json.dumps(used()), flush=True)
+
+
+def main() -> None:
+    """Run both versions, one after the other, keep what they used, and write the section."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--before", type=Path)
+    parser.add_argument("--number", type=int, default=30)
+    parser.add_argument("--work", action="store_true")
+    parser.add_argument("kind", nargs="?", choices=("fit", "diagnose"), default="diagnose")
+    asked = parser.parse_args()
+    if asked.work:
+        work(asked.kind, asked.number)
+        return
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    for version, checkout in ({"before": asked.before} if asked.before else {}) | {"now": HERE}.items():
+        environment = os.environ | {"PYTHONPATH": f"{checkout / 'src'}:{HERE}"}
+        command = [sys.executable, "-m", "benchmarks.speed.memory", "--work", asked.kind]
+        command += ["--number", str(asked.number)]
+        rows: list[dict[str, float]] = []
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=HERE) as made:
+            assert made.stdout is not None
+            for line in made.stdout:
+                rows.append(json.loads(line))
+                print(asked.kind, version, len(rows), rows[-1], flush=True)
+                kept.setdefault(asked.kind, {})[version] = {"machine": machine(), "rows": rows}
+                KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+    write(kept)
+
+
+def write(kept: dict) -> None:
+    """The section."""
+    titles, lines, machines = {"before": "earlier version", "now": "now"}, [], {}
+    for kind, versions in kept.items():
+        for version, run in versions.items():
+            machines[run["machine"]] = None
+            for quantity in ("GiB", "mappings"):
+                at = {n: run["rows"][n - 1][quantity] for n in SHOWN if n <= len(run["rows"])}
+                cells = [f"{at[n]:.2f}" if quantity == "GiB" else f"{at[n]:.0f}" for n in at]
+                cells += [""] * (len(SHOWN) - len(at))
+                what = "memory, GiB" if quantity == "GiB" else "memory mappings"
+                lines.append([f"`{kind}`, {titles[version]}", what, *cells])
+    header = ["", "after as many", *map(str, SHOWN)]
+    text = f"""## Memory
+
+One process makes one answer after the other, each with another number of rows, so that no program serves two
+(`python -m benchmarks.speed.memory`, {"; ".join(machines)}; `{NAME}`,
+every {STRIDE}th row, accuracy {ACCURACY:g}).
+
+{table(header, lines)}
+
+Of the programs in memory, those used least recently are dropped first; they are loaded from the store when
+they are needed again."""
+    write_section(PAGE, MARK, text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""The folder of a batch: which rows it has, and what is written there."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from jaxink.batches.answer import Done
+from jaxink.batches.row import Row, row_from_dict
+from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import read_json
+from jaxink.files.encoding import json_text
+from jaxink.files.writing import require_folder, whole_folder, written_whole
+
+try:
+    import fcntl
+except ImportError:  # Windows: nothing keeps two batches apart.
+    fcntl = None  # type: ignore[assignment]
+
+RESULTS, ROWS = "results", "rows"
+_LOCK, _RUNNING = ".lock", "running.json"
+_LARGEST_ROW_BYTES = 10_000_000
+
+
+class BatchFolder:
+    """The folder of a batch.
+
+    Parameters
+    ----------
+    path
+        Created if it does not exist.
+
+    Raises
+    ------
+    InputRefusedError
+        If it cannot be written.
+    """
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+        require_folder(self.path)
+        for folder in (self.path, self.path / RESULTS, self.path / ROWS):
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except OSError as problem:
+                raise InputRefusedError(f"{folder}: cannot be created ({problem.strerror}).") from None
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep other batches out of the folder; the system releases it when the process ends in any way."""
+        if fcntl is None:
+            yield
+            return
+        with open(self.path / _LOCK, "wb") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise InputRefusedError(
+                    f"{self.path}: another batch is writing to this folder; wait for its end, or choose "
+                    "another one."
+                ) from None
+            yield
+
+    def row(self, name: str) -> Row | None:
+        """The row of a measurement; None if there is none, or if its file is damaged."""
+        file = self._file_of(name)
+        if not file.exists():
+            return None
+        try:
+            row = row_from_dict(read_json(file, _LARGEST_ROW_BYTES, "row"))
+        except InputRefusedError:
+            return None
+        if row.ended.has_result and not (self.path / row.page).is_file():
+            return None
+        return row if row.name == name else None
+
+    def names(self) -> set[str]:
+        """Names of all rows, also of those of an earlier plan."""
+        return {file.stem for file in (self.path / ROWS).glob("*.json")}
+
+    def write(self, done: Done) -> None:
+        """Write the files of a measurement whole, and then its row, which says that they are there."""
+        place = self.path / RESULTS / done.row.name
+        # Of other inputs; without its page, an old row counts as absent.
+        shutil.rmtree(place, ignore_errors=True)
+        if done.files:
+            with whole_folder(place) as folder:
+                for name, content in done.files.items():
+                    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                    (folder / name).write_bytes(content)
+        with written_whole(self._file_of(done.row.name)) as part:
+            part.write_text(json_text(done.row.to_dict()) + "\n", encoding="utf-8")
+
+    def _file_of(self, name: str) -> Path:
+        return self.path / ROWS / f"{name}.json"
+
+    def tries(self) -> dict[str, int]:
+        """How often this process, or one before it, has begun a measurement that has no row."""
+        file = self.path / _RUNNING
+        if not file.exists():
+            return {}
+        try:
+            found = read_json(file, _LARGEST_ROW_BYTES, "note of a batch")
+        except InputRefusedError:
+            return {}
+        known = found.items() if isinstance(found, dict) else ()
+        return {name: count for name, count in known if isinstance(count, int)}
+
+    def note_tries(self, tries: dict[str, int]) -> None:
+        """Keep these numbers for the case that the process ends."""
+        part = self.path / f"{_RUNNING}.part"
+        part.write_text(json_text(tries), encoding="utf-8")
+        os.replace(part, self.path / _RUNNING)

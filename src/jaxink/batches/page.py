@@ -1,0 +1,114 @@
+"""The report of a batch as one page."""
+
+from collections.abc import Iterable
+from html import escape
+
+from jaxink.batches.outliers import outlying
+from jaxink.batches.result import SUMMARY_CSV, Batch
+from jaxink.batches.row import Row, RowOutcome, RowParameter
+from jaxink.display.html import paragraph, table
+from jaxink.numerics.digits import with_uncertainty
+from jaxink.report import html
+
+_MOST_ROWS = 5000
+
+
+def report_page(batch: Batch) -> str:
+    """HTML: outcomes and verdicts counted, trends, maps, outliers, trouble, and a table of all with links."""
+    far = outlying(batch.rows)
+    parts = [_counts(batch), *_figures(batch, far), _outliers(batch, far), _trouble(batch), _all(batch)]
+    top = "".join(paragraph(line) for line in batch.card().sentences)
+    return html.document(batch.title, top, [part for part in parts if part is not None])
+
+
+def _counts(batch: Batch) -> html.Section:
+    outcomes = [
+        [code.replace("_", " "), str(n), RowOutcome[code.upper()].meaning]
+        for code, n in batch.outcomes.most_common()
+    ]
+    verdicts = [[code.replace("_", " "), str(n)] for code, n in batch.verdicts.most_common()]
+    effects: dict[str, int] = {}
+    for row in batch:
+        for effect in row.effects:
+            effects[effect] = effects.get(effect, 0) + 1
+    parts = [table(["outcome", "measurements", "meaning"], outcomes, (0, 2))]
+    parts.append(table(["verdict", "measurements"], verdicts))
+    if effects:
+        counted = [[name, str(n)] for name, n in sorted(effects.items(), key=lambda one: -one[1])]
+        parts.append(table(["effect that a diagnosis has added", "measurements"], counted))
+    return html.section("Outcomes and verdicts", *parts)
+
+
+def _figures(batch: Batch, far: dict[str, set[str]]) -> list[html.Section]:
+    if not any(row.parameters for row in batch):
+        return []
+    from jaxink.batches.figures import map_figures, trend_figures
+
+    words = (
+        "Each point is a measurement, in the order of the plan, with its standard error; the line is the "
+        "median. Filled red: an outlier; open: the fit misses the noise or has not converged, so that its "
+        "standard error means little."
+    )
+    drawn = [html.figure(figure.png(), caption) for caption, figure in trend_figures(batch, far)]
+    sections = [html.section("Trends over the run", paragraph(words), *drawn)]
+    maps = [html.figure(figure.png(), caption) for caption, figure in map_figures(batch)]
+    return [*sections, html.section("Maps", *maps)] if maps else sections
+
+
+def _outliers(batch: Batch, far: dict[str, set[str]]) -> html.Section | None:
+    rows = [
+        [
+            row.name,
+            p.name,
+            f"{with_uncertainty(p.value, p.standard_error)} {p.unit}".strip(),
+            row.verdict or "",
+        ]
+        for row in batch
+        for p in row.parameters
+        if p.value is not None and row.name in far.get(p.name, ())
+    ]
+    words = (
+        "Further from the median than 3.5 robust standard deviations (1.4826 times the median absolute "
+        "deviation; Iglewicz and Hoaglin 1993). A drift over the run widens this scale."
+    )
+    if not rows:
+        return html.section("Outliers", paragraph("None. " + words))
+    shown = html.tables(["measurement", "parameter", "value(s.e.)", "verdict"], rows, (0, 1, 3))
+    return html.section("Outliers", shown, paragraph(words))
+
+
+def _trouble(batch: Batch) -> html.Section | None:
+    if not batch.trouble:
+        return None
+    rows = [[row.name, row.outcome.replace("_", " "), row.sentence] for row in batch.trouble]
+    return html.section(
+        "Without a result", html.tables(["measurement", "outcome", "sentence"], rows, (0, 1, 2))
+    )
+
+
+def _all(batch: Batch) -> html.Section:
+    heads = ["measurement", "outcome", "verdict", "reduced χ²", *batch.parameters, "effects", "s"]
+    rows = (_linked(row, batch.parameters) for row in batch.rows[:_MOST_ROWS])
+    head = "".join(f'<th class="text">{escape(text)}</th>' for text in heads)
+    body = f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody>\n</table>\n"
+    left = len(batch) - _MOST_ROWS
+    rest = [paragraph(f"{left} more are in {SUMMARY_CSV}.")] if left > 0 else []
+    return html.section("All measurements", body, *rest)
+
+
+def _linked(row: Row, parameters: Iterable[str]) -> str:
+    name = (
+        f'<a href="{escape(row.page, quote=True)}">{escape(row.name)}</a>' if row.page else escape(row.name)
+    )
+    found = {p.name: p for p in row.parameters}
+    values = [_value(found.get(name)) for name in parameters]
+    texts = [row.outcome.replace("_", " "), (row.verdict or "").replace("_", " ")]
+    texts += [html.number(row.reduced_chi_square), *values, ", ".join(row.effects), f"{row.seconds:.3g}"]
+    cells = "".join(f'<td class="text">{escape(text)}</td>' for text in texts)
+    return f'<tr><td class="text">{name}</td>{cells}</tr>\n'
+
+
+def _value(parameter: RowParameter | None) -> str:
+    if parameter is None or parameter.value is None:
+        return ""
+    return with_uncertainty(parameter.value, parameter.standard_error)

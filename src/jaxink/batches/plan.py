@@ -1,0 +1,172 @@
+"""Reading and checking plan files; anything unknown is rejected before a measurement is touched."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from jaxink.batches.listing import Listed, listed_files, listed_rows
+from jaxink.batches.plan_schema import LIMITS, MEASUREMENTS, PLAN_VERSION, READING, TOP, WORK
+from jaxink.diagnosis import DiagnosisOptions
+from jaxink.errors import InputRefusedError
+from jaxink.fitting import FitOptions
+from jaxink.sample import Sample, load_sample
+from jaxink.sample.document import document_of, text_of
+from jaxink.sample.entries import bounded, choice, only, table_of, true_or_false
+
+# Given by objects of Python only.
+_NOT_IN_FILES = ("config", "fit", "catalogue", "policy")
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """Measurements, the sample that they have in common, and what is done with each.
+
+    Parameters
+    ----------
+    title
+        Heading of the report.
+    measurements
+        In the order of the report.
+    sample
+        Of all measurements, apart from the values that each states.
+    work
+        ``fit``, ``diagnose`` or ``both``.
+    fit, diagnosis
+        Fields of `FitOptions` and of `DiagnosisOptions`.
+    reading
+        Keywords of `jaxink.read`.
+    with_figures, checks_input
+        Whether to draw figures, and to test a misfit for mistakes in the input.
+    seconds
+        Longest time of one measurement.
+    memory_gib
+        Most memory of a worker's process; None: see `jaxink.batch`.
+    """
+
+    title: str
+    measurements: tuple[Listed, ...]
+    sample: Sample
+    work: str = WORK[0]
+    fit: dict[str, Any] = dataclasses.field(default_factory=dict)
+    diagnosis: dict[str, Any] = dataclasses.field(default_factory=dict)
+    reading: dict[str, Any] = dataclasses.field(default_factory=dict)
+    with_figures: bool = False
+    checks_input: bool = True
+    seconds: float = LIMITS["seconds"].default or 0.0
+    memory_gib: float | None = None
+
+
+def load_plan(path: str | Path) -> Plan:
+    """Read a plan file and the sample file and the table of measurements that it names.
+
+    Parameters
+    ----------
+    path
+        TOML file as described in `docs/batch.md`.
+
+    Raises
+    ------
+    InputRefusedError
+        If one of these files is invalid; the message names the file and the key, or the row and column.
+    """
+    path = Path(path)
+    document = document_of(text_of(path, "plan"), str(path))
+    try:
+        only(document, TOP, "the file")
+        _require_version(document)
+        tables = {name: table_of(document, name) for name in ("measurements", "reading", "fit", "limits")}
+        tables["diagnosis"] = table_of(document, "diagnosis")
+        work = choice({"work": WORK[0]} | document, "work", WORK, "the file")
+        fit = _options(tables["fit"], FitOptions, "[fit]")
+        diagnosis = _options(tables["diagnosis"], DiagnosisOptions, "[diagnosis]")
+        if work == "fit" and diagnosis:
+            raise InputRefusedError(
+                '[diagnosis] has no effect with work = "fit"; write "diagnose" or "both".'
+            )
+        limits = _limits(tables["limits"])
+        reading = _reading(tables["reading"])
+        named = _file_named(document, "sample", path.parent, "sample")
+        flags = {
+            key: true_or_false(document, key, key == "check_input", key) for key in ("figures", "check_input")
+        }
+        only(tables["measurements"], MEASUREMENTS, "[measurements]")
+        if len(tables["measurements"]) != 1:
+            raise InputRefusedError(
+                '[measurements] must have one key: files = "sheets/*.csv", or table = "sheets.csv".'
+            )
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{path}: {problem}") from None
+    sample = load_sample(named)
+    sample.parameters.require_ranges()
+    return Plan(
+        title=str(document.get("title", path.stem)),
+        measurements=_measurements(tables["measurements"], path, sample),
+        sample=sample,
+        work=work,
+        fit=fit,
+        diagnosis=diagnosis,
+        reading=reading,
+        with_figures=flags["figures"],
+        checks_input=flags["check_input"],
+        **limits,
+    )
+
+
+def _require_version(document: dict[str, Any]) -> None:
+    version = document.get("schema_version")
+    if version is True or version != PLAN_VERSION:
+        raise InputRefusedError(
+            f"schema_version is {version!r}; this version of jaxink reads plans of version {PLAN_VERSION}, "
+            f"so write `schema_version = {PLAN_VERSION}` at the top."
+        )
+
+
+def _file_named(table: dict[str, Any], key: str, folder: Path, what: str) -> Path:
+    value = table.get(key)
+    if not isinstance(value, str) or not value.strip():
+        raise InputRefusedError(f'{key} is {value!r}; write {key} = "{what}.toml", the name of a file.')
+    return folder / value
+
+
+def _options(table: dict[str, Any], kind: type, where: str) -> dict[str, Any]:
+    """Fields of a class of options; the class checks their values."""
+    known = [field.name for field in dataclasses.fields(kind) if field.name not in _NOT_IN_FILES]
+    only(table, known, where)
+    try:
+        kind(**table)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{where}: {problem}") from None
+    return table
+
+
+def _limits(table: dict[str, Any]) -> dict[str, float]:
+    only(table, LIMITS, "[limits]")
+    return {key: bounded(value, LIMITS[key], f"limits.{key}") for key, value in table.items()}
+
+
+def _reading(table: dict[str, Any]) -> dict[str, Any]:
+    only(table, READING, "[reading]")
+    true_or_false(table, "signed_angles", False, "reading.signed_angles")
+    for key in ("sample", "sheet"):
+        if not isinstance(table.get(key, ""), str):
+            raise InputRefusedError(f"reading.{key} is {table[key]!r}; it must be text.")
+    sides = table.get("side", "R")
+    for side in sides if isinstance(sides, list) and sides else [sides]:
+        choice({"side": side}, "side", ("R", "T"), "[reading]")
+    wavelength = table.get("wavelength_nm", 1.0)
+    if isinstance(wavelength, bool) or not isinstance(wavelength, int | float):
+        raise InputRefusedError(f"reading.wavelength_nm is {wavelength!r}; it must be a number in nm.")
+    return {key: value for key, value in table.items() if value is not False}
+
+
+def _measurements(table: dict[str, Any], path: Path, sample: Sample) -> tuple[Listed, ...]:
+    if "table" in table:
+        try:
+            named = _file_named(table, "table", path.parent, "sheets")
+        except InputRefusedError as problem:
+            raise InputRefusedError(f"{path}: measurements.{problem}") from None
+        return listed_rows(named, sample)
+    try:
+        return listed_files(table["files"], path.parent)
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{path}: {problem}") from None

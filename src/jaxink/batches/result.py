@@ -1,0 +1,131 @@
+"""The outcome of a batch: its rows in the order of the plan."""
+
+import dataclasses
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from jaxink.batches.listing import POSITION, Listed
+from jaxink.batches.row import Row, RowOutcome
+from jaxink.display.card import Card, CardTable, Presented
+
+if TYPE_CHECKING:
+    import pandas
+
+SUMMARY_CSV, SUMMARY_PARQUET, REPORT_PAGE = "summary.csv", "summary.parquet", "report.html"
+_MOST_SHOWN = 10
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Batch(Presented):
+    """The outcome of a batch.
+
+    Parameters
+    ----------
+    title
+        Of the plan.
+    rows
+        One for each measurement, in the order of the plan.
+    measurements
+        What the plan says of each.
+    folder
+        Where everything is written.
+    kept
+        Number of rows that were there before and have the same inputs.
+    again
+        For each row that was there and was done again, the reason.
+    others
+        Number of rows in the folder that belong to an earlier plan.
+    """
+
+    title: str
+    rows: tuple[Row, ...]
+    measurements: tuple[Listed, ...]
+    folder: Path
+    kept: int = 0
+    again: tuple[str, ...] = ()
+    others: int = 0
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    @property
+    def outcomes(self) -> Counter[str]:
+        """Number of measurements by outcome."""
+        return Counter(str(row.outcome) for row in self.rows)
+
+    @property
+    def verdicts(self) -> Counter[str]:
+        """Number of results by verdict."""
+        return Counter(row.verdict for row in self.rows if row.verdict is not None)
+
+    @property
+    def trouble(self) -> tuple[Row, ...]:
+        """Rows that have no result, or one that did not converge."""
+        return tuple(row for row in self.rows if row.ended is not RowOutcome.DONE)
+
+    @property
+    def parameters(self) -> dict[str, str]:
+        """Free parameters of all rows and their units."""
+        return {p.name: p.unit for row in self.rows for p in row.parameters}
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The summary: one entry for each measurement, by the names of its columns; None is unknown."""
+        rows, listed = self.rows, self.measurements
+        head: dict[str, list[Any]] = {
+            "name": [row.name for row in rows],
+            "file": ["|".join(row.files) for row in rows],
+            "outcome": [str(row.outcome) for row in rows],
+            "verdict": [row.verdict for row in rows],
+            "sentence": [row.sentence for row in rows],
+        }
+        places = [key for key in POSITION if any(key in one.columns for one in listed)]
+        others = dict.fromkeys(key for one in listed for key in one.columns if key not in places)
+        given = {key: [one.columns.get(key) for one in listed] for key in (*places, *others)}
+        stated = dict.fromkeys(key for one in listed for key in one.values)
+        given |= {f"given_{key}": [one.values.get(key) for one in listed] for key in stated}
+        found: dict[str, list[Any]] = {}
+        for name in self.parameters:
+            each = [next((p for p in row.parameters if p.name == name), None) for row in rows]
+            found[name] = [None if p is None else p.value for p in each]
+            found[f"{name}_se"] = [None if p is None else p.standard_error for p in each]
+            found[f"{name}_flag"] = [None if p is None else p.flag for p in each]
+        tail: dict[str, list[Any]] = {
+            "effects": [", ".join(row.effects) for row in rows],
+            "points": [row.points for row in rows],
+            "chi_square": [row.chi_square for row in rows],
+            "reduced_chi_square": [row.reduced_chi_square for row in rows],
+            "seconds": [row.seconds for row in rows],
+            "attempts": [row.attempts for row in rows],
+            "host": [row.host for row in rows],
+            "finished": [row.finished for row in rows],
+            "page": [row.page for row in rows],
+        }
+        return {**head, **{key: given[key] for key in given if key not in head}, **found, **tail}
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The summary as a pandas DataFrame, indexed by the names of the measurements."""
+        import pandas
+
+        return pandas.DataFrame(self.columns()).set_index("name")
+
+    def card(self) -> Card:
+        """How many ended in which way, and the first rows with trouble."""
+        lines = [f"{len(self.rows)} measurements, {self.kept} of them done before; in {self.folder}."]
+        lines += [
+            f"{n} {code.replace('_', ' ')}: {RowOutcome[code.upper()].meaning}."
+            for code, n in self.outcomes.items()
+        ]
+        if self.others:
+            lines.append(f"{self.others} rows of an earlier plan are kept in the folder, and not listed.")
+        rows = [[row.name, row.outcome.replace("_", " "), row.sentence] for row in self.trouble[:_MOST_SHOWN]]
+        more = len(self.trouble) - len(rows)
+        remarks = [f"... and {more} more with trouble, see {SUMMARY_CSV}."] if more > 0 else []
+        verdicts = [[code.replace("_", " "), str(n)] for code, n in self.verdicts.most_common()]
+        tables = [CardTable(["verdict", "measurements"], verdicts)]
+        tables.append(CardTable(["measurement", "outcome", "sentence"], rows, (0, 1, 2)))
+        return Card(f"Batch: {self.title}", lines, tables, remarks)

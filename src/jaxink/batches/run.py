@@ -1,0 +1,201 @@
+"""A batch: what is left to do, done by this process or by Dask, and kept as it ends."""
+
+import os
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+from jaxink.batches.answer import Done, trouble
+from jaxink.batches.child import MEASURE, MOST_TRIES, Limits
+from jaxink.batches.child_main import named
+from jaxink.batches.folder import BatchFolder
+from jaxink.batches.plan import Plan, load_plan
+from jaxink.batches.result import Batch
+from jaxink.batches.row import Row, RowOutcome
+from jaxink.batches.task import Task, Unreadable, task_of
+from jaxink.batches.writing import write_batch
+from jaxink.errors import InputRefusedError, require_integer
+
+# Called with a row, the number of measurements that have one, and the number of all.
+Follow = Callable[[Row, int, int], None]
+_MEMORY_SHARE = 0.9
+_GIB = 2**30
+
+
+def batch(
+    plan: Plan | str | Path,
+    out: str | Path,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    devices: Sequence[str] = (),
+    retry: bool = False,
+    follow: Follow | None = None,
+    function: str = MEASURE,
+) -> Batch:
+    """Fit or diagnose many measurements; what has been done with the same inputs is not done again.
+
+    Parameters
+    ----------
+    plan
+        What is to be done, or its file.
+    out
+        Folder for a row and a folder of each measurement, and for the summary; created if it does not exist.
+    workers
+        Number of processes that work at the same time on this machine; 0: this process does everything, one
+        measurement after the other, within no limits; None: one for each core.
+    scheduler
+        Address of a Dask scheduler that runs, whose workers do the work instead.
+    devices
+        Graphics processors that the workers on this machine share out, as in ``CUDA_VISIBLE_DEVICES``.
+    retry
+        Whether to do again what was ended by a limit or failed unexpectedly.
+    follow
+        Called with each row as it is written, the number of measurements that have one, and the number of
+        all.
+    function
+        What is called with each task, as ``module:function``.
+
+    Raises
+    ------
+    InputRefusedError
+        If the plan is invalid, the folder cannot be written or is in use, or there is no such scheduler.
+    """
+    if workers is not None:
+        require_integer("workers", workers, 0, 10_000)
+        if scheduler is not None:
+            raise InputRefusedError(
+                "workers and scheduler are both given; a scheduler has its own workers, so leave out one."
+            )
+    plan = plan if isinstance(plan, Plan) else load_plan(plan)
+    folder = BatchFolder(out)
+    with folder.locked():
+        listing = _Listing(plan, folder, retry)
+        n_all = len(plan.measurements)
+        # Closed at once if this is interrupted, so that no process of a worker remains.
+        with closing(_answers(listing, workers, scheduler, devices, function)) as answers:
+            for done in answers:
+                folder.write(done)
+                listing.rows[done.row.name] = done.row
+                if follow is not None:
+                    follow(done.row, len(listing.rows), n_all)
+        rows = tuple(listing.rows[one.name] for one in plan.measurements)
+        others = len(folder.names() - {one.name for one in plan.measurements})
+        found = Batch(
+            plan.title, rows, plan.measurements, folder.path, listing.kept, tuple(listing.again), others
+        )
+        write_batch(found)
+        return found
+
+
+class _Listing:
+    """What is there, and what is left to do; files are read only when their turn comes."""
+
+    def __init__(self, plan: Plan, folder: BatchFolder, retry: bool):
+        self.plan, self.folder, self._retry = plan, folder, retry
+        self.rows: dict[str, Row] = {}
+        self.again: list[str] = []
+        self.kept = 0
+
+    def left(self) -> Iterator[Task | Unreadable]:
+        """What has no row of the same inputs; those whose process ended without one come last."""
+        tries = self.folder.tries()
+        for one in sorted(self.plan.measurements, key=lambda one: tries.get(one.name, 0)):
+            task, row = task_of(one, self.plan), self.folder.row(one.name)
+            if row is not None:
+                changed = task.inputs.changed_since(row.inputs)
+                if not changed and not (self._retry and row.ended.depends_on_machine):
+                    self.rows[one.name] = row
+                    self.kept += 1
+                    continue
+                why = f"{' and '.join(changed)} changed" if changed else f"it ended with {row.outcome}"
+                self.again.append(f"{one.name} is done again: {why}.")
+            yield task
+
+
+def _answers(
+    listing: _Listing, workers: int | None, scheduler: str | None, devices: Sequence[str], function: str
+) -> Generator[Done, None, None]:
+    tasks, refused = _Readable(listing.left()), RowOutcome.REFUSED
+    plan = listing.plan
+    with ExitStack() as stack:
+        if workers == 0:
+            answers = _in_order(tasks, listing.folder, function)
+        else:
+            from jaxink.batches.on_dask import local_client, measured_by, remote_client
+
+            n_workers = workers or _n_cores()
+            limits = Limits(plan.seconds, plan.memory_gib)
+            if scheduler is None:
+                limits = Limits(plan.seconds, plan.memory_gib or _memory_gib(n_workers))
+                first = tasks.peek()
+                client = stack.enter_context(local_client(n_workers)) if first else None
+            else:
+                client = stack.enter_context(remote_client(scheduler))
+            answers = iter(()) if client is None else measured_by(client, tasks, limits, function, devices)
+        for done in answers:
+            yield from (trouble(each, refused, each.sentence) for each in tasks.unreadable())
+            yield done
+        yield from (trouble(each, refused, each.sentence) for each in tasks.unreadable())
+
+
+class _Readable(Iterator[Task]):
+    """The tasks that can travel; the others wait until they are asked for."""
+
+    def __init__(self, tasks: Iterator[Task | Unreadable]):
+        self._tasks, self._unreadable = tasks, list[Unreadable]()
+        self._first: list[Task] = []
+
+    def __next__(self) -> Task:
+        if self._first:
+            return self._first.pop()
+        for task in self._tasks:
+            if isinstance(task, Task):
+                return task
+            self._unreadable.append(task)
+        raise StopIteration
+
+    def peek(self) -> bool:
+        """Whether there is a task."""
+        self._first += [task for task in [next(self, None)] if task is not None]
+        return bool(self._first)
+
+    def unreadable(self) -> Iterator[Unreadable]:
+        """What was passed over since the last call."""
+        passed, self._unreadable = self._unreadable, []
+        return iter(passed)
+
+
+def _in_order(tasks: Iterator[Task], folder: BatchFolder, function: str) -> Iterator[Done]:
+    """One after the other in this process; one that ends it twice is not begun a third time."""
+    measure = named(function)
+    tries = folder.tries()
+    for task in tasks:
+        count = tries.pop(task.name, 0)
+        if count >= MOST_TRIES:
+            sentence = (
+                f"this process ended while it worked on it, {count} times; take --workers 1 for its limits."
+            )
+            yield trouble(task, RowOutcome.KILLED, sentence, attempts=count)
+            folder.note_tries(tries)
+            continue
+        folder.note_tries(tries | {task.name: count + 1})
+        try:
+            yield measure(task)
+        except BaseException:
+            # An interruption, here or where the answer is written, says nothing about the measurement.
+            folder.note_tries(tries | ({task.name: count} if count else {}))
+            raise
+    folder.note_tries(tries)
+
+
+def _n_cores() -> int:
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
+
+
+def _memory_gib(n_workers: int) -> float | None:
+    """The machine's memory for each of some workers; None if it is unknown."""
+    try:
+        return _MEMORY_SHARE * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / _GIB / n_workers
+    except (AttributeError, ValueError, OSError):
+        return None

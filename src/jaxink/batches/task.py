@@ -1,0 +1,104 @@
+"""One measurement as it travels to a worker: the content of its files, its sample and its options."""
+
+import dataclasses
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+from jaxink.batches.listing import Listed
+from jaxink.batches.row import Inputs
+from jaxink.errors import InputRefusedError
+from jaxink.files.reading import read_bounded
+from jaxink.sample import Sample, sample_to_dict
+
+if TYPE_CHECKING:
+    from jaxink.batches.plan import Plan
+
+# A measurement travels in one message.
+_MOST_BYTES = 200_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """What a worker needs for one measurement; it sees neither the plan nor its files.
+
+    Parameters
+    ----------
+    name
+        Of the measurement.
+    paths, contents
+        Its files, and what is in them.
+    sample
+        As of `sample_to_dict`.
+    work, fit, diagnosis, reading, with_figures, checks_input
+        As of `Plan`.
+    inputs
+        Digests of all this.
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    contents: tuple[bytes, ...]
+    sample: dict[str, Any]
+    work: str
+    fit: dict[str, Any]
+    diagnosis: dict[str, Any]
+    reading: dict[str, Any]
+    with_figures: bool
+    checks_input: bool
+    inputs: Inputs
+
+
+@dataclasses.dataclass(frozen=True)
+class Unreadable:
+    """A measurement whose files or values are refused before it travels."""
+
+    name: str
+    paths: tuple[str, ...]
+    inputs: Inputs
+    sentence: str
+
+
+def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
+    """Read the files of a measurement, and put its values into the sample."""
+    options = {
+        key: getattr(plan, key)
+        for key in ("work", "fit", "diagnosis", "reading", "with_figures", "checks_input")
+    }
+    paths = tuple(map(str, listed.files))
+    said = _digest(options)
+    try:
+        contents = tuple(read_bounded(file, _MOST_BYTES, "measurement file") for file in listed.files)
+    except InputRefusedError as problem:
+        return Unreadable(
+            listed.name, paths, Inputs("absent", _digest(dict(listed.values)), said), str(problem)
+        )
+    read = hashlib.sha256()
+    for file, content in zip(listed.files, contents, strict=True):
+        read.update(json.dumps([file.name, len(content)]).encode())
+        read.update(content)
+    try:
+        sample = sample_to_dict(_with_values(plan.sample, listed))
+    except InputRefusedError as problem:
+        wrong = Inputs(read.hexdigest(), _digest(dict(listed.values)), said)
+        return Unreadable(listed.name, paths, wrong, str(problem))
+    inputs = Inputs(read.hexdigest(), _digest(sample), said)
+    return Task(listed.name, paths, contents, sample, inputs=inputs, **options)
+
+
+def _with_values(sample: Sample, listed: Listed) -> Sample:
+    """The sample with the values that the table states; a free parameter starts there."""
+    parameters = sample.parameters
+    for name, value in listed.values.items():
+        known = parameters[name]
+        if not known.minimum <= value <= known.maximum:
+            raise InputRefusedError(
+                f"{listed.name}: {name} is {value:g}{known.unit and ' ' + known.unit} in the table of "
+                f"measurements; it must lie between {known.minimum:g} and {known.maximum:g}."
+            )
+        parameters = parameters.replace(name, value=value)
+    return dataclasses.replace(sample, parameters=parameters)
+
+
+def _digest(data: Any) -> str:
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()

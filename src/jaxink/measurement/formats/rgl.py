@@ -1,0 +1,174 @@
+"""Files of the EPFL RGL material database, adaptive tensors (Dupuy and Jakob 2018 ACM Trans. Graph. 37, 274).
+
+Known from the article and from EPFL's open loader (rgl-epfl/brdf-loader), with which the values agree. The
+directions are those at which the file has values; nothing is interpolated but the wavelength.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.measurement.formats.choices import Choices, ask
+from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.points import Points, joined
+from jaxink.measurement.formats.tensor_file import SIGNATURE, read_fields
+from jaxink.measurement.formats.warp import interpolated, warped
+
+# Closer to the horizon, the cosine by which values are divided is too small.
+_LARGEST_THETA_DEG = 89.0
+_CHANNELS = ("R", "G", "B")
+
+
+def recognises(head: str) -> bool:
+    """Whether a file is a tensor file."""
+    return head.startswith(SIGNATURE.decode())
+
+
+def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+    """The points at which the file has values, at one wavelength."""
+    fields = _checked(content, read_fields(content))
+    wavelength = _wavelength(content, fields, choices)
+    values = _at_wavelength(content, fields, wavelength, choices, notes)
+    theta_i, phi_i = fields["theta_i"].astype(float), fields["phi_i"].astype(float)
+    # Of an isotropic sample, one azimuth stands for all.
+    rotation = 0 if phi_i.size <= 2 else _rotation(content, np.rad2deg(phi_i), choices)
+    is_isotropic = phi_i.size <= 2
+    every = choices.every or 1
+    parts = []
+    for k in range(0, theta_i.size, every):
+        angles = float(theta_i[k]), 0.0 if is_isotropic else float(phi_i[rotation])
+        parts.append(_points(fields, (rotation, k), angles, values[rotation, k], wavelength, every))
+    notes.append(
+        "RGL: the values hold the cosine of the view and were divided by it; "
+        f"directions beyond {_LARGEST_THETA_DEG:g} degrees were left out."
+    )
+    return joined(parts)
+
+
+def _checked(content: Content, fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The fields of a material, with shapes that belong together."""
+    if "rgb" not in fields and "spectra" not in fields:
+        raise content.refusal("is a tensor file, but holds no material (no field spectra or rgb)")
+    table = "spectra" if "spectra" in fields else "rgb"
+    dimensions = {"theta_i": 1, "phi_i": 1, "ndf": 2, "sigma": 2, "vndf": 4, table: 5}
+    if table == "spectra":
+        dimensions["wavelengths"] = 1
+    for name, n in dimensions.items():
+        if name not in fields:
+            raise content.refusal(f"is a tensor file without the field {name}, which a material has")
+        array = fields[name]
+        if array.ndim != n or array.dtype != np.float32 or min(array.shape) < 1:
+            text = f"the field {name} has shape {array.shape} and type {array.dtype}; it must have"
+            raise content.refusal(f"{text} {n} dimensions of 32-bit numbers")
+        if not np.isfinite(array).all():
+            raise content.refusal(f"the field {name} has values that are not finite")
+    axes = fields["phi_i"].size, fields["theta_i"].size
+    n_channels = fields["wavelengths"].size if table == "spectra" else len(_CHANNELS)
+    for name, leading in (("vndf", axes), (table, (*axes, n_channels))):
+        array = fields[name]
+        if array.shape[: len(leading)] != leading or min(array.shape[-2:]) < 2:
+            raise content.refusal(
+                f"the field {name} has shape {array.shape}, which does not belong to its axes"
+            )
+    for name in ("ndf", "sigma"):
+        if min(fields[name].shape) < 2:
+            raise content.refusal(f"the field {name} has shape {fields[name].shape}; it must be a table")
+    if (fields["vndf"] < 0).any() or (fields["vndf"].sum(axis=(-1, -2)) <= 0).any():
+        raise content.refusal("the field vndf is no density: it must be positive")
+    if (fields["theta_i"] < 0).any() or (fields["theta_i"] > np.pi / 2).any():
+        raise content.refusal("the field theta_i must be between 0 and pi / 2")
+    return fields
+
+
+def _wavelength(content: Content, fields: dict[str, np.ndarray], choices: Choices) -> float:
+    """The wavelength to read; between those of a spectrum, values are interpolated."""
+    nm = choices.wavelength_nm
+    if "spectra" not in fields:
+        if nm is None:
+            why = "the values are those of a colour channel and state no wavelength"
+            raise ask(content.source, "wavelength_nm", why)
+        return nm
+    axis = fields["wavelengths"].astype(float)
+    if (np.diff(axis) <= 0).any():
+        raise content.refusal("the wavelengths must ascend")
+    span = f"{axis[0]:g} to {axis[-1]:g} nm"
+    if nm is None:
+        why = f"the file has {axis.size} wavelengths from {span}, of which one is read"
+        raise ask(content.source, "wavelength_nm", why)
+    if not axis[0] <= nm <= axis[-1]:
+        raise content.refusal(f"wavelength_nm is {nm:g}; the file has {span}")
+    return nm
+
+
+def _at_wavelength(
+    content: Content, fields: dict[str, np.ndarray], wavelength_nm: float, choices: Choices, notes: list[str]
+) -> Float[np.ndarray, "phi theta m m"]:
+    if "spectra" not in fields:
+        if choices.channel is None:
+            raise ask(
+                content.source, "channel", "the values are the channels R, G and B, of which one is read"
+            )
+        channel = choices.channel.upper()
+        if channel not in _CHANNELS:
+            raise content.refusal(f"channel is {choices.channel!r}; it must be R, G or B")
+        notes.append(
+            f"Channel {channel} is read as the BSDF at {wavelength_nm:g} nm, as stated by the caller."
+        )
+        return fields["rgb"][:, :, _CHANNELS.index(channel)].astype(float)
+    if choices.channel is not None:
+        raise content.refusal("the file has a spectrum, not channels; leave out the channel")
+    axis, spectra = fields["wavelengths"].astype(float), fields["spectra"]
+    upper = min(int(np.searchsorted(axis, wavelength_nm)), axis.size - 1)
+    lower = max(upper - 1, 0)
+    step = axis[upper] - axis[lower]
+    weight = (wavelength_nm - axis[lower]) / step if step > 0 else 0.0
+    return (1 - weight) * spectra[:, :, lower].astype(float) + weight * spectra[:, :, upper].astype(float)
+
+
+def _rotation(content: Content, phi_i_deg: np.ndarray, choices: Choices) -> int:
+    listed = ", ".join(f"{angle:g}" for angle in phi_i_deg)
+    if choices.rotation_deg is None:
+        why = f"the azimuths of the source are {listed} degrees, of which one is read"
+        raise ask(content.source, "rotation_deg", why)
+    near = int(np.argmin(np.abs(phi_i_deg - choices.rotation_deg)))
+    if abs(phi_i_deg[near] - choices.rotation_deg) > 0.01:
+        raise content.refusal(f"rotation_deg is {choices.rotation_deg:g}; the file has {listed}")
+    return near
+
+
+def _points(
+    fields: dict[str, np.ndarray],
+    place: tuple[int, int],
+    angles: tuple[float, float],
+    values: Float[np.ndarray, "m m"],
+    wavelength_nm: float,
+    every: int,
+) -> Points:
+    """The points of one incidence: each value belongs to a facet, which turns the source into the view."""
+    theta_i, phi_i = angles
+    ny, nx = values.shape
+    # The last row is the first one after a turn, and the first column the normal of the facets.
+    y, x = np.meshgrid(np.arange(0, ny - 1, every), np.arange(0, nx, every), indexing="ij")
+    once = (x > 0) | (y == 0)
+    y, x = y[once], x[once]
+    u, v = warped(fields["vndf"][place], x / (nx - 1), y / (ny - 1))
+    theta_m, phi_m = u**2 * np.pi / 2, (2 * v - 1) * np.pi - phi_i
+    facet = np.stack([np.sin(theta_m) * np.cos(phi_m), np.sin(theta_m) * np.sin(phi_m), np.cos(theta_m)])
+    source = np.array([np.sin(theta_i), 0.0, np.cos(theta_i)])
+    view = 2 * (source @ facet) * facet - source[:, None]
+    theta_o = np.rad2deg(np.arccos(np.clip(view[2], -1, 1)))
+    density = interpolated(fields["ndf"].astype(float), u, v)
+    own = np.array([np.sqrt(theta_i * 2 / np.pi)]), np.array([(phi_i + np.pi) / (2 * np.pi)])
+    area = interpolated(fields["sigma"].astype(float), *own)[0]
+    keep = (theta_o <= _LARGEST_THETA_DEG) & (source @ facet > 0) & (area > 0)
+    bsdf = values[y, x] * density / (4 * area if area > 0 else 1) / np.where(keep, view[2], 1)
+    n = int(keep.sum())
+    return Points(
+        # Of 32-bit radians.
+        theta_i_deg=np.full(n, np.round(np.rad2deg(theta_i), 5)),
+        theta_o_deg=theta_o[keep],
+        phi_deg=np.rad2deg(np.arctan2(view[1], view[0]))[keep],
+        wavelength_nm=np.full(n, wavelength_nm),
+        is_transmission=np.zeros(n, bool),
+        bsdf_per_sr=bsdf[keep],
+        row=1 + np.flatnonzero(keep),
+    )

@@ -1,0 +1,68 @@
+"""Programs in memory, of which those used least recently are dropped first.
+
+A compiled program takes tens of megabytes, and hundreds of the memory mappings of which a Linux process may
+have 65530.
+"""
+
+import ctypes
+import threading
+import weakref
+from collections import OrderedDict
+from collections.abc import Hashable
+from contextlib import suppress
+from typing import Protocol, runtime_checkable
+
+# A diagnosis loads about sixteen.
+_MOST = 24
+
+
+@runtime_checkable
+class Owner(Protocol):
+    """What holds programs."""
+
+    def drop(self, name: Hashable) -> None:
+        """Forget a program; it is loaded again when it is needed."""
+
+
+class LoadedPrograms:
+    """Programs in the order of their last use.
+
+    Parameters
+    ----------
+    most
+        Number beyond which those used least recently are dropped.
+    """
+
+    def __init__(self, most: int = _MOST):
+        self._most = most
+        self._used: OrderedDict[tuple, weakref.ref[Owner]] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def use(self, owner: Owner, name: Hashable) -> None:
+        """Take note of the use of a program that an object owns."""
+        with self._lock:
+            self._used[id(owner), name] = weakref.ref(owner)
+            self._used.move_to_end((id(owner), name))
+            is_full = len(self._used) > self._most
+        if is_full and self.drop_oldest():
+            _return_freed_memory()
+
+    def drop_oldest(self) -> bool:
+        """Drop the program used least recently; return whether there was one."""
+        with self._lock:
+            if not self._used:
+                return False
+            (_, name), reference = self._used.popitem(last=False)
+        owner = reference()
+        if owner is not None:
+            owner.drop(name)
+        return True
+
+
+LOADED = LoadedPrograms()
+
+
+def _return_freed_memory() -> None:
+    """Return to the system what the C library keeps of freed memory, if it is the one that can."""
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)

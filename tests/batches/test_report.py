@@ -1,0 +1,65 @@
+"""The report of a batch: counts, trends, outliers, maps, and a link for each measurement."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jaxink.batches.listing import Listed
+from jaxink.batches.outliers import outlying
+from jaxink.batches.page import report_page
+from jaxink.batches.result import Batch
+from jaxink.batches.row import Inputs, Row, RowParameter
+
+INPUTS = Inputs("a", "b", "c")
+FAR = 7
+
+
+@pytest.fixture(scope="module")
+def batch():
+    rows, listed = [], []
+    for i in range(30):
+        value = 60 + np.sin(i) + (20 if i == FAR else 0)
+        found = (RowParameter("ink.scattering_per_mm", "1/mm", value, 1.0),)
+        page = f"results/s{i}/fit.html"
+        rows.append(
+            Row(f"s{i}", ("f",), INPUTS, "done", "", "consistent", points=9, parameters=found, page=page)
+        )
+        listed.append(Listed(f"s{i}", (Path("f"),), {}, {"x_mm": i % 6, "y_mm": i // 6, "shift": "late"}))
+    rows.append(Row("lost", ("f",), INPUTS, "refused", "f: there is <no> file."))
+    listed.append(Listed("lost", (Path("f"),)))
+    return Batch("Line <3>", tuple(rows), tuple(listed), Path("out"))
+
+
+def test_outliers_are_far_in_robust_standard_deviations(batch):
+    assert outlying(batch.rows) == {"ink.scattering_per_mm": {f"s{FAR}"}}
+
+
+def test_four_values_have_no_outlier(batch):
+    assert outlying(batch.rows[5:9]) == {"ink.scattering_per_mm": set()}
+
+
+def test_the_page_counts_draws_and_links(batch):
+    page = report_page(batch)
+    assert page.count("<img") == 2, "a trend and a map"
+    assert re.findall(r'<a href="(results/[^"]+)"', page) == [f"results/s{i}/fit.html" for i in range(30)]
+    outliers = page.split('<section id="outliers">')[1].split("</section>")[0]
+    assert re.findall(r">(s\d+)<", outliers) == [f"s{FAR}"]
+    trouble = page.split('<section id="without-a-result">')[1].split("</section>")[0]
+    assert "there is &lt;no&gt; file" in trouble
+    assert "Line &lt;3&gt;" in page
+    assert "<no>" not in page
+
+
+def test_columns_have_an_entry_for_each_measurement(batch):
+    columns = batch.columns()
+    assert {len(entries) for entries in columns.values()} == {31}
+    assert columns["x_mm"][FAR], columns["shift"][-1] == (1, None)
+    assert columns["ink.scattering_per_mm"][-1] is None
+
+
+def test_the_card_counts(batch):
+    text = batch.summary()
+    assert "30 done" in text
+    assert "1 refused" in text

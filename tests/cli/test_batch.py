@@ -1,0 +1,66 @@
+"""``jaxink batch``: what it prints, its exit codes, and that Ctrl-C loses nothing."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from jaxink.cli.app import app
+from tests.batches.functions import answered, interrupted_at_three
+from tests.samples import GOOD_SAMPLE
+
+PLAN = 'schema_version = 1\nsample = "sample.toml"\n[measurements]\nfiles = "*.csv"\n'
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "plan.toml").write_text(PLAN)
+    (tmp_path / "sample.toml").write_text(GOOD_SAMPLE)
+    for number in (1, 2, 3):
+        (tmp_path / f"sheet_{number}.csv").write_text(str(number))
+    monkeypatch.setattr("jaxink.batches.measure.measure", answered)
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
+    return tmp_path
+
+
+def batch(folder, *options):
+    words = ["batch", str(folder / "plan.toml"), "--out", str(folder / "out"), "--workers", "0", *options]
+    return CliRunner().invoke(app, words)
+
+
+def test_all_with_a_result_is_success(folder):
+    done = batch(folder)
+    assert (done.exit_code, "3 done" in done.stdout) == (0, True)
+    assert (folder / "out/report.html").exists()
+    assert "3 of them done before" in batch(folder).stdout
+
+
+def test_trouble_is_a_line_and_an_exit_code(folder):
+    (folder / "table.csv").write_text("file\nsheet_1.csv\nsheet_7.csv\n")
+    (folder / "plan.toml").write_text(PLAN.replace('files = "*.csv"', 'table = "table.csv"'))
+    done = batch(folder)
+    assert done.exit_code == 4
+    assert "sheet_7.csv" in done.stderr
+    assert batch(folder, "--quiet").stderr == ""
+
+
+def test_the_summary_as_json(folder):
+    summary = json.loads(batch(folder, "--json").stdout)
+    assert summary["columns"]["ink.scattering_per_mm"] == [1.0, 2.0, 3.0]
+
+
+def test_ctrl_c_says_how_to_go_on(folder, monkeypatch):
+    monkeypatch.setattr("jaxink.batches.measure.measure", interrupted_at_three)
+    done = batch(folder)
+    assert done.exit_code == 130
+    assert "2 of 3" in done.stderr
+    monkeypatch.setattr("jaxink.batches.measure.measure", answered)
+    assert "2 of them done before" in batch(folder).stdout
+
+
+def test_a_bad_plan_is_one_sentence(folder, told):
+    (folder / "plan.toml").write_text(PLAN.replace("[measurements]", "[measurement]"))
+    done = batch(folder)
+    assert (done.exit_code, done.stdout) == (5, "")
+    told(done.stderr, "jaxink: ", "'measurement'")
+    assert not (folder / "out").exists()

@@ -1,0 +1,71 @@
+"""Programs in memory are dropped by age, and come back when they are called."""
+
+import gc
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxink.numerics import stored_programs
+from jaxink.numerics.loaded_programs import LoadedPrograms
+from jaxink.numerics.precision import release_programs
+from jaxink.numerics.stored_programs import keeping
+
+
+class Shelf:
+    def __init__(self):
+        self.dropped = []
+
+    def drop(self, name):
+        self.dropped.append(name)
+
+
+def test_the_program_used_least_recently_is_dropped_first():
+    loaded, shelf = LoadedPrograms(most=3), Shelf()
+    for name in ("a", "b", "c", "a", "d", "e"):
+        loaded.use(shelf, name)
+    assert shelf.dropped == ["b", "c"]
+    while loaded.drop_oldest():
+        pass
+    assert shelf.dropped == ["b", "c", "a", "d", "e"]
+
+
+def test_nothing_is_kept_alive_by_the_order():
+    loaded = LoadedPrograms(most=3)
+    loaded.use(Shelf(), "a")
+    gc.collect()
+    assert not [thing for thing in gc.get_objects() if isinstance(thing, Shelf)]
+    assert loaded.drop_oldest()
+    assert not loaded.drop_oldest()
+
+
+@pytest.fixture
+def counted(tmp_path, monkeypatch):
+    monkeypatch.setenv("JAXINK_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(stored_programs, "LOADED", LoadedPrograms(most=2))
+    traces = []
+
+    def doubled(x):
+        traces.append(x.shape)
+        return 2 * x
+
+    return keeping(doubled, "doubled"), traces
+
+
+def test_a_dropped_program_is_loaded_again_without_being_traced(counted):
+    doubled, traces = counted
+    for size in (1, 2, 3, 1, 3):
+        np.testing.assert_array_equal(doubled(jnp.arange(float(size))), 2.0 * np.arange(size))
+        assert len(doubled._compiled) <= 2
+    assert traces == [(1,), (2,), (3,)]
+
+
+def test_too_many_mappings_drop_programs_by_age(counted, monkeypatch):
+    doubled, _ = counted
+    for size in (1, 2):
+        doubled(jnp.ones(size))
+    numbers = iter([100, 40])
+    monkeypatch.setattr("jaxink.numerics.precision.LOADED", stored_programs.LOADED)
+    monkeypatch.setattr("jaxink.numerics.precision._mappings", lambda: next(numbers))
+    assert not release_programs(most_mappings=50)
+    assert [shapes[0][0] for shapes in doubled._compiled] == [(2,)]
