@@ -47,7 +47,8 @@ def _steep(effect: WaveSurface, values: Mapping[str, float], wavelengths_nm: Ite
     height, length, exponent = (values[term.name] for term in effect.terms)
     # Light in air; longer frequencies scatter at grazing incidence only.
     highest = jnp.asarray(1000.0 / np.min(list(wavelengths_nm)))
-    slope = float(jnp.sqrt(KCorrelation(height**2, length, exponent).slope_variance_below(highest)))
+    spectrum = KCorrelation(*map(jnp.asarray, (height**2, length, exponent)))
+    slope = float(jnp.sqrt(spectrum.slope_variance_below(highest)))
     if slope <= LARGEST_SLOPE:
         return ""
     return f"its root mean square slope is {slope:.2g}, where the theory allows {LARGEST_SLOPE:g}"

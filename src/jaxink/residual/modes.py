@@ -62,6 +62,7 @@ class Mode:
 
     def _out_of_plane(self, points: ResidualPoints):
         order = self.azimuthal_order
+        assert order is not None
         sines = (np.sin(np.deg2rad(angle)) for angle in (points.theta_i_deg, points.theta_o_deg))
         radial = self._symmetric(lambda n, x: zernike_radial(n, order, x), *sines)
         return radial * np.cos(order * np.deg2rad(points.phi_deg))
