@@ -177,7 +177,8 @@ def test_masked_points_are_shown_but_not_fitted(example_result, told):
 
 def test_maps_where_data_leave_the_plane(example_result, ball, refused, told):
     result = scattered(example_result, ball)
-    assert [name for name, _ in figures(result)] == ["residual_map_R_550nm"]
+    # The drawn residuals are far beyond noise, so the shape is drawn, too.
+    assert [name for name, _ in figures(result)] == ["residual_map_R_550nm", "residual_shape_R_550nm"]
     figure = residual_map(result, 550.0, "R")
     told(texts(figure), numbers=False)
     discs = [axes for axes in figure.axes if axes.name == "polar"]
@@ -205,7 +206,8 @@ def test_maps_where_data_leave_the_plane(example_result, ball, refused, told):
 def test_a_scan_without_a_cut_says_so_on_the_page(example_result, ball, told):
     plane = (np.zeros(30), np.tile(np.linspace(5, 75, 15), 2), np.repeat([0.0, 180.0], 15))
     result = scattered(example_result, [plane, ball[1]])
-    assert [name for name, _ in figures(result)] == ["cuts_R_550nm", "residual_map_R_550nm"]
+    names = [name for name, _ in figures(result)]
+    assert names == ["cuts_R_550nm", "residual_map_R_550nm", "residual_shape_R_550nm"]
     told(texts(cut_figure(result, 550.0, "R")), "4 of 44", numbers=False)
 
 
