@@ -18,11 +18,10 @@ import typer
 
 from jaxink.cli.progress_lines import ProgressLines
 from jaxink.errors import InputRefusedError, JaxinkError
+from jaxink.numerics.program_store import FATAL_ONLY, JAX_LOG_LEVEL, LOG_LEVEL, limit_xla_log
 from jaxink.numerics.progress import Progress
 
 DEBUG_VARIABLE = "JAXINK_DEBUG"
-# XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
-_LOG_LEVEL, _FATAL_ONLY, _JAX_OWN = "TF_CPP_MIN_LOG_LEVEL", "3", "1"
 
 
 class ExitCode(IntEnum):
@@ -153,15 +152,12 @@ def silence_xla() -> None:
     """
     if "jaxlib" not in sys.modules:
         # A program that has imported JAX hands its level on to the commands that it starts.
-        if os.environ.get(_LOG_LEVEL, _JAX_OWN) == _JAX_OWN:
-            os.environ[_LOG_LEVEL] = _FATAL_ONLY
+        if os.environ.get(LOG_LEVEL, JAX_LOG_LEVEL) == JAX_LOG_LEVEL:
+            os.environ[LOG_LEVEL] = str(FATAL_ONLY)
         return
     # JAX is imported already: it has read the variable, or set it if it was not set.
-    if os.environ.get(_LOG_LEVEL) == _JAX_OWN:
-        with suppress(ImportError, AttributeError):
-            from jaxlib import utils
-
-            utils.absl_set_min_log_level(int(_FATAL_ONLY))
+    if os.environ.get(LOG_LEVEL) == JAX_LOG_LEVEL:
+        limit_xla_log(FATAL_ONLY)
 
 
 def prepare_jax() -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 FOLDER_VARIABLE = "JAXINK_CACHE_DIR"
+# XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
+LOG_LEVEL, FATAL_ONLY, JAX_LOG_LEVEL = "TF_CPP_MIN_LOG_LEVEL", 3, "1"
 # About two hundred diagnoses of different samples.
 LARGEST_BYTES = 1_000_000_000
 # A full store is cleared down to this share, oldest files first.
@@ -150,13 +152,36 @@ def lend_to_jax() -> float | None:
     return seconds
 
 
+def limit_xla_log(level: int) -> None:
+    """Let XLA log to stderr from a level on, also if JAX has been imported already.
+
+    Parameters
+    ----------
+    level
+        0 ... 3, from everything to fatal errors only.
+    """
+    with suppress(ImportError, AttributeError):
+        from jaxlib import utils
+
+        utils.absl_set_min_log_level(level)
+
+
 @contextmanager
 def kept_by_jax() -> Iterator[None]:
-    """As `lend_to_jax`, and restored afterwards."""
+    """As `lend_to_jax`, and restored afterwards.
+
+    Meanwhile XLA logs fatal errors only, unless the process has chosen a level: loading a stored program logs
+    what its loader does not know, at length and without consequence; real failures are raised.
+    """
     seconds = lend_to_jax()
+    silences = seconds is not None and os.environ.get(LOG_LEVEL, JAX_LOG_LEVEL) == JAX_LOG_LEVEL
+    if silences:
+        limit_xla_log(FATAL_ONLY)
     try:
         yield
     finally:
+        if silences:
+            limit_xla_log(int(JAX_LOG_LEVEL))
         if seconds is not None:
             import jax
             from jax.experimental.compilation_cache import compilation_cache
