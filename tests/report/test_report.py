@@ -418,7 +418,7 @@ def test_exit_code_of_each_verdict(code, run, found, tmp_path):
     run.outcome = with_code(found, code)
     done = run(tmp_path / "out", "--no-figures", "--quiet")
     assert (done.stdout, done.stderr) == ("", "")
-    unexplained = ("PARTLY_EXPLAINED", "UNEXPLAINED_STRUCTURE", "INPUT_MISTAKE")
+    unexplained = ("PARTLY_EXPLAINED", "UNEXPLAINED_STRUCTURE", "IMITATED", "INPUT_MISTAKE")
     left = 6 if code is VerdictCode.UNFINISHED else 0
     assert done.exit_code == (3 if code.name in unexplained else left)
     assert names_in(tmp_path / "out") == sorted([*ALWAYS, *INSIDE])

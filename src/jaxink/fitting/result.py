@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import pandas
 
 SCHEMA_VERSION = 1
+_LARGEST_IN_NOISE = 1e100
 DATA_FILE = "result.nc"
 # Columns of result.nc with a value for each used point: name there and description, by field.
 COLUMNS = {
@@ -215,6 +216,11 @@ class FitResult(SavedInFolder, Presented):
     def residual_shape(self) -> ResidualShape | None:
         """Smooth modes of the residual, if the model does not fit; None if it does, or if that is unknown."""
         if self.whitened is None or not self.verdict.is_misfit:
+            return None
+        # Of a damaged file; squares of such numbers overflow.
+        with np.errstate(all="ignore"):
+            in_noise = np.concatenate([self.whitened, self.predicted_per_sr / self.sigma_per_sr])
+        if not np.all(np.abs(in_noise) < _LARGEST_IN_NOISE):
             return None
         weight = np.sqrt(weights_of(self.data, self.sample))
         factor = self.noise["scan_relative"]

@@ -140,6 +140,7 @@ def lend_to_jax() -> float | None:
         JAX's earlier shortest compile time of what it keeps, in seconds; None if nothing has changed.
     """
     import jax
+    from jax.experimental.compilation_cache import compilation_cache
 
     # JAX makes the attributes of its configuration at run time.
     config: Any = jax.config
@@ -149,6 +150,8 @@ def lend_to_jax() -> float | None:
     seconds = config.jax_persistent_cache_min_compile_time_secs
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    # JAX decides once whether it has a folder: what was compiled before had none.
+    compilation_cache.reset_cache()
     return seconds
 
 
