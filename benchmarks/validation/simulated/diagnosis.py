@@ -189,9 +189,10 @@ benchmarks/validation/simulated/reports). Strengths are compared if the simulati
 (docs/diagnosis.md) define the effect in the same way; for `lateral_loss` these are the diameters of beam and
 field. Parameters are in the order of the sample file.
 
-The strength of `rough_ink` is the angle of the density that was chosen. If `undeclared_rough_surface` ends at GGX facets
-(reduced chi-square 1.043), this is a rival minimum: the Cauchy facets of the simulation fit better (1.035 with 2.97 +- 0.06
-degrees), but the declared model has two minima, and from the one at the upper bound of g the other form is preferred.
+The strength of `rough_ink` is the angle of the density that was chosen. If `undeclared_rough_surface` ends at
+GGX facets (reduced chi-square 1.043), this is a rival minimum: the Cauchy facets of the simulation fit better
+(1.035 with 2.97 +- 0.06 degrees), but the declared model has two minima, and from the one at the upper bound
+of g the other form is preferred.
 
 {table(header, rows)}
 """
