@@ -44,6 +44,7 @@ class Photons:
         self.batch = np.arange(n) * N_BATCHES // n
 
     def keep(self, alive):
+        """Forget all others."""
         for name, array in vars(self).items():
             setattr(self, name, array[..., alive])
 

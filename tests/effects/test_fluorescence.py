@@ -91,7 +91,11 @@ def test_without_absorption_every_emitted_photon_leaves():
 
 def test_emitted_light_is_that_of_the_monte_carlo():
     kept = json.loads(inks.FILE.read_text(encoding="utf-8"))["green"]["emitted"]
-    rows = [(i, signed, side) for i in inks.INCIDENCES_DEG for signed, side in zip(inks.TWICE, inks.SIDES)]
+    rows = [
+        (i, signed, side)
+        for i in inks.INCIDENCES_DEG
+        for signed, side in zip(inks.TWICE, inks.SIDES, strict=True)
+    ]
     theta_i, signed, side = (np.array(column) for column in zip(*rows, strict=True))
     columns = theta_i, np.abs(signed), np.where(signed < 0, 0.0, 180.0), np.full(signed.size, 520.0), side
     scene = Scene.of(*columns, np.arange(signed.size))
@@ -173,6 +177,8 @@ def test_emission_is_known_at_the_wavelengths_of_the_file_only():
     scene = one_point()
     sample = known(EMITTING.format(value=0.1))
     with pytest.raises(InputRefusedError, match="600 nm"):
-        emission_of(*declared_effects(sample), sample, sample, one_point().all_directions(Surroundings.NOTHING), None)
+        emission_of(
+            *declared_effects(sample), sample, sample, one_point().all_directions(Surroundings.NOTHING), None
+        )
     lateral = dataclasses.replace(sample, beam_diameter_mm=2.0, detector_diameter_mm=4.0)
     assert isinstance(Fluorescence.forms(Case(lateral, scene)), str)

@@ -55,7 +55,54 @@ def main() -> None:
                 kept[name] = diagnosed(ink, quantum_yield)
                 KEPT.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
                 print(name, kept[name]["verdict"], kept[name]["steps"], flush=True)
-    print(kept, table, filled, machine, write_page, WAVES_NM, PAGE)
+    rows = [
+        row(ink, quantum_yield, kept[name])
+        for ink in INKS
+        for quantum_yield in YIELDS
+        if (name := f"{ink}-{quantum_yield:g}") in kept
+    ]
+    header = ["ink", "reduced chi-square before", "verdict", "found", "exciting, nm", "after"]
+    header += [
+        "true yield",
+        "found yield",
+        "distance, s.e.",
+        *(f"emitted at {nm:g} nm" for nm in WAVES_NM[1:]),
+    ]
+    header.append("seconds")
+    parts = {"machine": machine(), "table": table(header, rows), "accuracy": ACCURACY}
+    write_page("fluorescence.md", filled(PAGE, **parts))
+
+
+def row(ink: str, quantum_yield: float, found: dict) -> list[str]:
+    """One line of the table; shares of emitted photons are given as found (true)."""
+    steps = {step["effect"]: step for step in found["steps"]}
+    line = [
+        f"`{ink}`",
+        f"{found['before']:.3g}",
+        found["verdict"],
+        "; ".join(" / ".join(step["members"]) for step in found["steps"]) or "none",
+    ]
+    if "fluorescence" not in steps:
+        return [*line, "-", f"{found['after']:.3g}", f"{quantum_yield:g}", *["-"] * 6, str(found["seconds"])]
+    step, values = steps["fluorescence"], found["corrected"]
+    mean, error = (step[key]["fluorescence.quantum_yield"] for key in ("terms", "errors"))
+    exciting = [f"{nm:g}" for nm in WAVES_NM if values[f"fluorescence.excitation@{nm:g}"][0] > 0]
+    left, shares = 1.0, []
+    for nm in WAVES_NM:
+        here = left * values[f"fluorescence.emission@{nm:g}"][0]
+        left -= here
+        shares.append(here)
+    pairs = zip(shares[1:], INKS[ink][2][1:], strict=True)
+    return [
+        *line,
+        ", ".join(exciting),
+        f"{found['after']:.3g}",
+        f"{quantum_yield:g}",
+        f"{mean:.3f}" + (f" +- {error:.3f}" if error else " (bound)"),
+        f"{(mean - quantum_yield) / error:+.1f}" if error else "-",
+        *(f"{share:.2f} ({true:g})" for share, true in pairs),
+        str(found["seconds"]),
+    ]
 
 
 if __name__ == "__main__":

@@ -116,9 +116,7 @@ def exact(ink: str, quantum_yield: float, kept: dict) -> np.ndarray:
 def measured(ink: str, quantum_yield: float) -> jaxink.GonioData:
     """A measurement with noise."""
     bsdf = exact(ink, quantum_yield, json.loads(FILE.read_text(encoding="utf-8"))[ink])
-    incidence, nm, signed = (
-        a.ravel() for a in np.meshgrid(INCIDENCES_DEG, WAVES_NM, TWICE, indexing="ij")
-    )
+    incidence, nm, signed = (a.ravel() for a in np.meshgrid(INCIDENCES_DEG, WAVES_NM, TWICE, indexing="ij"))
     side = np.tile(SIDES, len(INCIDENCES_DEG) * len(WAVES_NM))
     bsdf = bsdf.ravel()
     rng = np.random.default_rng(int(1000 * quantum_yield) + len(ink))

@@ -67,7 +67,8 @@ def emission_of(effect: EmittingEffect, whole: Sample, divided: Sample, directio
     parts = [
         k
         for k, layer in enumerate(divided.layers)
-        if layer.name == effect.layer or (layer.name not in known and layer.name.startswith(f"{effect.layer}_"))
+        if layer.name == effect.layer
+        or (layer.name not in known and layer.name.startswith(f"{effect.layer}_"))
     ]
     if effect.layer not in {layer.name for layer in whole.layers}:
         return None
@@ -82,4 +83,3 @@ def emission_of(effect: EmittingEffect, whole: Sample, divided: Sample, directio
     repeated[3] = np.repeat(waves, wave.size)
     row = np.searchsorted(waves, wave) * wave.size + np.arange(wave.size)
     return Emission(effect, tuple(parts), make(*repeated), row)
-

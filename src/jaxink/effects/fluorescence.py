@@ -22,6 +22,8 @@ _TYPICAL_YIELD = 0.1
 # Share of the photons at the leading wavelength of a setting; the others have equal parts of the rest, so
 # that a refit starts inside their ranges.
 _LEADING = 0.7
+# Absorption of light below all wavelengths: only its product with the yield is determined.
+_UNMEASURED_PER_MM = 100.0
 # Largest numbers of exciting bands and, of each, leading wavelengths that are tried.
 _MOST_BANDS, _MOST_LEADING = 6, 4
 
@@ -112,7 +114,7 @@ class Fluorescence(EmittingEffect):
 
     @property
     def settings(self):
-        """A typical yield with most light at one of the wavelengths, or equal shares if it is not resolved."""
+        """A typical yield with most light at one of the wavelengths; equal shares if unresolved."""
         if self.n_exciting is None:
             return ({_YIELD: _TYPICAL_YIELD},)
         emitting = range(self.n_exciting, len(self.wavelengths_nm))
@@ -131,13 +133,13 @@ class Fluorescence(EmittingEffect):
         left = np.cumsum(every[::-1])[::-1]
         emission = np.where(left > 0, every / np.where(left > 0, left, 1.0), 0.0)
         excitation = (np.arange(len(waves)) < n_exciting).astype(float)
-        values = {_YIELD: _TYPICAL_YIELD, _BELOW: 0.0 if n_exciting else 1.0}
+        values = {_YIELD: _TYPICAL_YIELD, _BELOW: 0.0 if n_exciting else _UNMEASURED_PER_MM}
         for key, column in (("excitation", excitation), ("emission", emission)):
             values |= {f"fluorescence.{key}@{w:g}": float(x) for w, x in zip(waves, column, strict=True)}
         return values
 
     def couplings(self, values):
-        """Photons: absorbed, times yield and emission, over those incident at the wavelength of the reading."""
+        """Photons absorbed, times yield and emission, over those incident at the wavelength read."""
         nm = np.array(self.wavelengths_nm)
         longer = nm[:, None] < nm
         emission = _shares(self._each("emission", values))

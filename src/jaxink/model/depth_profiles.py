@@ -37,7 +37,9 @@ class DepthProfiles(eqx.Module):
     absorption_per_mm: Float[Array, "*wavelengths depths"]
 
     def emitted(
-        self, coupling: Float[Array, "wavelengths wavelengths"], unmeasured_per_mm: Float[Array, " wavelengths"]
+        self,
+        coupling: Float[Array, "wavelengths wavelengths"],
+        unmeasured_per_mm: Float[Array, " wavelengths"],
     ) -> Float[Array, "wavelengths sides incidences outgoing"]:
         """BSDF read at each emitted wavelength.
 

@@ -137,7 +137,10 @@ EFFECTS: dict[str, EffectKeys] = {
     "fluorescence": EffectKeys(
         {
             "quantum_yield": Quantity(
-                "", 0.0, 1.0, meaning="photons emitted for each that the ink absorbs at an exciting wavelength"
+                "",
+                0.0,
+                1.0,
+                meaning="photons emitted for each that the ink absorbs at an exciting wavelength",
             ),
             "excitation": Quantity(
                 "", 0.0, 1.0, 1.0, spectral=True, meaning="share of the absorbed photons that excite"

@@ -133,8 +133,8 @@ class ParameterReader:
         """Entries at each wavelength, some of which are free."""
         if len(free) != len(each) or not all(isinstance(one, bool) for one in free):
             raise InputRefusedError(
-                f"{name}: free must be true, false, or a list of {len(each)} of them, one for each wavelength "
-                "in ascending order."
+                f"{name}: free must be true, false, or a list of {len(each)} of them, one for each "
+                "wavelength in ascending order."
             )
         if smoothness is not None or any("prior" in one for one in each):
             raise InputRefusedError(
