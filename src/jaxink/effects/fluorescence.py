@@ -65,10 +65,10 @@ class Fluorescence(EmittingEffect):
         n = len(found.wavelengths_nm)
         # A broadband detector also sees what is emitted beyond the longest wavelength.
         last = n - 1 if found.is_resolved else n
-        numbers = np.unique(np.linspace(1, last, min(_MOST_BANDS, last)).round().astype(int))
+        bands = np.unique(np.linspace(1, last, min(_MOST_BANDS, last)).round().astype(int)).tolist()
         if found.is_resolved and found.unmeasured_photons > 0:
-            numbers = [0, *numbers]
-        forms = tuple(dataclasses.replace(found, n_exciting=int(k)) for k in numbers)
+            bands = [0, *bands]
+        forms = tuple(dataclasses.replace(found, n_exciting=k) for k in bands)
         return forms or "light emitted at wavelengths longer than those measured is not seen"
 
     @classmethod

@@ -203,7 +203,7 @@ class ForwardModel(eqx.Module):
         spectrum = jax.vmap(self.points.rays.average)(at_pairs(bsdf, self.points.rays.directions))
         return spectrum[self.points.wavelength_of_point, self.points.pair_of_point]
 
-    def _solvable(self, wavelength_nm, values: Mapping, tables) -> tuple[Stack, ChannelPlan]:
+    def _solvable(self, wavelength_nm, values, tables):
         """Stack at one wavelength, and its channels with the rough interfaces that are tabulated."""
         stack = self.builder.stack(values, wavelength_nm)
         tabulated = tuple(

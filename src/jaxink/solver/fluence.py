@@ -17,6 +17,7 @@ from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import inverse, transpose
 from jaxink.numerics.quadrature import gauss_legendre_unit
+from jaxink.optics.layers import TruncatedOptics
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import respond
 from jaxink.solver.phase_matrices import phase_matrices
@@ -80,7 +81,7 @@ def _in_layer(stack, channels: StackChannels, config, kappa, k: int) -> tuple[Ar
         (*seen[::-1], channels.escape[1], channels.escape_beyond[1]),
     )
     rows = transpose(channels.grid.interpolation(kappa))
-    thickness = channels.truncated[k].optical_thickness
+    thickness = _optics(channels, k).optical_thickness
     regular = _regular(channels.fields, k, thickness)
     regular_beyond = _regular(channels.fields_beyond, k, thickness)
     found = []
@@ -88,6 +89,12 @@ def _in_layer(stack, channels: StackChannels, config, kappa, k: int) -> tuple[Ar
         smooth = (_arriving(near, far, channels.scale * slant) / channels.scale - here) / escape
         found.append((smooth @ rows) * escape_beyond + beyond)
     return tuple(found)
+
+
+def _optics(channels: StackChannels, k: int) -> TruncatedOptics:
+    optics = channels.truncated[k]
+    assert optics is not None, "a clear layer neither absorbs nor emits"
+    return optics
 
 
 class _Seen(NamedTuple):
@@ -99,7 +106,7 @@ class _Seen(NamedTuple):
 
 def _seen_from_depths(stack, channels: StackChannels, config, k: int) -> tuple[_Seen, _Seen]:
     """What lies in front of each depth of layer ``k``, and behind it, for azimuthal order 0."""
-    optics, cosine = channels.truncated[k], channels.fields.cosines[k]
+    optics, cosine = _optics(channels, k), channels.fields.cosines[k]
     safe_cosine = jnp.where(cosine > 0, cosine, 1.0)
     weight = channels.grid.etendue_weight / (stack.layers[k].refractive_index ** 2 * safe_cosine)
     a_matrix, b_matrix, _ = phase_matrices(optics, cosine, weight, 1)
@@ -108,9 +115,13 @@ def _seen_from_depths(stack, channels: StackChannels, config, k: int) -> tuple[_
     shares = jnp.asarray(np.diff(DEPTHS, prepend=0.0))
     parts = jax.vmap(lambda share: respond(config.layer_method, a_matrix, b_matrix, share * half))(shares)
     last = len(stack.layers)
-    ends = _outside(stack, channels, range(k + 1)), _outside(stack, channels, range(last, k, -1))
+    front, back = _outside(stack, channels, range(k + 1)), _outside(stack, channels, range(last, k, -1))
     # Both sides take the place of the azimuthal orders.
-    start = Below(*(jnp.concatenate(pair) for pair in zip(*(end[:2] for end in ends), strict=True)), False)
+    start = Below(
+        jnp.concatenate([front.reflection, back.reflection]),
+        jnp.concatenate([front.transmission, back.transmission]),
+        False,
+    )
 
     def step(outside, part):
         inwards = add_layer(*part, outside)
@@ -123,7 +134,7 @@ def _seen_from_depths(stack, channels: StackChannels, config, k: int) -> tuple[_
     )
 
 
-def _outside(stack, channels: StackChannels, interfaces: range) -> Below:
+def _outside(stack, channels: StackChannels, interfaces: range) -> _Seen:
     """All elements from one of the surroundings to an emitting layer, seen from there, for order 0.
 
     ``interfaces`` are counted inwards: upwards from the front, downwards from the back.
@@ -144,9 +155,11 @@ def _outside(stack, channels: StackChannels, interfaces: range) -> Below:
         else:
             r = channels.fields.interfaces[k]
             below = add_diagonal((r, r, 1 - r), below)
+    assert below.reflection is not None
+    assert below.transmission is not None
     if below.reflection.ndim == 1:
-        return Below(jnp.diag(below.reflection)[None], jnp.diag(below.transmission)[None], False)
-    return below
+        return _Seen(jnp.diag(below.reflection)[None], jnp.diag(below.transmission)[None])
+    return _Seen(below.reflection, below.transmission)
 
 
 def _with_layer(stack, channels: StackChannels, k: int, below: Below) -> Below:
