@@ -13,7 +13,7 @@ from jaxink.effects.surfaces import SURFACES
 from jaxink.effects.volume import VOLUME
 from jaxink.effects.waves import WAVES
 
-CATALOGUE_VERSION = 1
+CATALOGUE_VERSION = 2
 # Effects act in this order; the report lists them in it.
 CATALOGUE: tuple[type[Effect], ...] = (
     *INSTRUMENT,

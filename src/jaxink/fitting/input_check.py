@@ -91,9 +91,17 @@ def _is_doubtful(result: FitResult) -> bool:
 
 def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
     """The mistake that needs no refit: more light leaves the sample than arrives."""
-    most = max(balances(result.data), key=lambda balance: balance.share, default=None)
+    found = balances(result.data)
+    most = max(found, key=lambda balance: balance.share, default=None)
     if most is None or most.share <= _MOST_POWER:
         return ()
+    light = result.sample.illumination
+    if result.sample.detector_mode == "spectrometer" and light is not None and len(found) > 1:
+        # Light of one wavelength may come from another one: only that of all cannot exceed what arrives.
+        weights = np.interp([balance.wavelength_nm for balance in found], *light)
+        shares = np.array([balance.share for balance in found])
+        if np.sum(weights * shares) <= _MOST_POWER * np.sum(weights):
+            return ()
     sides = " + ".join(most.sides)
     return (
         Mistake(
