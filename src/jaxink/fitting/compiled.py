@@ -116,7 +116,7 @@ class CompiledObjective:
         self.programs.ready.add(program)
         residual, predicted, _ = map(np.asarray, found[0])
         slopes = np.concatenate([slopes for _, _, slopes in found], axis=1)
-        return Point(np.array(unit, float), residual, predicted, self.colouring.expand(slopes))
+        return Point(np.array(unit, float), residual, predicted, np.asarray(self.colouring.expand(slopes)))
 
     def predicted(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF, 1/sr."""
