@@ -10,6 +10,7 @@ from jaxink.effects import (
     AreaWithOtherSample,
     AreaWithOtherValues,
     Effect,
+    EmittingEffect,
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
@@ -19,7 +20,14 @@ from jaxink.effects import (
 from jaxink.effects.instrument import AngleOffset, Gain, IncidenceAngle
 from jaxink.effects.waves import Polarisation
 
-KINDS = (SampleEffect, AreaWithOtherSample, AreaWithOtherValues, ReadingEffect, FinerDiscretisation)
+KINDS = (
+    SampleEffect,
+    AreaWithOtherSample,
+    AreaWithOtherValues,
+    ReadingEffect,
+    EmittingEffect,
+    FinerDiscretisation,
+)
 # Methods of an effect that may be replaced, once.
 DEFAULTS = {"forms", "settings", "carrier", "is_screened", "of_sample", "form", "settled"}
 

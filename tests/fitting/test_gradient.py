@@ -33,6 +33,11 @@ TWO_MINIMA = Curve(
     lambda u: 2.6 - (u - 0.2) ** 2 * (15 if u < 0.2 else 2.6 / 0.36),
     lambda u: -2 * (u - 0.2) * (15 if u < 0.2 else 2.6 / 0.36),
 )
+# The same with the hill at 0.6, beyond the middle, and 0 at 0.9.
+FAR_MINIMUM = Curve(
+    lambda u: 2.6 - (u - 0.6) ** 2 * (0.6 / 0.36 if u < 0.6 else 2.6 / 0.09),
+    lambda u: -2 * (u - 0.6) * (0.6 / 0.36 if u < 0.6 else 2.6 / 0.09),
+)
 START = np.array([0.1, 0.9])
 
 
@@ -42,6 +47,12 @@ def test_a_search_that_ends_at_a_bound_is_continued_from_the_middle():
     assert leaves.unit == pytest.approx([0.8, 0.4], abs=1e-3)
     assert leaves.outcome is stays.outcome is Outcome.CONVERGED
     assert leaves.jacobians > stays.jacobians
+
+
+def test_a_search_that_comes_back_to_a_bound_is_continued_from_the_other_side():
+    stays, leaves = (search(method(), FAR_MINIMUM, START) for method in (Descent, Gradient))
+    assert stays.unit == pytest.approx([0.0, 0.4], abs=1e-3)
+    assert leaves.unit == pytest.approx([0.9, 0.4], abs=1e-3)
 
 
 def test_a_minimum_at_a_bound_is_kept_whatever_the_limits():

@@ -36,25 +36,53 @@ class Descent(WithJacobian):
 
 
 class Gradient(Descent):
-    """The same, and once more with the parameters that have ended at a bound back in the middle.
+    """The same, and again with the parameters that have ended at a bound elsewhere in their ranges.
 
-    A search may have been driven to a bound far from the minimum, where it stays.
+    A search may have been driven to a bound far from the minimum, where it stays. It is continued from the
+    middle of the range and, if it comes back, from the quarter on the other side, where the others are first
+    fitted alone: the way there may lead over a saddle.
     """
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
-        outcome, end = super().descend(watched, start), watched.best
-        assert end is not None
-        lower, upper = watched.lower, watched.upper
-        at_bound = (upper > lower) & ((end.unit <= lower) | (end.unit >= upper))
-        if outcome is not Outcome.CONVERGED or not at_bound.any():
-            return outcome
-        try:
-            super().descend(watched, np.where(at_bound, (lower + upper) / 2, end.unit))
-        except LimitReached:
-            if watched.best is not end:
-                raise
+        outcome = super().descend(watched, start)
+        for again in (self._from_middle, self._from_other_side):
+            end = watched.best
+            assert end is not None
+            low, high = _at_bounds(end.unit, watched.lower, watched.upper)
+            if outcome is not Outcome.CONVERGED or not (low | high).any():
+                return outcome
+            try:
+                again(watched, end.unit, low, high)
+            except LimitReached:
+                if watched.best is not end:
+                    raise
+                return outcome
         return outcome
+
+    def _from_middle(
+        self, watched: WatchedObjective, end: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> None:
+        super().descend(watched, np.where(low | high, (watched.lower + watched.upper) / 2, end))
+
+    def _from_other_side(
+        self, watched: WatchedObjective, end: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> None:
+        lower, upper = watched.lower, watched.upper
+        share = np.where(low, 0.75, 0.25)
+        there = np.where(low | high, lower + share * (upper - lower), end)
+        box = np.where(low | high, there, lower), np.where(low | high, there, upper)
+        held, _ = descend(watched.linearised, there, *box, _SCAN_DECREMENT, watched.step)
+        super().descend(watched, held.point.unit)
+
+
+def _at_bounds(
+    unit: Float[np.ndarray, " parameters"],
+    lower: Float[np.ndarray, " parameters"],
+    upper: Float[np.ndarray, " parameters"],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whether variables with a range are at its lower, and at its upper end."""
+    return (upper > lower) & (unit <= lower), (upper > lower) & (unit >= upper)
 
 
 class GradientSearch:
