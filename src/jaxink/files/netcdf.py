@@ -162,8 +162,12 @@ def read_dataset(
     try:
         _require_unchanged(content, name)
         _require_held(content, name)
-        with xarray.open_dataset(content, engine="h5netcdf") as opened:
-            return opened.load()
+        with xarray.open_dataset(content, engine="h5netcdf", phony_dims="access") as opened:
+            loaded = opened.load()
+        # A damaged list of dimensions can be shorter than the axes, which xarray finds only when it is used.
+        if any(len(variable.dims) != len(variable.shape) for variable in loaded.variables.values()):
+            raise ValueError("a variable has more axes than dimensions")
+        return loaded
     except InputRefusedError:
         raise
     # The libraries raise all sorts of exceptions for corrupted files.
