@@ -44,9 +44,9 @@ class SearchPolicy:
         Largest number of those effects that are refitted at one stage.
     polish_share, most_polished
         Refits continued to convergence: those with at least this share of the best decrease, and how many.
-    enough_reduced_chi_square
-        Below this chi-square per point an effect is sufficient: neither pairs nor further effects with
-        programs of their own are tried.
+    enough_reduced_chi_square, enough_share
+        Below this chi-square per point, or this share of the misfit, an effect is sufficient: neither pairs
+        nor further effects with programs of their own are tried.
     most_foreseen
         Otherwise, number of leading effects that are combined with a second one, and of second ones for each.
     most_tried
@@ -103,6 +103,7 @@ class SearchPolicy:
     polish_share: float = 0.4
     most_polished: int = 6
     enough_reduced_chi_square: float = 1.3
+    enough_share: float = 0.01
     most_foreseen: int = 4
     most_tried: int = 3
     clear_errors: float = 2.0

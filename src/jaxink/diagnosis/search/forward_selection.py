@@ -37,6 +37,10 @@ class ForwardSelection:
         one.
         """
         left_out = self._refit_candidates(screening)
+        if screening.stage.is_far:
+            # One more program costs less than all pairs, which nobody needs if this effect suffices.
+            self._refit_until_enough(screening, left_out[:1], {})
+            left_out = left_out[1:]
         reach = self._foresight(screening) if with_pairs else {}
         self._refit_until_enough(screening, left_out, reach)
         return self._accepted(screening, reach)
@@ -119,10 +123,12 @@ class ForwardSelection:
                 refits[name] = polished(screening.stage, refit)
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
-        """Whether one effect, or a pair, leaves little misfit, or there was little to begin with."""
+        """Whether one effect, or a pair, leaves little misfit; what is left is for the next stage."""
+        policy, n = self.options.policy, self.n_points
         ends = [r.solution.chi_square for r in screening.refits.values()]
         least = min(ends + list(reach.values()), default=np.inf)
-        return least < self.options.policy.enough_reduced_chi_square * self.n_points
+        excess = screening.stage.solution.chi_square - n
+        return least < n + max((policy.enough_reduced_chi_square - 1) * n, policy.enough_share * excess)
 
     def _foresight(self, screening: Screening) -> dict[str, float]:
         """Chi-square, penalised for terms, that a second effect reaches after each leading one.
@@ -131,7 +137,7 @@ class ForwardSelection:
         """
         n, policy = self.n_points, self.options.policy
         ranked = sorted(screening.refits.values(), key=lambda r: -r.penalised(n))
-        if not ranked or ranked[0].solution.chi_square < policy.enough_reduced_chi_square * n:
+        if not ranked or self._is_enough(screening, {}):
             return {}
         reach: dict[str, float] = {}
         stage, leading = screening.stage, [r for r in ranked if not r.effect.own_program]
