@@ -61,7 +61,8 @@ class ForwardSelection:
         promise = {name: stage.promise(directions[name]) for name in significant}
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
         shared = [name for name in promise if name not in own]
-        with _prepared(stage, directions, promise, policy.own_program_share):
+        likely_share = policy.own_program_share_far if stage.is_far else policy.own_program_share
+        with _prepared(stage, directions, promise, likely_share):
             for name in shared:
                 self._refit(screening, name, len(promise))
             self._polish(screening)
