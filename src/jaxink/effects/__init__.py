@@ -12,6 +12,7 @@ from jaxink.effects.kinds import (
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
+    UnevenSurface,
 )
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.effects.validity import invalidity
@@ -32,6 +33,7 @@ __all__ = [
     "SampleEffect",
     "Scene",
     "Surroundings",
+    "UnevenSurface",
     "as_declared",
     "declare",
     "declared_effects",

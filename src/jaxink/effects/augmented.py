@@ -21,7 +21,9 @@ from jaxink.effects.kinds import (
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
+    UnevenSurface,
 )
+from jaxink.effects.plane import Hemisphere
 from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.measurement.dataset import Columns, GonioData
@@ -58,6 +60,7 @@ class AugmentedModel(eqx.Module):
     effects: tuple[Effect, ...] = eqx.field(static=True)
     scene: Scene
     surroundings: Surroundings = eqx.field(static=True)
+    hemisphere: Hemisphere | None
 
     def __init__(
         self,
@@ -74,6 +77,11 @@ class AugmentedModel(eqx.Module):
         looked_at = (e.looks_at for e in effects if isinstance(e, ReadingEffect))
         self.surroundings = functools.reduce(operator.or_, looked_at, Surroundings.NOTHING)
         directions = scene.all_directions(self.surroundings)
+        self.hemisphere = None
+        if any(isinstance(e, UnevenSurface) for e in effects):
+            self.hemisphere = Hemisphere.beside(directions, scene.waves)
+            both = zip(directions, self.hemisphere.columns, strict=True)
+            directions = tuple(np.concatenate(columns) for columns in both)
 
         dividing = tuple(e for e in effects if isinstance(e, DividingEffect))
         whole = extend(sample, undivided(effects))
@@ -115,7 +123,7 @@ class AugmentedModel(eqx.Module):
 
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """As of `ForwardModel`; none if an effect of a user's own might mix wavelengths."""
-        mixing = (e for e in self.effects if isinstance(e, ReadingEffect | AreaWithOtherValues))
+        mixing = (e for e in self.effects if isinstance(e, ReadingEffect | AreaWithOtherValues | UnevenSurface))
         if not all(is_of_catalogue(effect) for effect in mixing):
             return {}
         models = (self.main, *(model for _, model in self.others))
@@ -140,7 +148,13 @@ class AugmentedModel(eqx.Module):
         """
         values = self.sample.parameters.values_with(values or {})
         everywhere, regular = self._mixed(values)
-        field = self._field(everywhere, regular)
+        if self.hemisphere is not None:
+            shaped = self.hemisphere.sample(everywhere, regular)
+            for effect in self.effects:
+                if isinstance(effect, UnevenSurface):
+                    shaped = effect.shape(shaped, values)
+            everywhere, regular = shaped.bsdf, shaped.regular
+        field = self._field(everywhere, regular[: len(self.scene)])
         predicted = field.points
         for effect in self.effects:
             if isinstance(effect, ReadingEffect):
@@ -149,12 +163,11 @@ class AugmentedModel(eqx.Module):
 
     def _mixed(self, values):
         """BSDF in all directions and regular power, averaged over the areas of the sample."""
-        n = len(self.scene)
+        with_regular = Surroundings.PLANES in self.surroundings or self.hemisphere is not None
 
         def of(model, given):
             everywhere = model.bsdf(given)
-            with_planes = Surroundings.PLANES in self.surroundings
-            return everywhere, model.regular(given)[:n] if with_planes else jnp.zeros(n)
+            return everywhere, model.regular(given) if with_regular else jnp.zeros_like(everywhere)
 
         mixing = (effect for effect in self.effects if isinstance(effect, AreaWithOtherValues))
         mixed = [part for effect in mixing for part in effect.mixture(values)]

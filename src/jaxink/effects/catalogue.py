@@ -9,15 +9,17 @@ from jaxink.effects.geometry import GEOMETRY
 from jaxink.effects.instrument import INSTRUMENT
 from jaxink.effects.kinds import Effect
 from jaxink.effects.numerics import NUMERICS
+from jaxink.effects.relief import RELIEF
 from jaxink.effects.surfaces import SURFACES
 from jaxink.effects.volume import VOLUME
 from jaxink.effects.waves import WAVES
 
-CATALOGUE_VERSION = 1
+CATALOGUE_VERSION = 2
 # Effects act in this order; the report lists them in it.
 CATALOGUE: tuple[type[Effect], ...] = (
     *INSTRUMENT,
     *SURFACES,
+    *RELIEF,
     *VOLUME,
     *GEOMETRY,
     *CONSTANTS,

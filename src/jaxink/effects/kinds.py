@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.effects.case import Case
+from jaxink.effects.plane import PlaneSample
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Sample
@@ -262,6 +263,33 @@ class ReadingEffect(Effect):
             Of all parameters, by name.
         field
             The BSDF of the sample at and around the points.
+        """
+
+
+class UnevenSurface(Effect):
+    """The surface of the sample is not plane; its BSDF follows from that of the plane sample.
+
+    It needs the plane sample over the hemisphere, hence a program of its own, and acts before the instrument reads.
+    """
+
+    group: ClassVar[str] = "surface"
+
+    @property
+    @final
+    def program(self) -> str:
+        """Its own program."""
+        return str(self)
+
+    @abc.abstractmethod
+    def shape(self, plane: PlaneSample, values: Mapping[str, Any]) -> PlaneSample:
+        """The sample with its uneven surface, at the same directions.
+
+        Parameters
+        ----------
+        plane
+            BSDF and regular reflectance of the sample.
+        values
+            Of all parameters, by name.
         """
 
 
