@@ -15,11 +15,19 @@ from jaxink.effects import (
     SampleEffect,
     Scene,
     Surroundings,
+    UnevenSurface,
 )
 from jaxink.effects.instrument import AngleOffset, Gain, IncidenceAngle
 from jaxink.effects.waves import Polarisation
 
-KINDS = (SampleEffect, AreaWithOtherSample, AreaWithOtherValues, ReadingEffect, FinerDiscretisation)
+KINDS = (
+    SampleEffect,
+    AreaWithOtherSample,
+    AreaWithOtherValues,
+    ReadingEffect,
+    UnevenSurface,
+    FinerDiscretisation,
+)
 # Methods of an effect that may be replaced, once.
 DEFAULTS = {"forms", "settings", "carrier", "is_screened", "of_sample", "form", "settled"}
 

@@ -123,7 +123,8 @@ class AugmentedModel(eqx.Module):
 
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """As of `ForwardModel`; none if an effect of a user's own might mix wavelengths."""
-        mixing = (e for e in self.effects if isinstance(e, ReadingEffect | AreaWithOtherValues | UnevenSurface))
+        kinds = ReadingEffect | AreaWithOtherValues | UnevenSurface
+        mixing = (e for e in self.effects if isinstance(e, kinds))
         if not all(is_of_catalogue(effect) for effect in mixing):
             return {}
         models = (self.main, *(model for _, model in self.others))

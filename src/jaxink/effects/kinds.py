@@ -269,7 +269,8 @@ class ReadingEffect(Effect):
 class UnevenSurface(Effect):
     """The surface of the sample is not plane; its BSDF follows from that of the plane sample.
 
-    It needs the plane sample over the hemisphere, hence a program of its own, and acts before the instrument reads.
+    It needs the plane sample over the hemisphere, hence a program of its own, and acts before the instrument
+    reads.
     """
 
     group: ClassVar[str] = "surface"

@@ -6,7 +6,6 @@ import jax
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import UnevenSurface
-from jaxink.effects.plane import PlaneSample
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Sample
 from jaxink.sample.effect_schema import terms_of

@@ -1,16 +1,16 @@
 """The BSDF of a plane body in reflection as a smooth series.
 
-A facet of any orientation sees a pair of directions i and o under the cosines i.m and o.m with its normal m, while
-the cosine i.o between them is the same for all facets. Hence (i.m + o.m) f as a series of Legendre polynomials of
-i.m and o.m and Chebyshev polynomials of i.o: it has no singularity at the normal, it is reciprocal term by term,
-and averages over facets act on the first two factors only. The factor i.m + o.m removes the pole of light that is
-scattered once in a body without a refracting face.
+A facet of any orientation sees a pair of directions i and o under the cosines i.m and o.m with its normal m,
+while the cosine i.o between them is the same for all facets. Hence (i.m + o.m) f as a series of Legendre
+polynomials of i.m and o.m and Chebyshev polynomials of i.o: it has no singularity at the normal, it is
+reciprocal term by term, and averages over facets act on the first two factors only. The factor i.m + o.m
+removes the pole of light that is scattered once in a body without a refracting face.
 """
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.quadrature import gauss_legendre_unit
@@ -21,12 +21,12 @@ _DEGREE, _ORDER = 10, 24
 _N_POLAR, _N_AZIMUTH, _LARGEST_DEG = 14, 20, 88.0
 
 
-Coefficients = Float[Array, "degrees degrees orders"]
+Coefficients = Float[Array, "*bodies degrees degrees orders"]
 
 
-def legendre(cosine: Float[Array, "*shape"], degree: int = _DEGREE) -> Float[Array, "*shape degrees"]:
+def legendre(cosine: Float[ArrayLike, "*shape"], degree: int = _DEGREE) -> Float[Array, "*shape degrees"]:
     """Legendre polynomials of 2 x - 1 up to a degree, for cosines x from 0 to 1."""
-    x = 2 * cosine - 1
+    x = 2 * jnp.asarray(cosine, float) - 1
     found = [jnp.ones_like(x), x]
     for k in range(1, degree):
         found.append(((2 * k + 1) * x * found[-1] - k * found[-2]) / (k + 1))
@@ -125,14 +125,16 @@ class Mirror(eqx.Module):
         Coefficients of Legendre polynomials, of one body or of one for each cosine.
     """
 
-    series: Float[Array, "*bodies degrees"]
+    series: Float[ArrayLike, "*bodies degrees"]
 
     @classmethod
-    def through(cls, cosines: Float[np.ndarray, " incidences"], reflectance: Float[Array, " incidences"]):
+    def through(
+        cls, cosines: Float[np.ndarray, " incidences"], reflectance: Float[Array, " incidences"]
+    ) -> "Mirror":
         """The polynomial through the reflectance at some cosines."""
         columns = np.polynomial.legendre.legvander(2 * cosines - 1, cosines.size - 1)
         return cls(np.linalg.inv(columns) @ reflectance)
 
-    def reflectance(self, cosine: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    def reflectance(self, cosine: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
         """Reflectance at other cosines."""
         return jnp.sum(legendre(cosine, self.series.shape[-1] - 1) * self.series, axis=-1)

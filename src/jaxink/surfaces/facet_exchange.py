@@ -1,15 +1,16 @@
 """Light that the facets of a relief exchange.
 
-What the first reflection sends to other facets leaves after one or more further reflections. It is distributed over
-incidence and exit as the loss itself is, which is reciprocal (Kelemen, Szirmay-Kalos 2001 Eurographics short papers,
-for mirrors), and its power is what the reflections leave of the loss: a relief of a white body is white.
+What the first reflection sends to other facets leaves after one or more further reflections. It is
+distributed over incidence and exit as the loss itself is, which is reciprocal (Kelemen, Szirmay-Kalos 2001
+Eurographics short papers, for mirrors), and its power is what the reflections leave of the loss. A relief of
+a white body is white.
 """
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.quadrature import barycentric_matrix, gauss_legendre_unit
@@ -19,8 +20,8 @@ from jaxink.surfaces.relief import Facets, Pairs, facet_averages, reflected_once
 # Incidences at which the loss is known, up to the largest, and nodes over the exits.
 _N_INCIDENCES, _LARGEST_DEG = 10, 89.5
 _N_EXITS, _N_EXIT_AZIMUTHS = 10, 12
-# Variance below which the quadrature over the exits misses the grazing light that facets hide; below it, the loss is
-# proportional to the variance.
+# Variance below which the quadrature over the exits misses the grazing light that facets hide; below it, the
+# loss is proportional to the variance.
 _RESOLVED_VARIANCE = 0.0025
 
 
@@ -82,12 +83,14 @@ class FacetExchange(eqx.Module):
 
         return cls(*jax.lax.map(at, (coefficients, mirrors)), strength)
 
-    def at(self, theta_deg: Float[np.ndarray, "2 pairs"], body: Int[np.ndarray, " pairs"]):
-        """BSDF of light that met more than one facet, from the polar angles in and out and the bodies, 1/sr."""
+    def at(self, theta_deg: Float[ArrayLike, "2 pairs"], body: Int[ArrayLike, " pairs"]):
+        """BSDF of light that met more than one facet, from the polar angles in and out, 1/sr."""
         mean = jax.vmap(_diffuse_mean)(self.loss)
         lost = self.strength * mean
         left = self.strength * (self.albedo - lost) / (1 - lost) / (jnp.pi * jnp.maximum(mean, 1e-30))
-        into, out = (jnp.sum(_at_incidences(theta) * self.loss[body], axis=1) for theta in theta_deg)
+        into, out = (
+            jnp.sum(_at_incidences(theta) * self.loss[body], axis=1) for theta in jnp.asarray(theta_deg)
+        )
         return left[body] * into * out
 
 

@@ -1,8 +1,9 @@
 """A body with a relief that is large against the distances that light travels in it.
 
-The surface consists of facets with Gaussian slopes. Each is a piece of the plane body: it reflects by the body's
-BSDF at its own angles. Facets hide one another from the source and from the detector (Smith's shadowing and masking,
-correlated by height and by azimuth); what they exchange is known to `jaxink.surfaces.facet_exchange`.
+The surface consists of facets with Gaussian slopes. Each is a piece of the plane body: it reflects by the
+body's BSDF at its own angles. Facets hide one another from the source and from the detector (Smith's
+shadowing and masking, correlated by height and by azimuth); `jaxink.surfaces.facet_exchange` adds the light
+that they exchange.
 """
 
 from typing import NamedTuple
@@ -16,7 +17,7 @@ from jaxink.numerics.own_derivatives import by_own_inputs
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.surfaces.body_series import Coefficients, Mirror, between, legendre
 
-# Added to the variance of slopes: all derivatives with respect to the variance are finite at the plane surface.
+# Added to the variance of slopes, so that derivatives with respect to it are finite at the plane surface.
 _LEAST_VARIANCE = 1e-10
 # Variance of slopes at which half of the mirrored light counts as regular.
 _REGULAR_VARIANCE = 1e-4
@@ -54,11 +55,19 @@ class Pairs(NamedTuple):
 
 
 class Facets(NamedTuple):
-    """Facets turned to two directions: slopes along and across the azimuth of the first, shares of the mean plane."""
+    """Facets turned to two directions.
 
-    along: Float[Array, " facets"]
-    across: Float[Array, " facets"]
-    share: Float[Array, " facets"]
+    Parameters
+    ----------
+    along, across
+        Slopes along and across the azimuth of the first direction.
+    share
+        Share of the mean plane that each covers.
+    """
+
+    along: Float[Array, "*directions facets"]
+    across: Float[Array, "*directions facets"]
+    share: Float[Array, "*directions facets"]
 
     @classmethod
     def turned_to(cls, pair: Pairs, slope_variance) -> "Facets":
@@ -67,16 +76,16 @@ class Facets(NamedTuple):
         first, second = (cosine / _sine(cosine) / sigma for cosine in (pair.cosine_in, pair.cosine_out))
         half = pair.azimuth_rad / 2
         beside = jnp.cos(pair.azimuth_rad) < 0
-        # Lines of integration along the bisector of both azimuths, or across it if these are far apart. On them the
-        # first direction sets a lower limit, the second a lower or an upper one.
+        # Lines of integration along the bisector of both azimuths, or across it if these are far apart. On
+        # them the first direction sets a lower limit, the second a lower or an upper one.
         steep, flat = jnp.cos(half), jnp.sin(half)
         steep, flat = jnp.where(beside, flat, steep), jnp.where(beside, steep, flat)
         flat = jnp.where(jnp.abs(flat) > 1e-9, flat, 1e-9)
         # Where both limits meet.
         corner = jnp.where(beside, -(first + second), first - second) / (2 * flat)
         corner = jnp.clip(corner, -_REACH, _REACH)
-        t, weight_t = _panel(jnp.stack([-_REACH + 0 * corner, corner]), jnp.stack([corner, _REACH + 0 * corner]))
-        t, weight_t = t.ravel(), weight_t.ravel()
+        ends = jnp.stack([jnp.full_like(corner, -_REACH), corner, jnp.full_like(corner, _REACH)])
+        t, weight_t = (one.ravel() for one in _panel(ends[:-1], ends[1:]))
         from_first = (-first - jnp.where(beside, t, -t) * flat) / steep
         from_second = jnp.where(beside, second + t * flat, -second - t * flat) / steep
         lower = jnp.where(beside, from_first, jnp.maximum(from_first, from_second))
@@ -144,8 +153,8 @@ def seen_from_both(pairs: Pairs, slope_variance) -> Float[Array, "*pairs"]:
 def facet_averages(pairs: Pairs, slope_variance) -> Float[Array, "pairs degrees degrees"]:
     """The polynomials of i.m and o.m of a body's series, averaged over the facets turned to both directions.
 
-    With the coefficients of the body they give its BSDF if every facet reflected once and none were hidden. They do
-    not depend on the body, so their derivative is taken once, by the variance.
+    With the coefficients of the body they give its BSDF if every facet reflected once and none were hidden.
+    They do not depend on the body, so their derivative is taken once, by the variance.
     """
 
     def averages(inputs):
@@ -172,7 +181,7 @@ class Once(NamedTuple):
 
 def reflected_once(
     pairs: Pairs,
-    body: Int[np.ndarray, " pairs"],
+    body: Int[ArrayLike, " pairs"],
     coefficients: Coefficients,
     averages: Float[Array, "pairs degrees degrees"],
     slope_variance,
@@ -224,7 +233,7 @@ def mirrored_once(pairs: Pairs, mirror: Mirror, slope_variance) -> Float[Array, 
 def regular_share(slope_variance) -> Float[Array, ""]:
     """Share of the mirrored light that counts as regular: all at the plane surface, little beyond.
 
-    A lobe made by slopes of a hundredth differs from a regular peak in no measurement, and without this share it would
-    have no finite derivative at the plane surface.
+    A lobe made by slopes of a hundredth differs from a regular peak in no measurement, and without this share
+    it would have no finite derivative at the plane surface.
     """
     return _REGULAR_VARIANCE / (slope_variance + _REGULAR_VARIANCE)
