@@ -236,4 +236,4 @@ def regular_share(slope_variance) -> Float[Array, ""]:
     A lobe made by slopes of a hundredth differs from a regular peak in no measurement, and without this share
     it would have no finite derivative at the plane surface.
     """
-    return _REGULAR_VARIANCE / (slope_variance + _REGULAR_VARIANCE)
+    return _REGULAR_VARIANCE / (jnp.asarray(slope_variance, float) + _REGULAR_VARIANCE)
