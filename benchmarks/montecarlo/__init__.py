@@ -2,6 +2,7 @@
 
 from benchmarks.montecarlo.counts import Result
 from benchmarks.montecarlo.facets import DENSITIES, Facets, fresnel
+from benchmarks.montecarlo.fluorescence import Absorbed, emitted
 from benchmarks.montecarlo.interface import INTERFACE_FILE, interface_alone
 from benchmarks.montecarlo.photons import simulate
 from benchmarks.montecarlo.sample import Detectors, HenyeyGreenstein, Layer, Sample, Tabulated
@@ -10,6 +11,7 @@ from benchmarks.montecarlo.thin_sheet import Plate, plate_bsdf
 __all__ = [
     "DENSITIES",
     "INTERFACE_FILE",
+    "Absorbed",
     "Detectors",
     "Facets",
     "HenyeyGreenstein",
@@ -18,6 +20,7 @@ __all__ = [
     "Result",
     "Sample",
     "Tabulated",
+    "emitted",
     "fresnel",
     "interface_alone",
     "plate_bsdf",

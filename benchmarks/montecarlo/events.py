@@ -97,9 +97,10 @@ class NextEvents:
         starts = np.searchsorted(batch, present)
         self.bsdf[np.ix_(which, present)] += np.add.reduceat(contribution, starts, axis=1)
 
-    def on_scattering(self, number, photons, at):
-        """Scattering of the photons ``at`` in layer ``number``."""
+    def on_scattering(self, number, photons, at, phase=None):
+        """Scattering of the photons ``at`` in layer ``number``, by its phase function or another one."""
         layer = self.sample.layers[number - 1]
+        phase = layer.phase if phase is None else phase
         depth, weight, batch = photons.depth[at], photons.weight[at], photons.batch[at]
         direction = photons.direction[:, at]
         for which, z, flat, beam in self._sides:
@@ -121,12 +122,12 @@ class NextEvents:
             for start in range(0, at.size, size):
                 part = slice(start, start + size)
                 passage = np.exp(steep * from_near[part])[which_polar]
-                sent = layer.phase.value(towards @ direction[:, part])
+                sent = phase.value(towards @ direction[:, part])
                 sent *= passage
                 sent *= near[:, None]
                 if far.any():
                     to_far = self._thickness[number] - from_near[part]
-                    returned = layer.phase.value(from_far @ direction[:, part])
+                    returned = phase.value(from_far @ direction[:, part])
                     returned *= np.exp(steep * to_far)[which_polar]
                     returned *= far[:, None]
                     sent += returned

@@ -28,7 +28,7 @@ ROULETTE_WEIGHT, ROULETTE_SURVIVAL = 1e-3, 0.1
 MOST_STEPS = 200_000
 
 
-class _Photons:
+class Photons:
     """Photons alive, in the order of their batches, so that batches are slices."""
 
     def __init__(self, sample, theta_deg, n, random):
@@ -44,11 +44,12 @@ class _Photons:
         self.batch = np.arange(n) * N_BATCHES // n
 
     def keep(self, alive):
+        """Forget all others."""
         for name, array in vars(self).items():
             setattr(self, name, array[..., alive])
 
 
-def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=None):
+def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=None, absorbed=None):
     """Send a wide beam onto a sample.
 
     Parameters
@@ -65,6 +66,8 @@ def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=No
         Directions for next-event estimation; None: none.
     ring_edges
         Edges of the bins in degrees: of theta, and of the azimuth from the specular side, 0 ... 180.
+    absorbed
+        Collects where light is absorbed, see `Absorbed`; None: nothing does.
 
     Returns
     -------
@@ -81,15 +84,21 @@ def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=No
         raise ValueError("detectors need seen_radius_mm = None; use ring_edges where only a disc is seen.")
     random = np.random.default_rng(seed)
     in_batch = n_photons // N_BATCHES
-    photons = _Photons(sample, theta_deg, N_BATCHES * in_batch, random)
+    photons = Photons(sample, theta_deg, N_BATCHES * in_batch, random)
     events = None if detectors is None else NextEvents(sample, detectors)
     counts = Counts(ring_edges, sample.axis_offset(theta_deg))
+    follow(sample, photons, counts, events, random, absorbed)
+    return counts.result(events, in_batch)
+
+
+def follow(sample, photons, counts, events, random, absorbed=None):
+    """Follow photons until all have ended; the arguments are those of `simulate`, as objects."""
     for _ in range(MOST_STEPS):
         _pass_faces(sample, photons, events, random)
         counts.leave(sample, photons, events, random)
         if not photons.weight.size:
-            return counts.result(events, in_batch)
-        _travel(sample, photons, counts, events, random)
+            return
+        _travel(sample, photons, counts, events, random, absorbed)
     raise RuntimeError(f"{photons.weight.size} photons are alive after {MOST_STEPS} steps.")
 
 
@@ -125,7 +134,7 @@ def _cross_smooth(direction, above, indices, random):
     return np.stack([ratio * direction[0], ratio * direction[1], vertical]), above == reflect
 
 
-def _travel(sample, photons, counts, events, random):
+def _travel(sample, photons, counts, events, random, absorbed):
     """Move photons inside layers to their next scattering, or to a face."""
     inside = np.flatnonzero(photons.face < 0)
     medium, vertical = photons.medium[inside], photons.direction[2, inside]
@@ -138,8 +147,11 @@ def _travel(sample, photons, counts, events, random):
     hits = to_face <= free
     path = np.minimum(to_face, free)
 
-    left = weight * np.exp(-sample.per_medium("absorption_per_mm")[medium] * path)
+    absorption = sample.per_medium("absorption_per_mm")[medium]
+    left = weight * np.exp(-absorption * path)
     counts.add("absorbed", photons.batch[inside], weight - left)
+    if absorbed is not None:
+        absorbed.add(medium, photons.batch[inside], (depth, vertical, path), absorption, weight, random)
     photons.place[:, inside] += photons.direction[:2, inside] * path
     photons.depth[inside] = depth + vertical * path
     photons.weight[inside] = left

@@ -98,10 +98,11 @@ def forms_by_program():
     for name, text in BASES.items():
         sample = parse_sample(text)
         _, scene = scene_of(sample)
-        for form in effects_for(Case(sample, scene, 0.001, 0.1)).forms:
+        listed = effects_for(Case(sample, scene, 0.001, 0.1)).forms
+        for form in listed:
             others = (forms for (other, _), forms in found.items() if other != name)
             seen = any(form.name in {f.name for f in forms} for forms in others)
-            if not form.is_screened or seen or form.carrier != form:
+            if not form.is_screened or seen or (form.carrier != form and form.carrier in listed):
                 continue
             # Readings and values share a program; what changes the structure has its own.
             shared = isinstance(form, ReadingEffect) or form.program == "areas with other values"
@@ -123,6 +124,8 @@ def strengths(forms):
     for form in forms:
         for term in form.carrier.terms:
             values[term.name] = term.value
+        # What distinguishes the form from others that the same carrier computes.
+        values |= form.settings[0]
         strength = form.carrier.strength
         low, high = strength.minimum, strength.maximum
         is_falling = form.neutral == high

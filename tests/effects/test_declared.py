@@ -138,7 +138,7 @@ def test_bad_declarations_are_named(table, word, told):
     ("text", "table"),
     [
         (MIE, "[effects.air_gap]\nshare = 0.1"),
-        (PRINTED_INK, "[effects.fluorescence]\nshare = 0.1"),
+        (PRINTED_INK, "[effects.fluorescence]\nquantum_yield = 0.1\nemission = 1"),
         (
             PRINTED_INK.replace("thickness_um = 60", "thickness_um = { tie = '60' }"),
             "[effects.thin_patches]\nshare = 0.1",

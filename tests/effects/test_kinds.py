@@ -10,6 +10,7 @@ from jaxink.effects import (
     AreaWithOtherSample,
     AreaWithOtherValues,
     Effect,
+    EmittingEffect,
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
@@ -26,6 +27,7 @@ KINDS = (
     AreaWithOtherValues,
     ReadingEffect,
     UnevenSurface,
+    EmittingEffect,
     FinerDiscretisation,
 )
 # Methods of an effect that may be replaced, once.

@@ -55,14 +55,14 @@ def problems():
 PROBLEMS = {name: rest for name, *rest in problems()}
 
 
-def solve(residual, data, lower, upper, start):
+def solve(residual, data, lower, upper, start, most=200):
     both = jax.jit(lambda x: (residual(x, data), jax.jacfwd(residual)(x, data)))
     count = 0
 
     def evaluate(x):
         nonlocal count
         count += 1
-        assert count <= 200
+        assert count <= most
         rows, jacobian = map(np.asarray, both(jnp.asarray(x)))
         return Point(np.asarray(x), rows, rows, jacobian)
 
@@ -131,3 +131,14 @@ def test_equal_bounds_hold_a_variable_and_a_dependent_column_does_no_harm():
     assert np.all(np.isfinite(step))
     assert step[0] == pytest.approx(step[1])
     assert step[0] + step[1] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("curvature", [-0.9, -0.75, 0.6])
+def test_a_misfit_does_not_slow_the_search_down(curvature):
+    """Gauss-Newton's error changes by the factor `curvature` in each step; the third variable is idle."""
+
+    def residual(x, _):
+        return jnp.stack([x[0] + 1, curvature * x[0] ** 2 + x[0] - 1, x[1] - 0.3])
+
+    end = solve(residual, (), -np.ones(3), np.ones(3), np.array([0.2, 0.0, 0.5]), most=20)
+    np.testing.assert_allclose(end[:2], [0.0, 0.3], atol=1e-6)

@@ -9,6 +9,7 @@ import jaxink
 from jaxink.data import simulated_example
 from jaxink.fitting import Mistake, check_input
 from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
+from jaxink.fitting.input_check import too_much_power
 from jaxink.measurement.balance import balances
 from jaxink.sample.turning import turned_over
 from tests.samples import PRINTED_INK, UNMATCHED
@@ -179,3 +180,22 @@ def test_pairs_that_a_wrong_correction_makes_disagree_are_no_noise(inputs, coars
     left = {mistake.name: mistake.reduced_chi_square for mistake in check_input(result).mistakes}
     # With noise estimated anew from the pairs, these would leave 2.1, 4.9 and 0.004.
     assert min(left[name] for name in ("times_cosine", "divided_by_cosine", "sides_exchanged")) > 10
+
+
+@pytest.mark.parametrize(("albedo_at_450", "is_named"), [(0.6, False), (1.2, True)])
+def test_light_of_one_wavelength_may_come_from_another(albedo_at_450, is_named):
+    """A lamp of both wavelengths, equally strong: the light at 550 nm is 1.2 times what arrives there."""
+    theta = np.linspace(0, 85, 40)
+    data = jaxink.GonioData(
+        np.zeros(80),
+        np.tile(theta, 2),
+        np.zeros(80),
+        np.repeat([450.0, 550.0], 40),
+        np.zeros(80, bool),
+        np.repeat([albedo_at_450, 1.2], 40) / np.pi,
+    )
+    sample = jaxink.parse_sample(PRINTED_INK)
+    (mistake,) = too_much_power(data, sample)
+    assert mistake.is_named
+    lit = dataclasses.replace(sample, detector_mode="spectrometer", illumination=((450, 550), (1.0, 1.0)))
+    assert bool(too_much_power(data, lit)) is is_named

@@ -12,6 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.pages import machine, table, write_section
 from benchmarks.simulated_data import data_file, declared_text, names, truth_of
 from jaxink.diagnosis import read_report
@@ -91,6 +93,11 @@ def true_strengths(truth: dict) -> dict[str, float]:
         found["ink.second_asymmetry_parameter"] = effects["E10"]["g2"]
     if "E11" in effects:
         found["plate.absorption_per_mm"] = effects["E11"]["mua"]
+    if "E12" in effects:
+        # Of all that the ink absorbs; the catalogue knows one share for all exciting wavelengths.
+        fractions = np.unique(effects["E12"]["fluor_fraction"])
+        if fractions.size == 1:
+            found["fluorescence.quantum_yield"] = float(effects["E12"]["QY"] * fractions[0])
     if "E13" in effects:
         found["gain.relative"] = effects["E13"]["gain"] - 1
     if "E14" in effects:

@@ -95,7 +95,7 @@ def _in_folder(task: Task) -> Iterator[tuple[Path, list[Path]]]:
 
 def _fit_files(result: FitResult, task: Task) -> dict[str, bytes]:
     """Files of a fit as ``jaxink fit --out`` writes them, and its page."""
-    files = {name: bytes(content) for name, content in result.files().items()}
+    files = dict(result.files())
     shown = ""
     if task.with_figures:
         from jaxink.plots import figures

@@ -13,11 +13,13 @@ from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.effects.declared import declared_effects, in_order, is_of_catalogue
+from jaxink.effects.emission import Emission, emission_of
 from jaxink.effects.kinds import (
     AreaWithOtherSample,
     AreaWithOtherValues,
     DividingEffect,
     Effect,
+    EmittingEffect,
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
@@ -61,6 +63,8 @@ class AugmentedModel(eqx.Module):
     scene: Scene
     surroundings: Surroundings = eqx.field(static=True)
     hemisphere: Hemisphere | None
+    # Of `main`, and of each of `others`.
+    emissions: tuple[tuple[Emission, ...], ...]
 
     def __init__(
         self,
@@ -86,19 +90,31 @@ class AugmentedModel(eqx.Module):
         dividing = tuple(e for e in effects if isinstance(e, DividingEffect))
         whole = extend(sample, undivided(effects))
 
-        def model(sample, config):
+        def model(sample, config, at=directions):
             divided = dataclasses.replace(extend(sample, dividing), effects=())
-            return ForwardModel(divided, *directions, config, accuracy, layer_method)
+            return ForwardModel(divided, *at, config, accuracy, layer_method)
+
+        def emissions(sample, config):
+            emitting = (effect for effect in effects if isinstance(effect, EmittingEffect))
+            at = functools.partial(model, sample, config)
+            divided = extend(sample, dividing)
+            found = (emission_of(e, sample, divided, directions, lambda *c: at(c)) for e in emitting)
+            return tuple(emission for emission in found if emission is not None)
 
         self.main = model(whole, config)
         config = self.main.config
+        self.emissions = (emissions(whole, config),)
         others = []
         for i, effect in enumerate(effects):
             match effect:
                 case AreaWithOtherSample():
-                    others.append((i, model(as_declared(sample, effect.other(whole)), config)))
+                    given = as_declared(sample, effect.other(whole)), config
                 case FinerDiscretisation():
-                    others.append((i, model(whole, effect.refined(config))))
+                    given = whole, effect.refined(config)
+                case _:
+                    continue
+            others.append((i, model(*given)))
+            self.emissions += (emissions(*given),)
         self.others = tuple(others)
 
     @property
@@ -122,7 +138,9 @@ class AugmentedModel(eqx.Module):
         return self.scene.wavelength_nm
 
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
-        """As of `ForwardModel`; none if an effect of a user's own might mix wavelengths."""
+        """As of `ForwardModel`; none if an effect mixes wavelengths, or one of a user's own might."""
+        if any(self.emissions):
+            return {}
         kinds = ReadingEffect | AreaWithOtherValues | UnevenSurface
         mixing = (e for e in self.effects if isinstance(e, kinds))
         if not all(is_of_catalogue(effect) for effect in mixing):
@@ -166,8 +184,8 @@ class AugmentedModel(eqx.Module):
         """BSDF in all directions and regular power, averaged over the areas of the sample."""
         with_regular = Surroundings.PLANES in self.surroundings or self.hemisphere is not None
 
-        def of(model, given):
-            everywhere = model.bsdf(given)
+        def of(model, given, emissions):
+            everywhere = sum((emission.bsdf(given) for emission in emissions), start=model.bsdf(given))
             return everywhere, model.regular(given) if with_regular else jnp.zeros_like(everywhere)
 
         mixing = (effect for effect in self.effects if isinstance(effect, AreaWithOtherValues))
@@ -176,15 +194,15 @@ class AugmentedModel(eqx.Module):
         if mixed:
             # Sequentially by one traced model; otherwise a copy for each area would be compiled.
             stacked = {name: jnp.stack([jnp.asarray(v[name], float) for v in areas]) for name in values}
-            each = jax.lax.map(lambda here: of(self.main, here), stacked)
+            each = jax.lax.map(lambda here: of(self.main, here, self.emissions[0]), stacked)
             found, *others = (jax.tree.map(lambda a, i=i: a[i], each) for i in range(len(areas)))
             for (share, _), other in zip(mixed, others, strict=True):
                 found = _blend(found, other, share)
         else:
-            found = of(self.main, values)
-        for position, model in self.others:
+            found = of(self.main, values, self.emissions[0])
+        for (position, model), emissions in zip(self.others, self.emissions[1:], strict=True):
             share = values[self.effects[position].strength.name]
-            found = _blend(found, of(model, values), share)
+            found = _blend(found, of(model, values, emissions), share)
         return found
 
     def _field(self, everywhere, regular) -> Field:

@@ -73,7 +73,9 @@ def declare(sample: Sample, effects: tuple[Effect, ...], values: Mapping[str, fl
         else:
             kind = None if effect.name in _OF_CATALOGUE else type(effect)
             declared = (*sample.effects, _declaration(effect, kind))
-            sample = with_parameters(dataclasses.replace(sample, effects=declared), *effect.carrier.terms)
+            # What a form fixes remains fixed.
+            terms = {t.name: t for t in (*effect.carrier.terms, *effect.terms)}
+            sample = with_parameters(dataclasses.replace(sample, effects=declared), *terms.values())
     return dataclasses.replace(sample, parameters=with_values(sample.parameters, values))
 
 

@@ -8,7 +8,7 @@ A method is implemented once: it is abstract, or it is not overridden. Only the 
 import abc
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -264,6 +264,51 @@ class ReadingEffect(Effect):
         field
             The BSDF of the sample at and around the points.
         """
+
+
+class Couplings(NamedTuple):
+    """How strongly wavelengths are coupled, see `DepthProfiles.emitted`.
+
+    Parameters
+    ----------
+    absorbed
+        Light emitted at the second wavelength over the light absorbed at the first.
+    unmeasured_per_mm
+        Light emitted at a wavelength over the fluence of light shorter than all wavelengths, per length.
+    """
+
+    absorbed: Float[Array, "wavelengths wavelengths"]
+    unmeasured_per_mm: Float[Array, " wavelengths"]
+
+
+class EmittingEffect(Effect):
+    """A layer emits light, isotropically and where it absorbed light of another wavelength.
+
+    Attributes
+    ----------
+    layer
+        The layer.
+    wavelengths_nm
+        Those that take part, ascending, whether points have them or not.
+    is_resolved
+        Whether the detector resolves wavelengths; otherwise it reads all light at the exciting one.
+    """
+
+    layer: str
+    wavelengths_nm: tuple[float, ...]
+    is_resolved: bool
+
+    scales: ClassVar[bool] = True
+
+    @property
+    @final
+    def program(self) -> str:
+        """One for all forms."""
+        return self.name
+
+    @abc.abstractmethod
+    def couplings(self, values: Mapping[str, Any]) -> Couplings:
+        """Couplings of the wavelengths, from the values of all parameters."""
 
 
 class UnevenSurface(Effect):

@@ -6,85 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.effects.case import Case
+from jaxink.effects.fluorescence import Fluorescence
 from jaxink.effects.kinds import Effect, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import ink_of, with_parameters
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Dispersion, Parameter, Sample
 from jaxink.sample.effect_schema import terms_of
 
-# Excitation and emission of optical brighteners.
-_EXCITED_NM, _EMITTED_NM = (320.0, 420.0), (420.0, 500.0)
 # A goniometer does not resolve the fringes of a thicker film.
 _THICKEST_UM = 10.0
-
-
-@dataclasses.dataclass(frozen=True)
-class Fluorescence(ReadingEffect):
-    """Light of short wavelengths is re-emitted at longer ones, Lambertian, as by an optical brightener.
-
-    The strength is the share of the exciting light that is emitted, half of it on each side.
-
-    Parameters
-    ----------
-    spectrum
-        Wavelengths in nm and relative powers of the illumination if the detector resolves wavelengths; None
-        if the illumination has one wavelength and the detector is sensitive to all.
-    """
-
-    spectrum: tuple[tuple[float, ...], tuple[float, ...]] | None
-
-    name, group, usual = "fluorescence", "wave optics", 0.05
-    statement = "the sample fluoresces"
-    terms = terms_of("fluorescence")
-
-    @classmethod
-    def forms(cls, case: Case):
-        form = _fluorescence(case.sample)
-        if isinstance(form, str):
-            return form
-        seen = form.gain(np.asarray(case.scene.wavelength_nm))
-        if not np.any(seen > 0):
-            return "no measured wavelength is in the range where a brightener would be visible"
-        return (form,)
-
-    @classmethod
-    def of_sample(cls, sample):
-        form = _fluorescence(sample)
-        if isinstance(form, str):
-            raise InputRefusedError(f"[effects.fluorescence]: {form}.")
-        return form
-
-    @property
-    def form(self):
-        return {}
-
-    def gain(self, wavelength_nm):
-        """Emitted light detected at a wavelength, relative to the light incident on the sample there."""
-        wave = np.asarray(wavelength_nm)
-        if self.spectrum is None:
-            return ((wave >= _EXCITED_NM[0]) & (wave <= _EXCITED_NM[1])).astype(float)
-        nm, power = (np.array(column) for column in self.spectrum)
-        fine = np.linspace(*_EXCITED_NM, 101)
-        exciting = np.trapezoid(np.interp(fine, nm, power, 0.0, 0.0), fine)
-        low, high = _EMITTED_NM
-        band = np.clip(1 - np.abs(wave - (low + high) / 2) / ((high - low) / 2), 0, None) * 2 / (high - low)
-        here = np.interp(wave, nm, power)
-        return np.where(here > 0, exciting * band / np.where(here > 0, here, 1.0), 0.0)
-
-    def change(self, predicted, values, field):
-        """Return y = f + s g / (2 pi), half of it on each side."""
-        waves = field.scene.waves
-        gain = jnp.asarray(self.gain(np.array(waves)))
-        return predicted + values["fluorescence.share"] / (2 * jnp.pi) * gain[field.scene.wave_of_point]
-
-
-def _fluorescence(sample: Sample) -> Fluorescence | str:
-    """The form for the instrument of a sample, or what is missing."""
-    if sample.detector_mode is None:
-        return "the detector is not described: add instrument.detector_mode to the sample file"
-    if sample.detector_mode == "spectrometer" and sample.illumination is None:
-        return "the exciting illumination is unknown: add instrument.illumination to the sample file"
-    return Fluorescence(sample.illumination if sample.detector_mode == "spectrometer" else None)
 
 
 @dataclasses.dataclass(frozen=True)

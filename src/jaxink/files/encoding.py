@@ -48,7 +48,7 @@ class SavedInFolder(abc.ABC):
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in the JSON file."""
 
-    def files_beside(self) -> dict[str, bytes | memoryview]:
+    def files_beside(self) -> dict[str, bytes]:
         """Contents of the other files, by name, which may include a folder."""
         return {}
 
@@ -69,7 +69,7 @@ class SavedInFolder(abc.ABC):
             self.write_into(folder)
         return Path(directory) / self.json_file
 
-    def files(self) -> dict[str, bytes | memoryview]:
+    def files(self) -> dict[str, bytes]:
         """Contents of all files, by name."""
         text = json_text(self.to_dict()) + "\n"
         return {**self.files_beside(), self.json_file: text.encode()}

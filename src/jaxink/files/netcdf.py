@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from io import SEEK_END, BytesIO
+from io import BytesIO
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from jaxink.errors import InputRefusedError
+from jaxink.files.netcdf_layout import hdf5_bytes
 from jaxink.files.reading import read_bounded, shown_path
 from jaxink.files.writing import written_whole
 
@@ -127,20 +128,15 @@ def write_dataset(dataset: "xarray.Dataset", path: str | Path) -> Path:
     return path
 
 
-def netcdf_bytes(dataset: "xarray.Dataset") -> memoryview:
+def netcdf_bytes(dataset: "xarray.Dataset") -> bytes:
     """A Dataset as the bytes of a netCDF 4 file, without fill values: NaN is a value like any other.
 
     HDF5 never writes to the disk itself: on a full disk it could not close its files and would end the
     process. Since some corrupted files make it hang, a checksum is appended after the content, which HDF5
     readers ignore.
     """
-    content = BytesIO()
-    encoding = {name: {"_FillValue": None} for name in dataset.variables}
-    dataset.to_netcdf(content, engine="h5netcdf", encoding=encoding)
-    checksum = _checksum(content.getbuffer())
-    content.seek(0, SEEK_END)
-    content.write(checksum)
-    return content.getbuffer()
+    content = hdf5_bytes(dataset)
+    return content + _checksum(memoryview(content))
 
 
 def read_dataset(

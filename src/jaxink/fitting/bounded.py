@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Bool, Float
 
 from jaxink.fitting.compiled import Point
+from jaxink.fitting.curvature import Curvature, Factors
 from jaxink.fitting.outcome import Outcome
 
 # Singular values below this share of the largest are rounding: no step is made along their directions.
@@ -101,11 +102,14 @@ class Linearised:
         With its Jacobian.
     lower, upper
         The box.
+    curvature
+        Of the residual; None for Gauss-Newton's model.
     """
 
     point: Point
     lower: Float[np.ndarray, " parameters"]
     upper: Float[np.ndarray, " parameters"]
+    curvature: Curvature | None = None
 
     @cached_property
     def factors(self) -> tuple[np.ndarray, np.ndarray]:
@@ -151,17 +155,58 @@ class Linearised:
         freedom = max(len(self.point.residual) - len(self.point.unit), 1)
         return self.decrement <= decrement * self.point.loss / freedom
 
-    def step(
-        self, damping: float, curvature: Float[np.ndarray, " rows"] | None = None
-    ) -> Float[np.ndarray, " parameters"]:
-        """Damped step, with the curvature of the residual along a trial step added to the residual."""
-        projected = self.projected if curvature is None else self.projected + self.project(curvature)
-        return bounded_step(self.triangle, projected, self.point.unit, self.lower, self.upper, damping)
+    @property
+    def plain(self) -> Factors:
+        """Gauss-Newton's model."""
+        return Factors(self.triangle, self.projected)
 
-    def promised(self, step: Float[np.ndarray, " parameters"]) -> float:
-        """Decrease in the loss that the linear model promises for a step."""
-        after = self.projected + self.triangle @ step
-        return float(self.projected @ self.projected - after @ after)
+    @cached_property
+    def curved(self) -> Factors | None:
+        """The model with what is known of the curvature; None if it has no minimum."""
+        return None if self.curvature is None else self.curvature.added_to(self.plain)
+
+    @property
+    def model(self) -> Factors:
+        """The better of the two."""
+        is_better = self.curvature is not None and self.curvature.is_better
+        return self.curved if is_better and self.curved is not None else self.plain
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether the model contains the curvature."""
+        return self.model is self.curved
+
+    def step(
+        self, damping: float, bend: Float[np.ndarray, " rows"] | None = None
+    ) -> Float[np.ndarray, " parameters"]:
+        """Damped step, with the bend of the residual along a trial step added to the residual."""
+        root, projected = self.model
+        if bend is not None:
+            projected = projected + self.project(bend)
+        return bounded_step(root, projected, self.point.unit, self.lower, self.upper, damping)
+
+    def moved_to(self, point: Point) -> "Linearised":
+        """The same at the end of a step, which tells the curvature along it."""
+        jacobian, end = self.point.jacobian, point.jacobian
+        assert jacobian is not None
+        assert end is not None
+        n, step = len(point.unit), point.unit - self.point.unit
+        curvature = self.curvature or Curvature(np.zeros((n, n)))
+        plain = self.plain.decrease(step)
+        foreseen = plain, plain - float(step @ curvature.matrix @ step)
+        known = curvature.after(
+            step,
+            (end - jacobian).T @ point.residual,
+            end.T @ point.residual - self.gradient,
+            foreseen,
+            self.point.loss - point.loss,
+        )
+        return dataclasses.replace(self, point=point, curvature=known)
+
+    def without_curvature(self) -> "Linearised":
+        """With Gauss-Newton's model for the next step."""
+        assert self.curvature is not None
+        return dataclasses.replace(self, curvature=dataclasses.replace(self.curvature, is_better=False))
 
 
 def descend(
@@ -212,9 +257,11 @@ def descend(
         point, gain = _trial(evaluate, here, damping, follow)
         if gain > _ACCEPTED:
             accepted += 1
-            here = Linearised(point, lower, upper)
+            here = here.moved_to(point)
             damping *= _QUICKLY if gain > _GOOD else _SLOWLY if gain > _POOR else 1.0
             growth, refusals = 2.0, 0
+        elif here.is_curved:
+            here, refusals = here.without_curvature(), refusals + 1
         else:
             damping, growth, refusals = damping * growth, 2 * growth, refusals + 1
     return here, Outcome.STALLED
@@ -231,7 +278,7 @@ def _damping_of_short_step(here: Linearised, damping: float) -> float:
 def _trial(evaluate, here: Linearised, damping: float, follow: Callable[[], None]) -> tuple[Point, float]:
     """The point of one step, corrected if that is better, and its share of the promised decrease."""
     step = here.step(damping)
-    promised = max(here.promised(step), 1e-300)
+    promised = max(here.model.decrease(step), 1e-300)
 
     def at(change):
         point = evaluate(np.clip(here.point.unit + change, here.lower, here.upper))
@@ -239,10 +286,10 @@ def _trial(evaluate, here: Linearised, damping: float, follow: Callable[[], None
         return point, (here.point.loss - point.loss) / promised
 
     point, gain = at(step)
-    if gain >= _POOR or not np.isfinite(point.loss):
+    if gain >= _POOR or not np.isfinite(point.loss) or here.is_curved:
         return point, gain
-    curvature = point.residual - here.point.residual - here.point.jacobian @ step
-    corrected = here.step(damping, curvature)
+    bend = point.residual - here.point.residual - here.point.jacobian @ step
+    corrected = here.step(damping, bend)
     norms = _norms(here.triangle)
     if np.linalg.norm(norms * (corrected - step)) > _LARGEST_CORRECTION * np.linalg.norm(norms * step):
         return point, gain

@@ -23,13 +23,16 @@ class Colouring(eqx.Module):
     Parameters
     ----------
     seeds
-        Direction of each colour: 1 for its parameters, shape ``(colours, parameters)``.
+        Direction of each colour: 1 for its parameters, shape ``(colours, parameters)``; zeros follow, up to
+        whole runs of a program.
     colour
         Colour of each parameter; 0 for one without any.
     affects
         Whether a residual depends on a parameter, shape ``(rows, parameters)``; None if all of them do.
     own_nm
         The only wavelength that a parameter affects; nan if there are several.
+    n_runs
+        Runs of a program that compute all directions.
 
     References
     ----------
@@ -40,6 +43,7 @@ class Colouring(eqx.Module):
     colour: Int[np.ndarray, " parameters"]
     affects: Bool[np.ndarray, "rows parameters"] | None
     own_nm: Float[np.ndarray, " parameters"]
+    n_runs: int = eqx.field(static=True)
 
     @classmethod
     def of(cls, objective: Objective) -> "Colouring":
@@ -48,12 +52,15 @@ class Colouring(eqx.Module):
         own = objective.model.own_wavelengths([name for name in names if name is not None])
         colour = colours(names, own, _joined(objective))
         assigned = np.flatnonzero([name is not None for name in names])
-        seeds = np.zeros((max(1 + max(colour[assigned], default=0), objective.least_directions), len(names)))
+        n_colours = 1 + int(max(colour[assigned], default=0))
+        at_once = objective.directions_at_once or n_colours
+        n_runs = -(-n_colours // at_once)
+        seeds = np.zeros((n_runs * at_once, len(names)))
         seeds[colour[assigned], assigned] = 1.0
         own_nm = np.array([own.get(name or "", np.nan) for name in names])
         if not own and len(assigned) == len(names):
-            return cls(seeds, colour, None, own_nm)
-        return cls(seeds, colour, _affected(objective, own_nm), own_nm)
+            return cls(seeds, colour, None, own_nm, n_runs)
+        return cls(seeds, colour, _affected(objective, own_nm), own_nm, n_runs)
 
     def expand_at(
         self, slopes: Float[np.ndarray, " colours"], wavelength_nm: float

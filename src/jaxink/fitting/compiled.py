@@ -111,11 +111,12 @@ class CompiledObjective:
     def linearised(self, unit: Float[np.ndarray, " parameters"]) -> Point:
         """The residual and its Jacobian at a point."""
         program = self.programs.with_slopes.now()
-        found = program(self.arrays, jnp.asarray(unit), jnp.asarray(self.colouring.seeds))
+        at, runs = jnp.asarray(unit), np.split(self.colouring.seeds, self.colouring.n_runs)
+        found = [program(self.arrays, at, jnp.asarray(seeds)) for seeds in runs]
         self.programs.ready.add(program)
-        residual, predicted, slopes = map(np.asarray, found)
-        jacobian = np.asarray(self.colouring.expand(slopes))
-        return Point(np.array(unit, float), residual, predicted, jacobian)
+        residual, predicted, _ = map(np.asarray, found[0])
+        slopes = np.concatenate([slopes for _, _, slopes in found], axis=1)
+        return Point(np.array(unit, float), residual, predicted, np.asarray(self.colouring.expand(slopes)))
 
     def predicted(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF, 1/sr."""

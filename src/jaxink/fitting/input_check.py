@@ -70,7 +70,7 @@ def check_input(result: FitResult, progress: Progress | None = None) -> FitResul
     progress
         Called with the hypothesis, its number, and the reduced chi-square after the refit.
     """
-    mistakes = _too_much_power(result)
+    mistakes = too_much_power(result.data, result.sample)
     if _is_doubtful(result):
         with computing():
             mistakes += _Check(result, progress or log_progress).mistakes(result.verdict.code)
@@ -89,11 +89,19 @@ def _is_doubtful(result: FitResult) -> bool:
     return verdict.code is not FitVerdictCode.NOT_JUDGED
 
 
-def _too_much_power(result: FitResult) -> tuple[Mistake, ...]:
+def too_much_power(data: GonioData, sample: Sample) -> tuple[Mistake, ...]:
     """The mistake that needs no refit: more light leaves the sample than arrives."""
-    most = max(balances(result.data), key=lambda balance: balance.share, default=None)
+    found = balances(data)
+    most = max(found, key=lambda balance: balance.share, default=None)
     if most is None or most.share <= _MOST_POWER:
         return ()
+    light = sample.illumination
+    if sample.detector_mode == "spectrometer" and light is not None and len(found) > 1:
+        # Light of one wavelength may come from another one: only that of all cannot exceed what arrives.
+        weights = np.interp([balance.wavelength_nm for balance in found], *light)
+        shares = np.array([balance.share for balance in found])
+        if np.sum(weights * shares) <= _MOST_POWER * np.sum(weights):
+            return ()
     sides = " + ".join(most.sides)
     return (
         Mistake(

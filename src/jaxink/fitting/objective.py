@@ -128,9 +128,9 @@ class Objective(eqx.Module):
         return self.free
 
     @property
-    def least_directions(self) -> int:
-        """Smallest number of directional derivatives of a Jacobian, so that objectives share a program."""
-        return 0
+    def directions_at_once(self) -> int | None:
+        """Directional derivatives that one run of a program computes; None for all of a Jacobian."""
+        return None
 
     def values(self, unit: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Physical values of the free parameters from variables in [0, 1]."""

@@ -352,7 +352,7 @@ class FitResult(SavedInFolder, Presented):
         }
         return plain(head | fields)
 
-    def files_beside(self) -> dict[str, bytes | memoryview]:
+    def files_beside(self) -> dict[str, bytes]:
         """The measurement with its prediction, as netCDF."""
         return {DATA_FILE: netcdf_bytes(self.to_dataset())}
 

@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Protocol, runtime_checkable
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,6 +13,7 @@ from jaxtyping import Array, Float
 from jaxink.display.brief import brief_repr
 from jaxink.model.build import StackBuilder, stack_builder
 from jaxink.model.checks import require_predictable
+from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
 from jaxink.model.media import media_of
 from jaxink.model.points import Points, points_of
@@ -145,12 +147,7 @@ class ForwardModel(eqx.Module):
         rays, directions = self.points.rays, self.points.rays.directions
 
         def at_wavelength(wavelength_nm, values, tables):
-            stack = self.builder.stack(values, wavelength_nm)
-            tabulated = tuple(
-                face and table and tabulated_interface(table, face, values)
-                for table, face in zip(tables, self.builder.faces, strict=True)
-            )
-            plan = dataclasses.replace(self.plan, interfaces=tabulated)
+            stack, plan = self._solvable(wavelength_nm, values, tables)
             diffuse = rays.average(diffuse_bsdf(stack, directions, self.config, plan))
             if self.points.cones.is_ideal:
                 return diffuse
@@ -177,6 +174,43 @@ class ForwardModel(eqx.Module):
             return self._regular_peak(self.builder.stack(values, wavelength_nm))
 
         return self._at_points(at_wavelength, free_values)
+
+    def depth_profiles(self, layers: tuple[int, ...], free_values: Mapping | None = None) -> DepthProfiles:
+        """Light absorbed and emitted at each depth of some layers, at every wavelength.
+
+        Parameters
+        ----------
+        layers
+            Positions of the layers, of known thickness.
+        free_values
+            See `bsdf`.
+        """
+        require_float64()
+        directions = self.points.rays.directions
+
+        def at_wavelength(wavelength_nm, values, tables):
+            stack, plan = self._solvable(wavelength_nm, values, tables)
+            of_sample = self.builder, values, wavelength_nm
+            return profiles_at(stack, plan, self.config, *of_sample, directions, layers)
+
+        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values or {})
+        return at_each(at_wavelength, wavelengths, values, self.rough_tables)
+
+    def emitted_at_points(
+        self, bsdf: Float[Array, "wavelengths sides incidences outgoing"]
+    ) -> Float[Array, " points"]:
+        """BSDF at the points from that in all directions of `depth_profiles`, averaged over the cones."""
+        spectrum = jax.vmap(self.points.rays.average)(at_pairs(bsdf, self.points.rays.directions))
+        return spectrum[self.points.wavelength_of_point, self.points.pair_of_point]
+
+    def _solvable(self, wavelength_nm, values, tables):
+        """Stack at one wavelength, and its channels with the rough interfaces that are tabulated."""
+        stack = self.builder.stack(values, wavelength_nm)
+        tabulated = tuple(
+            face and table and tabulated_interface(table, face, values)
+            for table, face in zip(tables, self.builder.faces, strict=True)
+        )
+        return stack, dataclasses.replace(self.plan, interfaces=tabulated)
 
     def _at_points(
         self, at_wavelength, free_values: Mapping | None, *by_wavelength

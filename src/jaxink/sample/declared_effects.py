@@ -161,9 +161,10 @@ _BY_WAVELENGTH = {"per_wavelength", "shape", "smoothness", "dispersion"}
 
 
 def _require_simple(name: str, table: dict[str, Any], quantities: dict[str, Quantity]) -> None:
-    """Reject numbers by wavelength: effects have one value for all."""
+    """Reject numbers by wavelength where an effect has one value for all."""
     for key in quantities.keys() & table.keys():
-        if isinstance(table[key], dict) and _BY_WAVELENGTH & table[key].keys():
+        excluded = _BY_WAVELENGTH - ({"per_wavelength"} if quantities[key].spectral else set())
+        if isinstance(table[key], dict) and excluded & table[key].keys():
             raise InputRefusedError(
                 f"effects.{name}.{key} depends on the wavelength; an effect has one value for all of them."
             )

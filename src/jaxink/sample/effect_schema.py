@@ -138,7 +138,33 @@ EFFECTS: dict[str, EffectKeys] = {
         }
     ),
     "fluorescence": EffectKeys(
-        {"share": Quantity("", 0.0, 1.0, meaning="share of the exciting light (320-420 nm) that is emitted")}
+        {
+            "quantum_yield": Quantity(
+                "",
+                0.0,
+                1.0,
+                meaning="photons emitted for each that the ink absorbs at an exciting wavelength",
+            ),
+            "excitation": Quantity(
+                "", 0.0, 1.0, 1.0, spectral=True, meaning="share of the absorbed photons that excite"
+            ),
+            "emission": Quantity(
+                "",
+                0.0,
+                1.0,
+                spectral=True,
+                meaning="share of the photons emitted at this or a longer wavelength that this one has",
+            ),
+            "absorption_below_per_mm": Quantity(
+                "1/mm",
+                0.0,
+                1e6,
+                0.0,
+                meaning="of exciting light shorter than all of `wavelength_nm`, as far as `illumination` "
+                "contains it",
+            ),
+        },
+        _INK,
     ),
     "coherent_backscatter": EffectKeys(
         {

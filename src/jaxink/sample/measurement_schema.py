@@ -41,7 +41,11 @@ SMOOTHNESS = {
 _SWITCH = "`true` or `false`"
 NUMBER = {
     "value": Entry("number", "middle of the range if free, else required", "fixed value or start of the fit"),
-    "free": Entry(_SWITCH, "`false`", "whether the fit may change it"),
+    "free": Entry(
+        _SWITCH,
+        "`false`",
+        "whether the fit may change it; with `per_wavelength`, a list says so for each wavelength",
+    ),
     "min": Entry("number", "required if free", "lower bound of the fit, within the range of the quantity"),
     "max": Entry("number", "required if free", "upper bound of the fit, within the range of the quantity"),
     "unit": Entry("text", "that in its name", "check only: any other unit is rejected, never converted"),

@@ -121,11 +121,27 @@ class ParameterReader:
         smoothness = smoothness_of(name, entry)
         common = {k: v for k, v in entry.items() if k not in ("per_wavelength", "value", "smoothness")}
         each = [common if value is None else common | {"value": value} for value in values]
+        if isinstance(entry.get("free"), list):
+            each = self._free_at_some(name, each, entry["free"], smoothness)
         pairs = zip(wavelengths, each, strict=True)
         return [
             dataclasses.replace(parameter_of(f"{name}@{wavelength:g}", one, quantity), smoothness=smoothness)
             for wavelength, one in pairs
         ]
+
+    def _free_at_some(self, name: str, each: list[dict], free: list, smoothness) -> list[dict]:
+        """Entries at each wavelength, some of which are free."""
+        if len(free) != len(each) or not all(isinstance(one, bool) for one in free):
+            raise InputRefusedError(
+                f"{name}: free must be true, false, or a list of {len(each)} of them, one for each "
+                "wavelength in ascending order."
+            )
+        if smoothness is not None or any("prior" in one for one in each):
+            raise InputRefusedError(
+                f"{name} is free at some wavelengths only, so it can have no smoothness and no prior; write "
+                "free = true, or remove them."
+            )
+        return [entry | {"free": one} for entry, one in zip(each, free, strict=True)]
 
 
 def _require_possible(mean: Parameter, factors: list[float], quantity: Quantity) -> None:

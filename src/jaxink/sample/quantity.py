@@ -21,6 +21,8 @@ class Quantity:
         Whether it may be given as a dispersion, see `DISPERSIONS`.
     otherwise
         What applies without a default, in words.
+    spectral
+        Of a number of an effect: whether it may have a value for each wavelength.
     meaning
         For the documentation.
     """
@@ -33,6 +35,7 @@ class Quantity:
     multimodal: bool = False
     dispersive: bool = False
     otherwise: str = "required"
+    spectral: bool = False
     meaning: str = dataclasses.field(kw_only=True)
 
 

@@ -161,7 +161,10 @@ class _Writer:
                 coefficients = schema.DISPERSIONS[dispersion.formula]
                 return _inline(parts | {key: _entry(table[f"{name}.{key}"]) for key in coefficients})
         each = [table[f"{name}@{wavelength_nm:g}"] for wavelength_nm in self.sample.wavelengths_nm]
-        parts = _parts(each[0]) | {"per_wavelength": "true"}
+        leading = next((p for p in each if p.free), each[0])
+        parts = _parts(leading) | {"per_wavelength": "true"}
+        if leading.free and not all(p.free for p in each):
+            parts["free"] = f"[{', '.join('true' if p.free else 'false' for p in each)}]"
         if each[0].tie is None:
             parts["value"] = _list([p.value for p in each])
         return _inline(parts)

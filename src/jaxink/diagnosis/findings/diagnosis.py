@@ -132,7 +132,7 @@ class Diagnosis(SavedInFolder, Presented):
             (self.parameters_before, self.parameters_after),
         )
 
-    def files_beside(self) -> dict[str, bytes | memoryview]:
+    def files_beside(self) -> dict[str, bytes]:
         """Both fits, and the sample file of the corrected model."""
         text = corrected_text(self.corrected, self.verdict, self.steps)
         fits = {DECLARED: self.declared, CORRECTED: self.corrected}

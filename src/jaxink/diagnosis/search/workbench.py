@@ -36,7 +36,7 @@ class SlotObjective(Objective):
     """
 
     position: Int[np.ndarray, " parameters"]
-    directions: int = eqx.field(static=True, default=0)
+    at_once: int = eqx.field(static=True, default=1)
 
     @property
     def variables(self) -> tuple[str | None, ...]:
@@ -44,9 +44,9 @@ class SlotObjective(Objective):
         return tuple(self.names[i] if i < len(self.names) else None for i in self.position)
 
     @property
-    def least_directions(self) -> int:
-        """Enough for the largest fit."""
-        return self.directions
+    def directions_at_once(self) -> int:
+        """Those of fits with one parameter more than declared; all fits of the bench share a program."""
+        return self.at_once
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Values of all names: the constants, replaced by the slots."""
@@ -54,10 +54,9 @@ class SlotObjective(Objective):
         return {name: whole[i] for i, name in enumerate(self.names)}
 
 
-def _directions(model: AugmentedModel, base_free: tuple[str, ...], n_slots: int) -> int:
-    """Directional derivatives of a fit in which the slots that are left stand for effects."""
-    own = model.own_wavelengths(base_free)
-    return 1 + int(max(colours(base_free, own), default=-1)) + n_slots - len(base_free)
+def _declared_directions(model: AugmentedModel, base_free: tuple[str, ...]) -> int:
+    """Directional derivatives of a fit without effects."""
+    return 1 + int(max(colours(base_free, model.own_wavelengths(base_free)), default=-1))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,7 +156,7 @@ class Workbench:
             scale=UnitScale.of((_UNUSED,) * n_slots),
             free=tuple(f"slot{i}" for i in range(n_slots)),
             position=np.full(n_slots, len(names)),
-            directions=_directions(model, self.base_free, n_slots),
+            at_once=1 + _declared_directions(model, self.base_free),
         )
 
     @property

@@ -1,0 +1,1 @@
+"""Fluorescent inks, simulated by our own Monte Carlo and diagnosed."""
