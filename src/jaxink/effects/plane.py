@@ -43,7 +43,8 @@ class Hemisphere(eqx.Module):
         theta_i, theta_o, phi, wavelength, _ = columns
         # The facets that are seen at 90 degrees have no area.
         theta = np.minimum([theta_i, theta_o], 89.9)
-        pairs = Pairs(*np.cos(np.deg2rad(theta)), np.arccos(np.cos(np.deg2rad(phi))))
+        into, out = np.cos(np.deg2rad(theta))
+        pairs = Pairs(into, out, np.arccos(np.cos(np.deg2rad(phi))))
         return cls(BodySeries.of_any_body(), theta, pairs, np.searchsorted(waves, wavelength), waves)
 
     @property
