@@ -16,6 +16,7 @@ from jaxink.effects import (
     SampleEffect,
     Scene,
     Surroundings,
+    UnevenSurface,
 )
 from jaxink.effects.instrument import AngleOffset, Gain, IncidenceAngle
 from jaxink.effects.waves import Polarisation
@@ -25,6 +26,7 @@ KINDS = (
     AreaWithOtherSample,
     AreaWithOtherValues,
     ReadingEffect,
+    UnevenSurface,
     EmittingEffect,
     FinerDiscretisation,
 )

@@ -13,6 +13,7 @@ from jaxink.effects.kinds import (
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
+    UnevenSurface,
 )
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.effects.validity import invalidity
@@ -34,6 +35,7 @@ __all__ = [
     "SampleEffect",
     "Scene",
     "Surroundings",
+    "UnevenSurface",
     "as_declared",
     "declare",
     "declared_effects",

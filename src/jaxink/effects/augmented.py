@@ -23,7 +23,9 @@ from jaxink.effects.kinds import (
     FinerDiscretisation,
     ReadingEffect,
     SampleEffect,
+    UnevenSurface,
 )
+from jaxink.effects.plane import Hemisphere
 from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.measurement.dataset import Columns, GonioData
@@ -60,6 +62,7 @@ class AugmentedModel(eqx.Module):
     effects: tuple[Effect, ...] = eqx.field(static=True)
     scene: Scene
     surroundings: Surroundings = eqx.field(static=True)
+    hemisphere: Hemisphere | None
     # Of `main`, and of each of `others`.
     emissions: tuple[tuple[Emission, ...], ...]
 
@@ -78,6 +81,11 @@ class AugmentedModel(eqx.Module):
         looked_at = (e.looks_at for e in effects if isinstance(e, ReadingEffect))
         self.surroundings = functools.reduce(operator.or_, looked_at, Surroundings.NOTHING)
         directions = scene.all_directions(self.surroundings)
+        self.hemisphere = None
+        if any(isinstance(e, UnevenSurface) for e in effects):
+            self.hemisphere = Hemisphere.beside(directions, scene.waves)
+            both = zip(directions, self.hemisphere.columns, strict=True)
+            directions = tuple(np.concatenate(columns) for columns in both)
 
         dividing = tuple(e for e in effects if isinstance(e, DividingEffect))
         whole = extend(sample, undivided(effects))
@@ -133,7 +141,8 @@ class AugmentedModel(eqx.Module):
         """As of `ForwardModel`; none if an effect mixes wavelengths, or one of a user's own might."""
         if any(self.emissions):
             return {}
-        mixing = (e for e in self.effects if isinstance(e, ReadingEffect | AreaWithOtherValues))
+        kinds = ReadingEffect | AreaWithOtherValues | UnevenSurface
+        mixing = (e for e in self.effects if isinstance(e, kinds))
         if not all(is_of_catalogue(effect) for effect in mixing):
             return {}
         models = (self.main, *(model for _, model in self.others))
@@ -158,7 +167,13 @@ class AugmentedModel(eqx.Module):
         """
         values = self.sample.parameters.values_with(values or {})
         everywhere, regular = self._mixed(values)
-        field = self._field(everywhere, regular)
+        if self.hemisphere is not None:
+            shaped = self.hemisphere.sample(everywhere, regular)
+            for effect in self.effects:
+                if isinstance(effect, UnevenSurface):
+                    shaped = effect.shape(shaped, values)
+            everywhere, regular = shaped.bsdf, shaped.regular
+        field = self._field(everywhere, regular[: len(self.scene)])
         predicted = field.points
         for effect in self.effects:
             if isinstance(effect, ReadingEffect):
@@ -167,12 +182,11 @@ class AugmentedModel(eqx.Module):
 
     def _mixed(self, values):
         """BSDF in all directions and regular power, averaged over the areas of the sample."""
-        n = len(self.scene)
+        with_regular = Surroundings.PLANES in self.surroundings or self.hemisphere is not None
 
         def of(model, given, emissions):
             everywhere = sum((emission.bsdf(given) for emission in emissions), start=model.bsdf(given))
-            with_planes = Surroundings.PLANES in self.surroundings
-            return everywhere, model.regular(given)[:n] if with_planes else jnp.zeros(n)
+            return everywhere, model.regular(given) if with_regular else jnp.zeros_like(everywhere)
 
         mixing = (effect for effect in self.effects if isinstance(effect, AreaWithOtherValues))
         mixed = [part for effect in mixing for part in effect.mixture(values)]

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.effects.case import Case
+from jaxink.effects.plane import PlaneSample
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Sample
@@ -308,6 +309,34 @@ class EmittingEffect(Effect):
     @abc.abstractmethod
     def couplings(self, values: Mapping[str, Any]) -> Couplings:
         """Couplings of the wavelengths, from the values of all parameters."""
+
+
+class UnevenSurface(Effect):
+    """The surface of the sample is not plane; its BSDF follows from that of the plane sample.
+
+    It needs the plane sample over the hemisphere, hence a program of its own, and acts before the instrument
+    reads.
+    """
+
+    group: ClassVar[str] = "surface"
+
+    @property
+    @final
+    def program(self) -> str:
+        """Its own program."""
+        return str(self)
+
+    @abc.abstractmethod
+    def shape(self, plane: PlaneSample, values: Mapping[str, Any]) -> PlaneSample:
+        """The sample with its uneven surface, at the same directions.
+
+        Parameters
+        ----------
+        plane
+            BSDF and regular reflectance of the sample.
+        values
+            Of all parameters, by name.
+        """
 
 
 class FinerDiscretisation(BlendedEffect):

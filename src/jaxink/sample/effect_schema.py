@@ -97,6 +97,9 @@ EFFECTS: dict[str, EffectKeys] = {
     "weak_interface": EffectKeys(
         {"share": Quantity("", 0.0, 1.0, meaning="1 - (n_eff - 1) / (n - 1), n_eff of the graded face")}
     ),
+    "relief": EffectKeys(
+        {"slope_variance": Quantity("", 0.0, 0.5, meaning="variance of the facets' slope along each axis")}
+    ),
     "thin_patches": EffectKeys(
         {
             "share": Quantity("", 0.0, 0.6, meaning="share of the area with the other thickness"),
