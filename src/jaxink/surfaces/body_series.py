@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
+from jaxink.numerics.chebyshev import chebyshev
 from jaxink.numerics.quadrature import gauss_legendre_unit
 
 # Highest degree in i.m and o.m together, and in i.o.
@@ -30,13 +31,6 @@ def legendre(cosine: Float[ArrayLike, "*shape"], degree: int = _DEGREE) -> Float
     found = [jnp.ones_like(x), x]
     for k in range(1, degree):
         found.append(((2 * k + 1) * x * found[-1] - k * found[-2]) / (k + 1))
-    return jnp.stack(found, axis=-1)
-
-
-def _chebyshev(x):
-    found = [jnp.ones_like(x), x]
-    for _ in range(1, _ORDER):
-        found.append(2 * x * found[-1] - found[-2])
     return jnp.stack(found, axis=-1)
 
 
@@ -113,7 +107,7 @@ def between(
     coefficients: Coefficients, cosine_between: Float[Array, "*pairs"]
 ) -> Float[Array, "*pairs degrees degrees"]:
     """Coefficients of the polynomials of i.m and o.m, for pairs of directions with the cosine i.o."""
-    return jnp.einsum("pqr,...r->...pq", coefficients, _chebyshev(cosine_between))
+    return jnp.einsum("pqr,r...->...pq", coefficients, chebyshev(cosine_between, _ORDER + 1))
 
 
 class Mirror(eqx.Module):

@@ -1,24 +1,13 @@
 """Rows of matrices between channels, from samples of the incoming directions."""
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.numerics.chebyshev import chebyshev
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import propagating_cosine
-
-
-def _chebyshev(x, n_terms):
-    """T_0 ... T_(n-1) along a new leading axis."""
-
-    def following(carry, _):
-        before, here = carry
-        return (here, 2 * x * here - before), here
-
-    _, rows = jax.lax.scan(following, (x, jnp.ones_like(x)), None, length=n_terms)
-    return rows
 
 
 def _at_samples(grid: ChannelGrid, kappa):
@@ -30,7 +19,7 @@ def _at_samples(grid: ChannelGrid, kappa):
         width = start[block] - end[block]
         cosine = propagating_cosine(1 - (kappa / reference[block]) ** 2)
         x = 2 * (cosine - end[block]) / jnp.where(width > 0, width, 1.0) - 1
-        polynomials = jnp.where(inside, _chebyshev(jnp.where(inside, x, 0.0), n_nodes), 0.0)
+        polynomials = jnp.where(inside, chebyshev(jnp.where(inside, x, 0.0), n_nodes), 0.0)
         yield polynomials, _coefficients(n_nodes)
 
 
@@ -62,7 +51,7 @@ def rows_of_samples(
     n_orders
         Number of azimuthal orders.
     """
-    series = _chebyshev(cos_azimuth, n_orders)
+    series = chebyshev(cos_azimuth, n_orders)
     # Odd orders vanish like the sine towards the normal; they are interpolated without it.
     series = series * jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], kappa, 1.0)
     series = jnp.concatenate([series * weight for weight in weights])

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage, in_threads
+from jaxink.diagnosis.search.stage import Stage, by_program, in_threads
 from jaxink.diagnosis.search.workbench import Solution
 from jaxink.effects import AreaWithOtherValues, Effect
 
@@ -28,10 +28,7 @@ class _Start(NamedTuple):
 def best_refit(stage: Stage, directions: list[Direction]) -> Refit:
     """Refit of the form of an effect that fits best, after a penalty for its number of terms."""
     name = directions[0].effect.name
-    programs: dict[str | None, list[Effect]] = {}
-    for form in stage.listed.forms:
-        if form.name == name:
-            programs.setdefault(form.program, []).append(form)
+    programs = by_program(form for form in stage.listed.forms if form.name == name)
     each = in_threads(lambda forms: [refit(stage, form, directions) for form in forms], programs.values())
     found = itertools.chain.from_iterable(each)
     return max(found, key=lambda r: r.penalised(len(stage.residual)))

@@ -138,7 +138,7 @@ class Stage:
     def _programs(self) -> dict[str, list[Effect]]:
         """Screened effects with programs of their own, by program."""
         own = [e for e in self.listed.forms if e.own_program and e.is_screened]
-        programs = {effect.program: [e for e in own if e.program == effect.program] for effect in own}
+        programs = by_program(own)
         # Neighbours in the catalogue share tables, so one would wait for the other.
         names = [*programs]
         return {name: programs[name] for name in [*names[::2], *names[1::2]]}
@@ -219,6 +219,14 @@ class Stage:
     def is_far(self) -> bool:
         """Whether the misfit is so large that the linear screen is unreliable."""
         return self.solution.chi_square > self.setup.policy.far_reduced_chi_square * len(self.residual)
+
+
+def by_program(effects: Iterable[Effect]) -> dict[str | None, list[Effect]]:
+    """Effects by the program that they share."""
+    programs: dict[str | None, list[Effect]] = {}
+    for effect in effects:
+        programs.setdefault(effect.program, []).append(effect)
+    return programs
 
 
 def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
