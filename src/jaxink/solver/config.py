@@ -27,8 +27,8 @@ class SolverConfig(eqx.Module):
     n_orders
         Azimuthal orders.
     layer_method
-        How a layer's response is computed: ``"discrete_ordinates"``, ``"adding_doubling"``, or whichever is
-        ``"fastest"`` on JAX's default backend. The two agree to 1e-8.
+        How a layer's response is computed: ``"discrete_ordinates"``, ``"adding_doubling"``, or the
+        ``"fastest"``, which is the former on every device measured. The two agree to 1e-8.
 
     Raises
     ------
