@@ -19,7 +19,7 @@ import jaxink
 from benchmarks.pages import machine
 from benchmarks.simulated_data import data_file, declared_text
 from benchmarks.speed.peers import ours
-from benchmarks.speed.peers.units import SLABS, derivative_error, items, value_error
+from benchmarks.speed.peers.units import SLABS, items, value_error
 from benchmarks.speed.solver import W2_SIZES, matched, spectra
 from jaxink.numerics.precision import computing
 
