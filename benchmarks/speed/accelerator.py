@@ -1,9 +1,10 @@
-"""Work units, batches, fits and diagnoses on JAX's default device: the accelerator's part of docs/performance.md.
+"""Work units, batches, fits and diagnoses on JAX's default device, for docs/performance.md.
 
 python -m benchmarks.speed.accelerator RESULTS.json PART...   with JAX_PLATFORMS=cuda, then cpu
 
-A part is ``units``, ``batches``, ``fit:NAME`` or ``diagnose:NAME`` of a simulated measurement. Results are added
-to the file as they come. Every time is that of a whole call: it ends when the values are in the host's memory.
+A part is ``units``, ``batches``, ``fit:NAME`` or ``diagnose:NAME`` of a simulated measurement. Results are
+added to the file as they come. Every time is that of a whole call, which ends when the values are in the
+host's memory.
 """
 
 import json
