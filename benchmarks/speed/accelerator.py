@@ -1,6 +1,7 @@
 """Work units, batches, fits and diagnoses on JAX's default device, for docs/performance.md.
 
 python -m benchmarks.speed.accelerator RESULTS.json PART...   with JAX_PLATFORMS=cuda, then cpu
+python -m benchmarks.speed.accelerator --page                 from benchmarks/speed/accelerator.json
 
 A part is ``units``, ``batches``, ``fit:NAME`` or ``diagnose:NAME`` of a simulated measurement. Results are
 added to the file as they come. Every time is that of a whole call, which ends when the values are in the
@@ -8,25 +9,28 @@ host's memory.
 """
 
 import json
-import statistics
 import sys
 import time
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
 
 import jaxink
-from benchmarks.pages import machine
+from benchmarks.pages import filled, machine, table, write_section
 from benchmarks.simulated_data import data_file, declared_text
 from benchmarks.speed.peers import ours
 from benchmarks.speed.peers.units import SLABS, items, value_error
-from benchmarks.speed.solver import W2_SIZES, matched, spectra
+from benchmarks.speed.solver import ACCELERATOR, PAGE, W2_SIZES, matched, median_ms, spectra
 from jaxink.numerics.precision import computing
 
-ROUNDS = 9
+KEPT = Path(__file__).with_suffix(".json")
+TEMPLATE = Path(__file__).with_suffix(".md.in")
 METHODS = "discrete_ordinates", "adding_doubling"
-# Sizes at which docs/peers.md times each unit, or the next larger ones.
+# Close to those at which docs/peers.md times each unit.
 SIZES = {
     "W1": (16, 12, 32, 1),
     "W1 x 64": (16, 12, 32, 1),
@@ -43,23 +47,21 @@ SETS = 1, 4, 16, 64, 256, 1024
 
 def timed(call) -> dict[str, float]:
     """Seconds of the first call, and the median of warm ones in milliseconds."""
+    first_s, _ = seconds_of(call)
+    return {"first_s": first_s, "ms": median_ms(call, most_s=20)}
+
+
+def seconds_of(call) -> tuple[float, Any]:
+    """Time of one call, and what it returns."""
     began = time.perf_counter()
-    call()
-    first_s = time.perf_counter() - began
-    times = []
-    for _ in range(ROUNDS):
-        began = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - began)
-        if sum(times) > 20:
-            break
-    return {"first_s": first_s, "ms": 1e3 * statistics.median(times)}
+    found = call()
+    return time.perf_counter() - began, found
 
 
 def units(keep) -> None:
     """Every work unit by each layer method, with its error."""
     for unit in [*SIZES, "W5"]:
-        for method in METHODS if unit != "W5" else ("",):
+        for method in METHODS if unit in SIZES else ("",):
             call = RUNNERS.get(unit, ours.slab)(unit, (*SIZES.get(unit, ()), method))
             found = timed(call)
             found["ms"] /= items(unit)
@@ -70,14 +72,8 @@ def units(keep) -> None:
 
 def batches(keep) -> None:
     """Time per set of parameters of W2, value and Jacobian, by the number of sets in a call."""
-    from dataclasses import replace
-
     for method in METHODS:
-        config = replace(W2_SIZES, layer_method=method)
-
-        def value(parameters, config=config):
-            return matched(parameters, config=config)
-
+        value = partial(matched, config=replace(W2_SIZES, layer_method=method))
         for name, function in (("value", value), ("Jacobian", jax.jacfwd(value))):
             compiled = jax.jit(jax.vmap(function))
             for count in SETS:
@@ -85,46 +81,77 @@ def batches(keep) -> None:
                 found = timed(lambda c=compiled, a=argument: np.asarray(c(a)))
                 found["ms"] /= count
                 keep(f"{name} of W2 x {count}|{method}", found)
-                if found["ms"] * count > 4000:
-                    break
+
+
+def twice(work, name: str) -> tuple[dict[str, float], Any]:
+    """Times of a fit or a diagnosis from the declared file, first and again in the process."""
+    sample = jaxink.parse_sample(declared_text(name), name)
+    (first_s, _), (again_s, found) = (seconds_of(lambda: work(data_file(name), sample)) for _ in range(2))
+    return {"first_s": first_s, "again_s": again_s}, found
 
 
 def fit(keep, name: str) -> None:
-    """A fit from the declared file, first and again in the process."""
-    seconds = []
-    for _ in range(2):
-        began = time.perf_counter()
-        result = jaxink.fit(data_file(name), jaxink.parse_sample(declared_text(name), name))
-        seconds.append(time.perf_counter() - began)
-    jacobians = sum(search.jacobians for search in result.searches)
-    keep(
-        f"fit:{name}",
-        {
-            "first_s": seconds[0],
-            "again_s": seconds[1],
-            "jacobians": jacobians,
-            "reduced_chi_square": result.verdict.reduced_chi_square,
-            "found": {p.name: p.value for p in result.parameters.free},
-        },
-    )
+    """A fit and what it found."""
+    seconds, result = twice(jaxink.fit, name)
+    about = {
+        "jacobians": sum(search.jacobians for search in result.searches),
+        "reduced_chi_square": result.verdict.reduced_chi_square,
+        "found": {p.name: p.value for p in result.parameters.free},
+    }
+    keep(f"fit:{name}", seconds | about)
 
 
 def diagnose(keep, name: str) -> None:
-    """A diagnosis from the declared file, first and again in the process."""
-    seconds = []
-    for _ in range(2):
-        began = time.perf_counter()
-        report = jaxink.diagnose(data_file(name), jaxink.parse_sample(declared_text(name), name))
-        seconds.append(time.perf_counter() - began)
-        verdict = report.verdict
-        keep(
-            f"diagnose:{name}",
-            {"seconds": list(seconds), "verdict": " ".join([str(verdict.code), *verdict.effects])},
-        )
+    """A diagnosis and its verdict."""
+    seconds, report = twice(jaxink.diagnose, name)
+    keep(f"diagnose:{name}", seconds | {"verdict": " ".join([report.verdict.code, *report.verdict.effects])})
+
+
+def page(kept: dict) -> None:
+    """Write the section of docs/performance.md."""
+    host, gpu = (next(kept[key] for key in kept if key.startswith(kind)) for kind in ("cpu", "gpu"))
+
+    def cell(device: dict, key: str, time_of: str = "ms") -> str:
+        return f"{device[key][time_of]:.3g}" if key in device else "not run"
+
+    def rows(names: dict[str, str]) -> list[list[str]]:
+        """Rows by the key of what was measured."""
+        columns = [(device, method) for device in (gpu, host) for method in METHODS]
+        return [[n, *(cell(d, f"{key}|{m}") for d, m in columns)] for key, n in names.items()]
+
+    header = [f"{where}, {m.replace('_', ' ')}" for where in ("GPU", "host") for m in METHODS]
+    each = {f"{n} of W2 x {c}": f"{n}, {c}" for n in ("value", "Jacobian") for c in SETS}
+    tasks = [key for key in gpu if ":" in key]
+    longer = [
+        [f"`{t}`", *(cell(d, t, s) for d in (gpu, host) for s in ("first_s", "again_s"))] for t in tasks
+    ]
+
+    def gain(what: str) -> str:
+        key = f"{what} of W2 x 64|{METHODS[0]}"
+        return f"{host[key]['ms'] / gpu[key]['ms']:.0f}"
+
+    name = next(key for key in kept if key.startswith("gpu")).removeprefix("gpu: ")
+    parts = {
+        "device": name,
+        "machine": gpu["machine"].replace("gpu, ", ""),
+        "units": table(["unit, ms", *header], rows({u: u for u in SIZES})),
+        "spheres_gpu": cell(gpu, "W5|"),
+        "spheres_host": cell(host, "W5|"),
+        "batches": table(["W2: what, number of sets; ms per set", *header], rows(each)),
+        "tasks": table(
+            ["task", *(f"{w}, {s} call, s" for w in ("GPU", "host") for s in ("first", "second"))], longer
+        ),
+        "gain_value": gain("value"),
+        "gain_jacobian": gain("Jacobian"),
+    }
+    write_section(PAGE, ACCELERATOR, filled(TEMPLATE, **parts))
 
 
 def main() -> None:
-    """Run the parts that are asked for."""
+    """Run the parts that are asked for, or write the page."""
+    if sys.argv[1:] == ["--page"]:
+        page(json.loads(KEPT.read_text()))
+        return
     target, *parts = sys.argv[1:]
     path = Path(target)
     kept = json.loads(path.read_text()) if path.exists() else {}

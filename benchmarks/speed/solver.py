@@ -6,6 +6,7 @@ Runs on JAX's default device. The text of the page is in benchmarks/speed/solver
 """
 
 import json
+import math
 import statistics
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.pages import filled, machine, table, write_page
+from benchmarks.pages import filled, machine, section_after, table, write_page
 from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf
 from jaxink.numerics.precision import computing
 from jaxink.particles.phase_function import HenyeyGreenstein
@@ -25,6 +26,9 @@ from jaxink.solver.layer_response import layer_response
 jax.config.update("jax_enable_x64", True)
 
 TEMPLATE = Path(__file__).with_name("solver.md.in")
+PAGE = "performance.md"
+# What benchmarks.speed.accelerator writes at the end of the page.
+ACCELERATOR = "made by python -m benchmarks.speed.accelerator"
 ROUNDS = 9
 W2 = (0.85, 0.999, 40.0)
 W2_SIZES = SolverConfig(24, 12, 48, 16)
@@ -59,11 +63,20 @@ def layered(parameters, n_layers):
 def milliseconds(function, argument) -> float:
     """Median time of a warm call."""
     compiled = jax.jit(function)
-    jax.block_until_ready(compiled(argument))
-    times = []
-    for _ in range(ROUNDS):
-        begin = time.perf_counter()
+
+    def call():
         jax.block_until_ready(compiled(argument))
+
+    call()
+    return median_ms(call)
+
+
+def median_ms(call, most_s: float = math.inf) -> float:
+    """Median time of calls; after ``most_s`` seconds, no further one begins."""
+    times: list[float] = []
+    while len(times) < ROUNDS and sum(times) < most_s:
+        begin = time.perf_counter()
+        call()
         times.append(time.perf_counter() - begin)
     return 1e3 * statistics.median(times)
 
@@ -209,7 +222,7 @@ def main() -> None:
     with computing():
         parts = {"derivatives": derivatives(), "scaling": scaling(), "arithmetic": arithmetic()}
     parts |= {"fresh": fresh(), "machine": machine()}
-    write_page("performance.md", filled(TEMPLATE, **parts))
+    write_page(PAGE, filled(TEMPLATE, **parts) + section_after(PAGE, ACCELERATOR))
 
 
 if __name__ == "__main__":
