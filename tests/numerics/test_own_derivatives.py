@@ -39,6 +39,21 @@ def test_derivatives_are_those_of_the_function(derivative):
     jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14), found, expected)
 
 
+@pytest.mark.parametrize("derivative", [jax.jacfwd, jax.jacrev])
+def test_derivatives_by_several_parts_add_up(derivative):
+    def of_parts(inputs):
+        return by_own_inputs(lambda x, rest, fixed: expensive((x, rest)) | {"c": fixed}, *inputs, jnp.ones(2))
+
+    def plain(inputs):
+        return expensive(inputs) | {"c": jnp.ones(2)}
+
+    def both(function):
+        return lambda v: function((v[0] * v[1], (v[1] + v[2], "name")))
+
+    found, expected = (derivative(both(f))(jnp.asarray(AT)) for f in (of_parts, plain))
+    jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14), found, expected)
+
+
 def test_within_a_batch():
     batch = jnp.stack([jnp.asarray(AT), 2 * jnp.asarray(AT)])
     found, expected = (jax.vmap(jax.jacfwd(f))(batch) for f in (OWN, PLAIN))

@@ -13,7 +13,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 
-def by_own_inputs(function: Callable, inputs: Any) -> Any:
+def by_own_inputs(function: Callable, *parts: Any) -> Any:
     """Value of a function whose derivatives are taken by its own inputs first.
 
     Forward differentiation by many variables would otherwise repeat the whole function for each of them,
@@ -22,35 +22,51 @@ def by_own_inputs(function: Callable, inputs: Any) -> Any:
     Parameters
     ----------
     function
-        From a tree to a tree of real arrays.
-    inputs
-        Its argument, with few numbers that vary.
+        From trees to a tree of real arrays.
+    *parts
+        Its arguments, with few numbers that vary. Derivatives by each are taken apart from the others, which
+        saves whatever depends on those alone, and compiles the function once more.
     """
-    varying, fixed = eqx.partition(inputs, eqx.is_inexact_array)
+    varying, fixed = eqx.partition(parts, eqx.is_inexact_array)
     leaves, tree = jax.tree.flatten(varying)
+    # Part to which each leaf belongs.
+    owner = [k for k, part in enumerate(varying) for _ in jax.tree.leaves(part)]
 
     def plain(*leaves):
-        return function(eqx.combine(jax.tree.unflatten(tree, leaves), fixed))
+        return function(*eqx.combine(jax.tree.unflatten(tree, leaves), fixed))
 
     value = jax.custom_jvp(plain)
 
     @partial(value.defjvp, symbolic_zeros=True)
     def _(primals, tangents):
-        moving = [i for i, change in enumerate(tangents) if not isinstance(change, SymbolicZero)]
-
-        change, unravel = ravel_pytree([tangents[i] for i in moving])
-
-        def of(*numbers):
-            replaced = dict(zip(moving, numbers, strict=True))
-            return plain(*(replaced.get(i, leaf) for i, leaf in enumerate(primals)))
-
-        def along(seed):
-            return jax.jvp(of, tuple(primals[i] for i in moving), tuple(unravel(seed)))
-
-        found, slopes = jax.vmap(along, out_axes=(None, 0))(jnp.eye(change.size))
-        return found, jax.tree.map(lambda slope: jnp.tensordot(change, slope, axes=1), slopes)
+        found, total = None, None
+        for part in range(len(parts)):
+            moving = [i for i in range(len(leaves)) if owner[i] == part and not _is_zero(tangents[i])]
+            if moving:
+                found, change = _along(plain, primals, moving, [tangents[i] for i in moving])
+                total = change if total is None else jax.tree.map(jnp.add, total, change)
+        return found, total
 
     return value(*leaves)
+
+
+def _is_zero(tangent) -> bool:
+    return isinstance(tangent, SymbolicZero)
+
+
+def _along(plain, primals, moving, tangents):
+    """Value and its change, by one derivative for each number of the leaves at the positions ``moving``."""
+    change, unravel = ravel_pytree(tangents)
+
+    def of(*numbers):
+        replaced = dict(zip(moving, numbers, strict=True))
+        return plain(*(replaced.get(i, leaf) for i, leaf in enumerate(primals)))
+
+    def along(seed):
+        return jax.jvp(of, tuple(primals[i] for i in moving), tuple(unravel(seed)))
+
+    found, slopes = jax.vmap(along, out_axes=(None, 0))(jnp.eye(change.size))
+    return found, jax.tree.map(lambda slope: jnp.tensordot(change, slope, axes=1), slopes)
 
 
 def point_by_point(function: Callable, *columns: Float[Array, " points"]) -> Float[Array, "points *numbers"]:
@@ -69,7 +85,7 @@ def point_by_point(function: Callable, *columns: Float[Array, " points"]) -> Flo
 
     @partial(value.defjvp, symbolic_zeros=True)
     def _(primals, tangents):
-        moving = [i for i, change in enumerate(tangents) if not isinstance(change, SymbolicZero)]
+        moving = [i for i, change in enumerate(tangents) if not _is_zero(change)]
 
         def along(seed):
             seeds = tuple(jnp.full_like(column, 1) * one for column, one in zip(primals, seed, strict=True))

@@ -26,15 +26,14 @@ def interface_between_channels(
         return plan.interfaces[k]
     n_outer, sides = plan.n_outer(stack, k, config), stack.sides(k)
 
-    def of(numbers):
-        indices, face = numbers
+    def of(indices, face):
         grid, here = plan.grid_of(indices, stack.scattering, config), tuple(indices[side] for side in sides)
         if isinstance(face, WaveFace):
-            return wave_interface(grid, *here, face, config.n_orders)
+            return wave_interface(grid, *here, face, config.n_orders, n_outer)
         return rough_interface(grid, here, face, config.n_orders, RoughSizes(n_outer=n_outer))
 
     # The indices and the face are few of the numbers of a stack, and the most expensive ones.
-    return by_own_inputs(of, (tuple(stack.indices), stack.faces[k]))
+    return by_own_inputs(of, tuple(stack.indices), stack.faces[k])
 
 
 def rough_element(
@@ -150,7 +149,7 @@ def _met_waves(stack, k, paths, factors):
     """The same by wave optics, where regular light also arrives from the other side."""
     directions, kappa, out, fields_in, fields_out = paths
     face, indices = stack.faces[k], stack.indices[k : k + 2]
-    table = broadened_for(face, *indices)
+    table = by_own_inputs(broadened_for, face, *indices)
     into = directions.incidence
     cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
     safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]

@@ -47,14 +47,12 @@ class BroadenedSpectrum(eqx.Module):
     ----------
     log_phase
         First node and step of the logarithm of A.
-    log_length
-        Logarithm of 2 pi times the length of the spectrum.
     log_density
-        Logarithm of the density.
+        Logarithm of the density, at the frequencies exp(`log_nodes`) / (2 pi) in 1/um whatever the length of
+        the spectrum: where it is read does not then depend on the spectrum, only what is read.
     """
 
     log_phase: tuple[Float[Array, ""], Float[Array, ""]]
-    log_length: Float[Array, ""]
     log_density: Float[Array, "phases frequencies"]
 
     @classmethod
@@ -68,11 +66,12 @@ class BroadenedSpectrum(eqx.Module):
         density = broadened(spectrum, phase**2 * spectrum.height_variance_um2, positions)
         # A maximum has no derivative if the compiler evaluates it twice with different rounding.
         floor = jax.lax.stop_gradient(_FLOOR * jnp.max(density, axis=1, keepdims=True) + 1e-300)
-        return cls(
-            (first, jnp.asarray(step)),
-            jnp.log(2 * jnp.pi * spectrum.length_um),
-            jnp.log(jnp.maximum(density, floor)),
-        )
+        # From frequencies in units of the spectrum's own length; the shift is the same at all nodes.
+        column = jnp.arange(N_NODES) + jnp.log(spectrum.length_um) / STEP
+        columns, weights = _cubic(column, N_NODES)
+        log_density = jnp.log(jnp.maximum(density, floor))
+        shifted = sum(weight * log_density[:, columns + k] for k, weight in enumerate(weights))
+        return cls((first, jnp.asarray(step)), shifted)
 
     def density_um4(
         self, phase_per_um: Float[ArrayLike, "*#shape"], frequency_per_um: Float[ArrayLike, "*#shape"]
@@ -80,7 +79,7 @@ class BroadenedSpectrum(eqx.Module):
         """Broadened PSD, by cubic interpolation in both logarithms."""
         first, step = self.log_phase
         row = (jnp.log(jnp.maximum(phase_per_um, 1e-300)) - first) / step
-        column = (jnp.log(jnp.maximum(frequency_per_um, 1e-300)) + self.log_length) / STEP + N_NODES // 2
+        column = jnp.log(2 * jnp.pi * jnp.maximum(frequency_per_um, 1e-300)) / STEP + N_NODES // 2
         rows, row_weights = _cubic(row, _N_PHASES)
         columns, column_weights = _cubic(column, N_NODES)
         flat = self.log_density.ravel()
@@ -93,7 +92,7 @@ class BroadenedSpectrum(eqx.Module):
 
     def typical_frequency_per_um(self, phase_per_um, highest_per_um) -> Float[Array, ""]:
         """Power-weighted geometric mean of the frequencies up to a highest one."""
-        log_frequency = log_nodes() - self.log_length
+        log_frequency = log_nodes() - np.log(2 * np.pi)
         density = self.density_um4(phase_per_um, jnp.exp(log_frequency))
         weight = jnp.where(log_frequency < jnp.log(highest_per_um), density * jnp.exp(2 * log_frequency), 0.0)
         return jnp.exp(weight @ log_frequency / (jnp.sum(weight) + 1e-300))

@@ -10,20 +10,27 @@ from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import propagating_cosine
 
 
+def block_polynomials(
+    grid: ChannelGrid, block: int, kappa: Float[Array, "*samples"]
+) -> Float[Array, "nodes *samples"]:
+    """Chebyshev polynomials in the cosine of a block, at samples in it, as of `node_coefficients`."""
+    reference, end, start = (cosine[block] for cosine in grid.block_cosines)
+    width = start - end
+    cosine = propagating_cosine(1 - (kappa / reference) ** 2)
+    x = 2 * (cosine - end) / jnp.where(width > 0, width, 1.0) - 1
+    return chebyshev(jnp.clip(x, -1.0, 1.0), grid.nodes_per_block[block])
+
+
 def _at_samples(grid: ChannelGrid, kappa):
     """For each block, Chebyshev polynomials at the samples (0 outside it), and coefficients by nodes."""
-    reference, end, start = grid.block_cosines
     below = jnp.concatenate([jnp.full(1, -1.0), grid.block_index[:-1]])
     for block, n_nodes in enumerate(grid.nodes_per_block):
         inside = (kappa <= grid.block_index[block]) & (kappa > below[block])
-        width = start[block] - end[block]
-        cosine = propagating_cosine(1 - (kappa / reference[block]) ** 2)
-        x = 2 * (cosine - end[block]) / jnp.where(width > 0, width, 1.0) - 1
-        polynomials = jnp.where(inside, chebyshev(jnp.where(inside, x, 0.0), n_nodes), 0.0)
-        yield polynomials, _coefficients(n_nodes)
+        at_end = jnp.where(inside, kappa, grid.block_index[block])
+        yield jnp.where(inside, block_polynomials(grid, block, at_end), 0.0), node_coefficients(n_nodes)
 
 
-def _coefficients(n_nodes: int) -> np.ndarray:
+def node_coefficients(n_nodes: int) -> np.ndarray:
     """Chebyshev coefficients of the polynomial through values at the Gauss-Legendre nodes."""
     nodes = 2 * gauss_legendre_unit(n_nodes)[0] - 1
     return np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, n_nodes - 1))

@@ -161,7 +161,8 @@ def facet_averages(pairs: Pairs, slope_variance) -> Float[Array, "pairs degrees 
         pairs, slope_variance = inputs
         return jax.lax.map(lambda pair: _average(pair, slope_variance), pairs, batch_size=_BATCH)
 
-    return by_own_inputs(averages, (Pairs(*map(jnp.asarray, pairs)), jnp.asarray(slope_variance, float)))
+    inputs = Pairs(*map(jnp.asarray, pairs)), jnp.asarray(slope_variance, float)
+    return by_own_inputs(averages, inputs)
 
 
 def _average(pair: Pairs, slope_variance):

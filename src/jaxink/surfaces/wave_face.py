@@ -11,20 +11,17 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
-from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.interface import RoughInterface, RoughResponse
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_optics import amplitude_factor
-from jaxink.surfaces.wave_power import disc
+from jaxink.surfaces.wave_rows import lobe_kernel, row_in_block
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
 
-# Nodes over the distance from the regular direction, and around it.
-_N_RADIAL, _N_AROUND = 32, 24
 # Steps of the scaling, and power below which it has no effect.
 _N_SCALINGS, _NOTHING = 60, 1e-12
 
@@ -62,32 +59,28 @@ def broadened_for(face: WaveFace, index_1: Float[Array, ""], index_2: Float[Arra
     return BroadenedSpectrum.of(face.spectrum, 2 * wavenumber * jnp.maximum(index_1, index_2))
 
 
-def _kernel(surface, table, cosine_out, cosine_in, azimuth, frequency, is_transmission):
-    """BSDF of scattered light over the squared index of the exit side."""
-    factor = amplitude_factor(surface, cosine_out, cosine_in, azimuth, is_transmission)
-    phase = phase_per_height(surface, cosine_out, cosine_in, is_transmission)
-    return factor * table.density_um4(phase, frequency) / surface.index_out(is_transmission) ** 2
+def _raw_matrices(grid, indices, cosines, face, table, n_orders, n_outer):
+    """Matrices of light reflected outside and inside, leaving and entering, power not yet conserved."""
+    n, first_channel = cosines[0].shape[0], np.cumsum((0, *grid.nodes_per_block))
+    sides = [(0, 0), (1, 1), (0, 1), (1, 0)]
+    receivers = [np.arange(n_outer if here == 0 else n) for here, _ in sides]
+    matrices = [jnp.zeros((n_orders, n, n)) for _ in sides]
+    for block, first in enumerate(first_channel[:-1]):
+        lit = [k for k, (_, there) in enumerate(sides) if there == 1 or first < n_outer]
 
+        def row(here, there, channel, block=block):
+            surface = face.between(indices[here], indices[1 - here])
+            return row_in_block(grid, block, surface, table, cosines[here, channel], here != there, n_orders)
 
-def _samples(surface, table, cosine, is_transmission):
-    """Optical sines, azimuths and weights of incoming directions that scatter into channels.
-
-    ``surface`` is seen from the side on which the light leaves; by reciprocity its kernel is that of light
-    propagating the other way.
-    """
-    index_source = surface.index_out(is_transmission)
-    wavelength = surface.wavelength_um
-    regular = phase_per_height(surface, jnp.ones(()), jnp.ones(()), is_transmission)
-    highest = 2 * jnp.maximum(surface.index_front, surface.index_back) / wavelength
-    typical = table.typical_frequency_per_um(regular, highest) * wavelength
-    scale = jnp.minimum(typical, 1.0)
-    sine = surface.index_front * jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
-    kappa, azimuth, area = jax.vmap(lambda s: disc(index_source, s, scale, _N_RADIAL, _N_AROUND))(sine)
-    cosine_source = propagating_cosine(1 - (kappa / index_source) ** 2)
-    safe = jnp.maximum(cosine_source, 1e-9)
-    frequency = spatial_frequency(surface, sine[:, None], kappa, azimuth)
-    density = _kernel(surface, table, safe, cosine[:, None], azimuth, frequency, is_transmission)
-    return kappa, azimuth, jnp.where(cosine_source > 0, density * area, 0.0)
+        # All at once, to reduce compilation.
+        sizes = [receivers[k].size for k in lit]
+        here, there = (jnp.array(np.repeat([sides[k][side] for k in lit], sizes)) for side in (0, 1))
+        rows = jax.vmap(row, out_axes=1)(here, there, jnp.array(np.concatenate([receivers[k] for k in lit])))
+        columns = slice(first, first_channel[block + 1])
+        for k, found in zip(lit, jnp.split(rows, np.cumsum(sizes)[:-1], axis=1), strict=True):
+            matrices[k] = matrices[k].at[:, receivers[k], columns].set(found)
+    odd = (np.arange(n_orders) % 2 == 1)[:, None, None]
+    return [matrix / jnp.where(odd, grid.kappa, 1.0) for matrix in matrices]
 
 
 def wave_interface(
@@ -96,26 +89,33 @@ def wave_interface(
     index_inner: Float[Array, ""],
     face: WaveFace,
     n_orders: int,
+    n_outer: int | None = None,
 ) -> RoughInterface:
     """Reflection and transmission of an interface in wave optics between channels, with its regular light.
 
     Power is conserved as described at the top of this module.
+
+    Parameters
+    ----------
+    grid
+        The channels.
+    index_outer, index_inner
+        Refractive indices on either side.
+    face
+        The interface.
+    n_orders
+        Number of azimuthal orders.
+    n_outer
+        Number of channels, the first ones, that propagate outside; None if unknown.
     """
     table = broadened_for(face, index_outer, index_inner)
     cosines = [propagating_cosine(grid.squared_cosine(n)) for n in (index_outer, index_inner)]
     inside = [jnp.where(cosine > 0, 1.0, 0.0) for cosine in cosines]
-    # Reflected outside and inside, leaving, entering: computed together to reduce compilation.
-    receiver, source = jnp.array([0, 1, 0, 1]), jnp.array([0, 1, 1, 0])
     index, exists = jnp.stack([index_outer, index_inner]), jnp.stack(inside)
     safe = jnp.where(exists > 0, jnp.stack(cosines), 0.5)
-
-    def rows(here, there):
-        surface = face.between(index[here], index[1 - here])
-        kappa, azimuth, weight = _samples(surface, table, safe[here], here != there)
-        found = rows_of_samples(grid, kappa, jnp.cos(azimuth), [weight], n_orders)[0]
-        return exists[here][:, None] * found * exists[there]
-
-    *raw, entering = jax.vmap(rows)(receiver, source)
+    matrices = _raw_matrices(grid, index, safe, face, table, n_orders, n_outer or exists.shape[1])
+    receiver, source = exists[jnp.array([0, 1, 0, 1])], exists[jnp.array([0, 1, 1, 0])]
+    *raw, entering = receiver[:, None, :, None] * jnp.stack(matrices) * source[:, None, None, :]
     raw = RoughResponse(*raw)
     fresnel = fresnel_reflectance(index_outer, index_inner, *cosines)
     shares = fresnel * inside[0], fresnel * inside[1], (1 - fresnel) * inside[0] * inside[1]
@@ -187,6 +187,6 @@ def wave_lobes(
         index_out = surface.index_out(is_transmission)
         sine_out = index_out * jnp.sqrt(jnp.maximum(1 - cosine_out**2, 1e-24))
         frequency = spatial_frequency(surface, sine_out, sine_in, azimuth_rad)
-        return _kernel(surface, table, cosine_out, cosine_in, azimuth_rad, frequency, is_transmission)
+        return lobe_kernel(surface, table, cosine_out, cosine_in, azimuth_rad, frequency, is_transmission)
 
     return tuple(jax.vmap(lobe)(jnp.array([False, True]), jnp.stack(cosines_out)))

@@ -14,16 +14,16 @@ from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_
 # Root mean square slope up to which perturbation theory is valid.
 LARGEST_SLOPE = 0.3
 # Nodes over the distance from the specular direction, in the plane of direction cosines, and around it.
-_RADIAL, _AROUND = 64, 40
+_N_RADIAL, _N_AROUND = 64, 40
 
 
-def disc(index_out, sine_in_optical, scale, n_radial: int = _RADIAL, n_around: int = _AROUND):
+def _disc(index_out, sine_in_optical, scale):
     """Optical sines, azimuths and area weights of nodes over all propagating directions.
 
     The nodes are polar around the specular direction in the plane of direction cosines; weights include both
     halves of the plane.
     """
-    psi_unit, psi_weight = gauss_legendre_unit(n_around)
+    psi_unit, psi_weight = gauss_legendre_unit(_N_AROUND)
     inside = sine_in_optical < index_out
     # From a point outside the disc of directions, only a cone of azimuths meets it.
     cone = jnp.arcsin(jnp.minimum(index_out / sine_in_optical, 1.0))
@@ -34,7 +34,7 @@ def disc(index_out, sine_in_optical, scale, n_radial: int = _RADIAL, n_around: i
     towards = -sine_in_optical * jnp.cos(psi)
     low, high = jnp.where(inside, 0.0, towards - root), towards + root
     start, end = (jnp.arcsinh(jnp.maximum(r, 0.0) / scale)[:, None] for r in (low, high))
-    unit, weight = gauss_legendre_unit(n_radial)
+    unit, weight = gauss_legendre_unit(_N_RADIAL)
     v = start + (end - start) * unit
     radius = scale * jnp.sinh(v)
     area = psi_weight[:, None] * (end - start) * weight * jnp.sqrt(scale**2 + radius**2) * radius
@@ -54,7 +54,7 @@ def scattered_power(
     n_i, n_o = surface.index_front, surface.index_out(is_transmission)
     sine = n_i * jnp.sqrt(jnp.maximum(1 - cosine_in**2, 1e-12))
     scale = surface.wavelength_um / (2 * jnp.pi * surface.spectrum.length_um)
-    optical_sine, azimuth, area = disc(n_o, sine, jnp.minimum(scale, 1.0))
+    optical_sine, azimuth, area = _disc(n_o, sine, jnp.minimum(scale, 1.0))
     cosine_out = propagating_cosine(1 - (optical_sine / n_o) ** 2)
     cosine_in = jnp.full_like(cosine_out, cosine_in)
     at = scattered_bsdf(surface, cosine_out, cosine_in, azimuth[:, None], is_transmission)
