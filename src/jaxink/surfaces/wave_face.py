@@ -19,7 +19,7 @@ from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
 from jaxink.surfaces.interface import RoughInterface, RoughResponse
 from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_rows import lobe_kernel, row_in_block
+from jaxink.surfaces.wave_rows import lobe_kernel, row_in_block, typical_lobe_width
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
 
 # Steps of the scaling, and power below which it has no effect.
@@ -65,17 +65,23 @@ def _raw_matrices(grid, indices, cosines, face, table, n_orders, n_outer):
     sides = [(0, 0), (1, 1), (0, 1), (1, 0)]
     receivers = [np.arange(n_outer if here == 0 else n) for here, _ in sides]
     matrices = [jnp.zeros((n_orders, n, n)) for _ in sides]
+
+    def lobe_width(here, there):
+        return typical_lobe_width(face.between(indices[here], indices[1 - here]), table, here != there)
+
+    widths = jax.vmap(lobe_width)(*jnp.array(sides).T)
     for block, first in enumerate(first_channel[:-1]):
         lit = [k for k, (_, there) in enumerate(sides) if there == 1 or first < n_outer]
 
-        def row(here, there, channel, block=block):
-            surface = face.between(indices[here], indices[1 - here])
-            return row_in_block(grid, block, surface, table, cosines[here, channel], here != there, n_orders)
+        def row(here, there, width, channel, block=block):
+            surface, cosine = face.between(indices[here], indices[1 - here]), cosines[here, channel]
+            return row_in_block(grid, block, surface, table, width, cosine, here != there, n_orders)
 
         # All at once, to reduce compilation.
         sizes = [receivers[k].size for k in lit]
-        here, there = (jnp.array(np.repeat([sides[k][side] for k in lit], sizes)) for side in (0, 1))
-        rows = jax.vmap(row, out_axes=1)(here, there, jnp.array(np.concatenate([receivers[k] for k in lit])))
+        pair, channel = np.repeat(lit, sizes), np.concatenate([receivers[k] for k in lit])
+        here, there = jnp.array(sides)[pair].T
+        rows = jax.vmap(row, out_axes=1)(here, there, widths[pair], jnp.array(channel))
         columns = slice(first, first_channel[block + 1])
         for k, found in zip(lit, jnp.split(rows, np.cumsum(sizes)[:-1], axis=1), strict=True):
             matrices[k] = matrices[k].at[:, receivers[k], columns].set(found)

@@ -48,12 +48,12 @@ def _radial_nodes():
     return (1 + (x - x**7 / 7) * 7 / 6) / 2, weight * (1 - x**6) * 7 / 6
 
 
-def _around(optical_sine, sine, scale):
+def _around(optical_sine, sine, lobe_width):
     """Azimuths from 0 to pi and weights of both halves of the turn, on a new last axis, without derivatives.
 
     The integral does not depend on where its nodes are.
     """
-    distance = jnp.sqrt((optical_sine - sine) ** 2 + scale**2)
+    distance = jnp.sqrt((optical_sine - sine) ** 2 + lobe_width**2)
     width = jnp.minimum(distance / jnp.sqrt(optical_sine * sine + 1e-12), _WIDEST)[..., None]
     width = jax.lax.stop_gradient(width)
     end = jnp.arcsinh(jnp.pi / width)
@@ -66,6 +66,7 @@ def row_in_block(
     block: int,
     surface: WaveSurface,
     table: BroadenedSpectrum,
+    lobe_width: Float[Array, ""],
     cosine: Float[Array, ""],
     is_transmission: bool | Bool[Array, ""],
     n_orders: int,
@@ -81,6 +82,8 @@ def row_in_block(
         light propagating the other way.
     table
         Its broadened spectra.
+    lobe_width
+        Result of `typical_lobe_width`, on which only the nodes depend.
     cosine
         Cosine of the direction on that side, above 0.
     is_transmission
@@ -90,15 +93,14 @@ def row_in_block(
     """
     index_source = surface.index_out(is_transmission)
     sine = surface.index_front * jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
-    scale = _lobe_width(surface, table, is_transmission)
     start = grid.block_index[block - 1] if block else jnp.zeros(())
     end = grid.block_index[block]
-    first, last = (jnp.arcsinh((limit - sine) / scale) for limit in (start, end))
+    first, last = (jnp.arcsinh((limit - sine) / lobe_width) for limit in (start, end))
     unit, unit_weight = _radial_nodes()
-    distance = scale * jnp.sinh(first + (last - first) * unit)
+    distance = lobe_width * jnp.sinh(first + (last - first) * unit)
     kappa = jnp.clip(sine + distance, start, end)
-    area = (last - first) * unit_weight * jnp.sqrt(scale**2 + distance**2) * kappa
-    azimuth, azimuth_weight = _around(kappa, sine, scale)
+    area = (last - first) * unit_weight * jnp.sqrt(lobe_width**2 + distance**2) * kappa
+    azimuth, azimuth_weight = _around(kappa, sine, lobe_width)
     cosine_source = propagating_cosine(1 - (kappa / index_source) ** 2)[:, None]
     safe = jnp.maximum(cosine_source, 1e-9)
     frequency = spatial_frequency(surface, sine, kappa[:, None], azimuth)
@@ -111,8 +113,10 @@ def row_in_block(
     return moments @ polynomials.T @ node_coefficients(grid.nodes_per_block[block])
 
 
-def _lobe_width(surface, table, is_transmission):
-    """Typical distance from the regular direction in optical sines; only the nodes depend on it."""
+def typical_lobe_width(
+    surface: WaveSurface, table: BroadenedSpectrum, is_transmission: bool | Bool[Array, ""]
+) -> Float[Array, ""]:
+    """Typical distance of scattered light from the regular direction in optical sines; not differentiated."""
     regular = phase_per_height(surface, jnp.ones(()), jnp.ones(()), is_transmission)
     highest = 2 * jnp.maximum(surface.index_front, surface.index_back) / surface.wavelength_um
     typical = table.typical_frequency_per_um(regular, highest) * surface.wavelength_um
