@@ -92,3 +92,28 @@ def test_a_function_of_points_has_the_same_derivatives_and_is_repeated_for_its_c
     np.testing.assert_allclose(found, expected, rtol=1e-13)
     # A column that does not vary has no derivative.
     np.testing.assert_allclose(found[:, 2], 0.0, atol=0)
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_a_value_that_does_not_depend_on_what_varies_in_a_batch(which):
+    """In compiled code, JAX gave its value the shape of its change."""
+
+    def of(own):
+        def function(x, y):
+            return {"both": x * y, "one": y**2, "neither": jnp.asarray(2.0)}
+
+        def value(variables):
+            def at(factor):
+                factors = [factor if part == which else 1.0 for part in range(3)]
+                x, y, z = variables * jnp.stack([jnp.asarray(f) for f in factors])
+                found = by_own_inputs(function, x, y) if own else function(x, y)
+                return jax.vmap(lambda k: (k * found["both"] + z) / found["neither"] + found["one"])(
+                    jnp.arange(2.0)
+                )
+
+            return jax.vmap(at)(jnp.arange(1.0, 4.0))
+
+        return jax.jit(value)
+
+    found, expected = (jax.jit(jax.jacfwd(of(own)))(jnp.asarray(AT)) for own in (True, False))
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
