@@ -46,10 +46,10 @@ class Setup:
         """The same without any effect to look for."""
         return dataclasses.replace(self, catalogue=())
 
-    def bench(self, effects: tuple[Effect, ...], n_slots: int) -> Workbench:
+    def bench(self, effects: tuple[Effect, ...], n_slots: int, added_at_once: int = 1) -> Workbench:
         """A workbench of the sample with some effects."""
         arguments = self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots
-        return Workbench(*arguments, self.pieces)
+        return Workbench(*arguments, self.pieces, added_at_once)
 
     def listed(self, accepted: tuple[Effect, ...]) -> Listed:
         """Effects that the sample may lack in addition to those accepted."""

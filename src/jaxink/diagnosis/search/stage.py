@@ -104,7 +104,9 @@ class Stage:
         if effect.program not in self._own:
             together = tuple(e for e in self.listed.forms if e.own_program and e.program == effect.program)
             n_slots = len(self.free) + max(len(e.terms) for e in together)
-            self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots)
+            # A program of its own is an expensive one, to be run once for each Jacobian.
+            added = n_slots - len(self.bench.base_free)
+            self._own[effect.program] = self.setup.bench((*self.accepted, *together), n_slots, added)
         return self._own[effect.program]
 
     def prepare(self, effect: Effect) -> None:

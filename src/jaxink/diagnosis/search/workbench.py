@@ -45,7 +45,7 @@ class SlotObjective(Objective):
 
     @property
     def directions_at_once(self) -> int:
-        """Those of fits with one parameter more than declared; all fits of the bench share a program."""
+        """Those of most fits of the bench, all of which share a program."""
         return self.at_once
 
     def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
@@ -117,6 +117,8 @@ class Workbench:
         Largest number of free parameters of a fit.
     pieces
         Where results are kept; None to keep none.
+    added_at_once
+        Parameters in addition to the declared ones by which fits are differentiated in one run of a program.
     """
 
     def __init__(
@@ -129,6 +131,7 @@ class Workbench:
         scene: Scene,
         n_slots: int,
         pieces: Pieces | None = None,
+        added_at_once: int = 1,
     ):
         self._pieces = pieces or Pieces()
         model = AugmentedModel(sample, effects, scene, config)
@@ -156,7 +159,7 @@ class Workbench:
             scale=UnitScale.of((_UNUSED,) * n_slots),
             free=tuple(f"slot{i}" for i in range(n_slots)),
             position=np.full(n_slots, len(names)),
-            at_once=1 + _declared_directions(model, self.base_free),
+            at_once=added_at_once + _declared_directions(model, self.base_free),
         )
 
     @property
