@@ -8,9 +8,10 @@ from jaxtyping import Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
-from jaxink.ink.ink_layers import adjacent_air
+from jaxink.ink.ink_layers import adjacent_air, find_ink
 from jaxink.ink.table import InkTable
 from jaxink.ink.tabulate import TableOptions, ink_table
+from jaxink.numerics.threads import in_threads
 from jaxink.sample import Sample
 
 # Relative changes are unlimited closer to grazing.
@@ -111,6 +112,6 @@ def compare_tables(before: Sample, after: Sample, wavelengths_nm: Sequence[float
         )
     found = tuple(layer.name for layer in after.layers if layer.name not in known)
     ink += adjacent_air(before, ink)
-    first = ink_table(before, ink, wavelengths_nm, options=_OPTIONS)
-    options = dataclasses.replace(_OPTIONS, inside=str(first.attrs["inside"]))
-    return TableComparison(first, ink_table(after, ink + found, wavelengths_nm, options=options))
+    options = dataclasses.replace(_OPTIONS, inside=find_ink(before, ink).inside)
+    inks = (before, ink), (after, ink + found)
+    return TableComparison(*in_threads(lambda of: ink_table(*of, wavelengths_nm, options=options), inks))

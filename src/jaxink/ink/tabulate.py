@@ -2,13 +2,14 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from jaxink.errors import InputRefusedError, require_kind, require_number
 from jaxink.fitting import FitResult, load_result
@@ -21,8 +22,11 @@ from jaxink.ink.stacks import ink_stacks, isolated_model, reversed_stack
 from jaxink.ink.table import InkTable
 from jaxink.ink.uncertainty import ParameterCovariance
 from jaxink.model.forward import ForwardModel
-from jaxink.numerics.compiling import Tiered
+from jaxink.numerics.compiling import NONE, Tiered
+from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.precision import computing
+from jaxink.numerics.threads import in_threads
+from jaxink.numerics.weak_cache import WeakCache
 from jaxink.optics.directions import Directions
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -256,10 +260,13 @@ class _Solved(NamedTuple):
 
     def components(self, w: int, theta_deg, phi_deg):
         """BSDF and regular power of the four components at one wavelength, see `_side`."""
-        (r_ii, t_ia), (r_aa, t_ai) = (
-            _side(_at(stack, w, 0), _at(tangent, w, 1), theta_deg, phi_deg, self.model.config, plan)
-            for stack, tangent, plan in self.lit
-        )
+
+        def lit_from(side):
+            stack, tangent, plan = side
+            here = _at(stack, w, 0), _at(tangent, w, 1)
+            return _side(*here, theta_deg, phi_deg, self.model.config, plan)
+
+        (r_ii, t_ia), (r_aa, t_ai) = in_threads(lit_from, self.lit)
         return r_ii, t_ia, t_ai, r_aa
 
 
@@ -357,18 +364,31 @@ def _side(stack: Stack, tangents: Stack, theta_deg, phi_deg, config: SolverConfi
             np.deg2rad(180.0 - phi),
             side,
         )
-        diffuse, straight = _light().now(1)(stack, tangents, directions, config, plan)
+        diffuse, straight = _light(stack, tangents, directions, config, plan)
         bsdf.append(np.asarray(diffuse).reshape(-1, 2, size, n_theta, n_phi))
         regular.append(np.asarray(straight))
     wholes = (np.concatenate(parts, axis=2)[:, :, :n_theta] for parts in (bsdf, regular))
     return tuple(zip(*(np.moveaxis(whole, 1, 0) for whole in wholes), strict=True))
 
 
-@cache
-def _light() -> Tiered:
-    """Diffuse BSDF and regular power; the value first, then its derivative along each tangent."""
+def _light(*described: Any) -> tuple[Array, Array]:
+    """Diffuse BSDF and regular power; the value first, then its derivative along each tangent.
 
-    def light(stack: Stack, tangents: Stack, directions: Directions, config: SolverConfig, plan: ChannelPlan):
+    Of a stack, its tangents, directions, the resolution and the channels.
+    """
+    tree = jax.tree.map(lambda x: jnp.asarray(x) if isinstance(x, np.ndarray) else x, described)
+    arrays, static = eqx.partition(tree, eqx.is_array)
+    leaves, treedef = jax.tree.flatten(static)
+    return _programs(treedef, tuple(leaves)).now(1)(arrays)
+
+
+@WeakCache
+def _programs(treedef, leaves) -> Tiered:
+    static = jax.tree.unflatten(treedef, leaves)
+
+    def light(arrays):
+        stack, tangents, directions, config, plan = eqx.combine(arrays, static)
+
         def of(s):
             diffuse = diffuse_bsdf(s, directions, config, plan)
             return diffuse, jnp.stack(regular_power(s, directions.sin_incidence))
@@ -378,4 +398,4 @@ def _light() -> Tiered:
         value, slopes = jax.vmap(lambda t: jax.jvp(of, (stack,), (t,)), out_axes=(None, 0))(tangents)
         return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)
 
-    return Tiered(light, _MANY)
+    return Tiered(light, _MANY, fingerprint("ink", static), level=NONE)

@@ -11,7 +11,7 @@ from jaxink.numerics.stored_programs import keeping
 
 # Levels of optimisation on a CPU. Compared with full optimisation, level 1 halves the compile time and
 # lengthens the run time by up to a half; level 0 takes a fifth and three times.
-_NONE, _LITTLE = 0, 1
+NONE, LITTLE = 0, 1
 
 
 @cache
@@ -29,7 +29,7 @@ def _options(level: int) -> dict[str, Any] | None:
 
 
 def hastily(
-    function: Callable, level: int = _NONE, key: str | None = None, calls: tuple[Callable, ...] = ()
+    function: Callable, level: int = NONE, key: str | None = None, calls: tuple[Callable, ...] = ()
 ) -> Callable:
     """`jax.jit` with a low level of optimisation, for a function that runs a few times.
 
@@ -50,12 +50,19 @@ class Tiered:
         Number of runs after which full optimisation pays off.
     key, calls
         As of `keeping`: with a key, the traced form of the function is stored.
+    level
+        Level of optimisation at first.
     """
 
     def __init__(
-        self, function: Callable, runs: int, key: str | None = None, calls: tuple[Callable, ...] = ()
+        self,
+        function: Callable,
+        runs: int,
+        key: str | None = None,
+        calls: tuple[Callable, ...] = (),
+        level: int = LITTLE,
     ):
-        self._tiers = hastily(function, _LITTLE, key, calls), keeping(function, key, calls=calls)
+        self._tiers = hastily(function, level, key, calls), keeping(function, key, calls=calls)
         self._left = runs
 
     def now(self, runs: int = 0) -> Callable:

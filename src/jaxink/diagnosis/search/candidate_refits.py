@@ -9,9 +9,10 @@ import numpy as np
 
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage, by_program, in_threads
+from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.workbench import Solution
 from jaxink.effects import AreaWithOtherValues, Effect
+from jaxink.numerics.threads import in_threads
 
 _LOG = logging.getLogger("jaxink")
 

@@ -14,12 +14,13 @@ from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage, in_threads
+from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.effects import invalidity
 from jaxink.numerics.progress import StepOf
+from jaxink.numerics.threads import in_threads
 
 
 @dataclasses.dataclass(frozen=True)

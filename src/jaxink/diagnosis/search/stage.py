@@ -1,10 +1,10 @@
 """One stage of a search: a model with the effects found so far, and its screen."""
 
 import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -19,15 +19,12 @@ from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
 from jaxink.effects import AreaWithOtherValues, Effect, Listed
-from jaxink.numerics.precision import computing, release_programs
+from jaxink.numerics.precision import release_programs
 from jaxink.numerics.progress import StepOf
+from jaxink.numerics.threads import in_threads
 
 # A parameter closer than this many standard errors to a bound counts as being at the bound.
 _NEAR_BOUND = 1e-6
-# Programs compiled at the same time.
-_COMPILING = 2
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
 class Score(NamedTuple):
@@ -229,14 +226,3 @@ def by_program(effects: Iterable[Effect]) -> dict[str | None, list[Effect]]:
     for effect in effects:
         programs.setdefault(effect.program, []).append(effect)
     return programs
-
-
-def in_threads(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-    """Work on items of different programs, two at a time: most of the time is compilation."""
-
-    def guarded(item: Item) -> Result:
-        with computing():
-            return work(item)
-
-    with ThreadPoolExecutor(_COMPILING) as pool:
-        return list(pool.map(guarded, items))
