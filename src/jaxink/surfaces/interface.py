@@ -10,6 +10,9 @@ on the four hemispheres of directions (either medium, towards the surface or awa
 one facet has sharp lobes and is computed for all azimuthal orders; the rest is smooth and needs few.
 """
 
+from collections.abc import Callable
+from functools import partial
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -23,6 +26,8 @@ from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity
 
+# Receivers that are computed at a time.
+_AT_ONCE = 4
 # Refractive indices on the outer and on the inner side.
 Indices = tuple[Float[Array, ""], Float[Array, ""]]
 
@@ -224,40 +229,59 @@ class FacetResponse(eqx.Module):
         return RoughInterface(self.one, several)
 
 
+def _by_receiver(of: Callable, cosine, sine):
+    """What a function of cosines and sines gives for each receiver, along a new leading axis.
+
+    A few are computed at a time: the samples of all do not fit into the cache of a processor.
+    """
+    return jax.lax.map(lambda one: of(one[0][None], one[1][None]), (cosine, sine), batch_size=_AT_ONCE)
+
+
+def _rarer(here, outer, n_outer: int | None, rule: FacetRule) -> FacetRule:
+    """The rule for receivers in a medium."""
+    return rule.without_total_reflection if here is outer and n_outer is not None else rule
+
+
 def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     """Light that meets one facet, and projected areas."""
     rows, areas, leave, enter = [], [], [], []
     n_channels = grid.kappa.shape[0]
-    for here, there, n in ((outer, inner, n_outer), (inner, outer, n_channels)):
+
+    def seen(here, there, cosine, sine):
+        view = views(cosine, sine, here, there, density, _rarer(here, outer, n_outer, rule))
+        weight = view.weight * view.reflectance * (view.mirrored[2] > 0)
+        parts = [_collect(grid, view.mirrored, here, [weight], n_orders)[0, :, 0]]
+        if here is outer:
+            weight = view.weight * (1 - view.reflectance) * (view.refracted[2] < 0)
+            parts.append(_collect(grid, view.refracted, there, [weight], n_orders)[0, :, 0])
+        return jnp.sum(view.weight), jnp.stack(parts)
+
+    for here, there in ((outer, inner), (inner, outer)):
+        n = n_channels if here is inner or n_outer is None else n_outer
         all_cosines = propagating_cosine(grid.squared_cosine(here))
         cosine, sine, propagates = _receivers(all_cosines[:n])
-        rarer = here is outer and n_outer < n_channels
-        view = views(cosine, sine, here, there, density, rule.without_total_reflection if rarer else rule)
-        outside = view.weight * view.reflectance * (view.mirrored[2] > 0)
-        area = jnp.where(propagates, jnp.sum(view.weight, axis=1), 1.0)
-        areas.append(jnp.pad(area, (0, n_channels - n), constant_values=1.0))
-        leave.append(jnp.pad(jnp.where(propagates, 1 / area, 0.0), (0, n_channels - n)))
+        area, parts = _by_receiver(partial(seen, here, there), cosine, sine)
+        missing = (0, n_channels - n)
+        areas.append(jnp.pad(jnp.where(propagates, area, 1.0), missing, constant_values=1.0))
+        leave.append(jnp.pad(jnp.where(propagates, 1 / area, 0.0), missing))
         enter.append(leave[-1] * all_cosines)
-        rows.append(_collect(grid, view.mirrored, here, [outside], n_orders)[0])
-        if here is outer:
-            passing = view.weight * (1 - view.reflectance) * (view.refracted[2] < 0)
-            passing = _collect(grid, view.refracted, there, [passing], n_orders)[0]
-    missing = ((0, 0), (0, n_channels - n_outer), (0, 0))
+        rows += [jnp.pad(part, ((0, 0), missing, (0, 0))) for part in jnp.moveaxis(parts, 0, 2)]
+    reflected_outside, passing, reflected_inside = rows
     one = RoughResponse(
-        leave[0][:, None] * jnp.pad(rows[0], missing) * enter[0],
-        leave[1][:, None] * rows[1] * enter[1],
-        leave[0][:, None] * jnp.pad(passing, missing) * enter[1],
+        leave[0][:, None] * reflected_outside * enter[0],
+        leave[1][:, None] * reflected_inside * enter[1],
+        leave[0][:, None] * passing * enter[1],
     )
     return one, jnp.stack(areas)
 
 
-def _next_facet(grid, outer, inner, density, rule, n_orders):
+def _next_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     """One more meeting of light that leaves a facet, and projected areas."""
     blocks, areas, per_area = [], [], []
-    for here, there in ((outer, inner), (inner, outer)):
-        cosine, sine, propagates = _receivers(propagating_cosine(grid.squared_cosine(here)))
-        # Light that leaves a facet towards the surface, then light that leaves it away from it.
-        view = views(jnp.concatenate([-cosine, cosine]), jnp.tile(sine, 2), here, there, density, rule)
+    n_channels = grid.kappa.shape[0]
+
+    def seen(here, there, cosine, sine):
+        view = views(cosine, sine, here, there, density, _rarer(here, outer, n_outer, rule))
         parts = []
         for source, share, index, side in (
             (view.mirrored, view.reflectance, here, 1.0),
@@ -265,13 +289,23 @@ def _next_facet(grid, outer, inner, density, rule, n_orders):
         ):
             # It came from outside, or from another facet.
             weights = [view.weight * share * (sign * source[2] > 0) for sign in (side, -side)]
-            parts += list(_collect(grid, source, index, weights, n_orders))
-        blocks.append(jnp.concatenate(parts, axis=-1))
-        areas.append(jnp.where(propagates, jnp.sum(view.weight[cosine.shape[0] :], axis=1), 1.0))
-        per_area.append(jnp.tile(jnp.where(propagates, 1 / areas[-1], 0.0), 2))
-    n = areas[0].shape[0]
+            parts += list(_collect(grid, source, index, weights, n_orders)[:, :, 0])
+        return jnp.sum(view.weight), jnp.concatenate(parts, axis=-1)
+
+    for here, there in ((outer, inner), (inner, outer)):
+        n = n_channels if here is inner or n_outer is None else n_outer
+        cosine, sine, propagates = _receivers(propagating_cosine(grid.squared_cosine(here))[:n])
+        # Light that leaves a facet towards the surface, then light that leaves it away from it.
+        both = jnp.concatenate([-cosine, cosine]), jnp.tile(sine, 2)
+        area, rows = _by_receiver(partial(seen, here, there), *both)
+        missing = (0, n_channels - n)
+        rows = jnp.pad(rows.reshape(2, n, *rows.shape[1:]), ((0, 0), missing, (0, 0), (0, 0)))
+        blocks.append(jnp.moveaxis(rows.reshape(-1, *rows.shape[2:]), 0, 1))
+        areas.append(jnp.pad(jnp.where(propagates, area[n:], 1.0), missing, constant_values=1.0))
+        per_area.append(jnp.tile(jnp.pad(jnp.where(propagates, 1 / area[n:], 0.0), missing), 2))
     first, second = blocks
-    second = jnp.concatenate([second[..., 2 * n :], second[..., : 2 * n]], axis=-1)
+    half = 2 * n_channels
+    second = jnp.concatenate([second[..., half:], second[..., :half]], axis=-1)
     step = jnp.concatenate(per_area)[:, None] * jnp.concatenate([first, second], axis=-2)
     return step, jnp.stack(areas)
 
@@ -285,10 +319,12 @@ def facet_response(
     sizes: RoughSizes,
 ) -> FacetResponse:
     """What facets do with light at each meeting, along the channels and the coarse ones."""
-    n_outer = sizes.n_outer or grid.kappa.shape[0]
+    n_outer = sizes.n_outer
     one, areas = _one_facet(grid, *indices, density, sizes.rule, n_orders, n_outer)
     n_coarse_orders = min(sizes.coarse_orders, n_orders)
-    step, coarse_areas = _next_facet(coarse, *indices, density, sizes.coarse_rule, n_coarse_orders)
+    # The medium of lowest index has the first block of channels.
+    n_outer = None if n_outer is None else coarse.nodes_per_block[0]
+    step, coarse_areas = _next_facet(coarse, *indices, density, sizes.coarse_rule, n_coarse_orders, n_outer)
     return FacetResponse(one, areas, step, coarse_areas)
 
 
