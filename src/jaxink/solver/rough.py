@@ -12,10 +12,11 @@ from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.star_product import RoughElement
+from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
 from jaxink.surfaces.facets import FacetRule, mean_transmittance, projected_area
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.wave_face import WaveFace, broadened_for, wave_interface, wave_lobes
+from jaxink.surfaces.wave_face import WaveFace, wave_interface, wave_lobes
 
 
 def interface_between_channels(
@@ -33,7 +34,11 @@ def interface_between_channels(
         return rough_interface(grid, here, face, config.n_orders, RoughSizes(n_outer=n_outer))
 
     # The indices and the face are few of the numbers of a stack, and the most expensive ones.
-    return by_own_inputs(of, tuple(stack.indices), stack.faces[k])
+    indices, face = tuple(stack.indices), stack.faces[k]
+    if isinstance(face, WaveFace):
+        # Much of it depends on one of the two alone.
+        return by_own_inputs(of, indices, face)
+    return by_own_inputs(lambda both: of(*both), (indices, face))
 
 
 def rough_element(
@@ -111,20 +116,8 @@ def met_between_channels(element: RoughElement, fields: RegularFields, k: int) -
     )
 
 
-def met_at_directions(
-    stack: Stack, k: int, paths: RegularPaths, factors: Float[Array, "directions 2"] | None
-) -> Float[Array, " points"]:
-    """Basic radiance per irradiance of light that meets the interface ``k`` once and is otherwise regular.
-
-    ``factors`` are the `RoughInterface.lobe_factors` of the paths.
-    """
-    if isinstance(stack.faces[k], WaveFace):
-        return _met_waves(stack, k, paths, factors)
-    return _met_facet(stack, k, paths)
-
-
-def _met_facet(stack, k, paths):
-    """Light that meets one facet."""
+def met_facet(stack: Stack, k: int, paths: RegularPaths) -> Float[Array, " points"]:
+    """Basic radiance per irradiance of light that meets one facet of interface ``k``, and is regular else."""
     directions, kappa, out, fields_in, fields_out = paths
     density, front, back = stack.faces[k], stack.indices[k], stack.indices[k + 1]
 
@@ -145,11 +138,19 @@ def _met_facet(stack, k, paths):
     return jnp.where(side, through, reflected) * per_area_front[into] * fields_in.arriving_from_front[k]
 
 
-def _met_waves(stack, k, paths, factors):
-    """The same by wave optics, where regular light also arrives from the other side."""
+def met_waves(
+    stack: Stack,
+    k: int,
+    paths: RegularPaths,
+    factors: Float[Array, "directions 2"],
+    table: BroadenedSpectrum,
+) -> Float[Array, " points"]:
+    """The same by wave optics, where regular light also arrives from the other side.
+
+    ``factors`` are the `WaveLobes.factors` of the paths, and ``table`` is their table.
+    """
     directions, kappa, out, fields_in, fields_out = paths
     face, indices = stack.faces[k], stack.indices[k : k + 2]
-    table = by_own_inputs(broadened_for, face, *indices)
     into = directions.incidence
     cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
     safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]

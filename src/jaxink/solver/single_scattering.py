@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from jaxink.optics.directions import Directions, scattering_cosines
 from jaxink.optics.layers import ScatteringLayer, TruncatedOptics
 from jaxink.solver.phase_matrices import PhaseMatrices
-from jaxink.solver.rough import met_at_directions
+from jaxink.solver.rough import met_facet, met_waves
 from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels
@@ -82,10 +82,12 @@ def scattered_once(
     for k in stack.scattering:
         once = once + _scattered_in_layer(stack.layers[k], channels.truncated[k], paths, k)
     for k in stack.rough:
-        factors = channels.lobe_factors[k]
-        if factors is not None:
-            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(factors, axis=1)
-        once = once + met_at_directions(stack, k, paths, factors)
+        lobes = channels.lobes[k]
+        if lobes is not None:
+            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(lobes.factors, axis=1)
+            once = once + met_waves(stack, k, paths, factors, lobes.table)
+        else:
+            once = once + met_facet(stack, k, paths)
     return once
 
 

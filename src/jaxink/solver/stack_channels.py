@@ -15,6 +15,7 @@ from jaxink.solver.rough import escape_shares, interface_between_channels, rough
 from jaxink.solver.specular import RegularFields, regular_fields
 from jaxink.solver.stack import Stack
 from jaxink.solver.star_product import RoughElement
+from jaxink.surfaces.interface import WaveLobes
 
 
 class StackChannels(eqx.Module):
@@ -32,8 +33,8 @@ class StackChannels(eqx.Module):
         Phase function of each layer between the channels, None for clear layers.
     responses
         Reflection and transmission of each layer, see `layer_response`, None for clear layers.
-    rough, lobe_factors
-        Rough interfaces by position, and their `RoughInterface.lobe_factors`.
+    rough, lobes
+        Rough interfaces by position, and their `RoughInterface.lobes`.
     fields, escape
         Regular light in the channels, and `escape_shares` to the front and to the back; 1 instead of 0.
     fields_beyond, escape_beyond
@@ -46,7 +47,7 @@ class StackChannels(eqx.Module):
     phase: tuple[PhaseMatrices | None, ...]
     responses: tuple[tuple[Array, Array] | None, ...]
     rough: dict[int, RoughElement]
-    lobe_factors: dict
+    lobes: dict[int, WaveLobes | None]
     fields: RegularFields
     escape: tuple[Float[Array, " channels"], Float[Array, " channels"]]
     fields_beyond: RegularFields
@@ -97,7 +98,7 @@ def put_on_channels(
         phase=phase,
         responses=responses,
         rough={k: rough_element(stack, k, grid, scale, found) for k, found in interfaces.items()},
-        lobe_factors={k: found.lobe_factors for k, found in interfaces.items()},
+        lobes={k: found.lobes for k, found in interfaces.items()},
         fields=fields,
         escape=tuple(_divisor(share[:n_channels]) for share in escape),
         fields_beyond=fields_beyond,

@@ -22,6 +22,7 @@ from jaxtyping import Array, Float
 from jaxink.numerics.linear_algebra import inverse
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import propagating_cosine
+from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
 from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity
@@ -53,6 +54,22 @@ class RoughResponse(eqx.Module):
     leaving: Float[Array, "*shape"]
 
 
+class WaveLobes(eqx.Module):
+    """Lobes of an interface in wave optics, for light of given directions.
+
+    Parameters
+    ----------
+    factors
+        Factors of each channel's direction on the outer and on the inner side: the product of two is the
+        ratio of `RoughInterface.one` to the lobe of the theory, except for light that stays outside.
+    table
+        The spectra of the theory.
+    """
+
+    factors: tuple[Float[Array, " channels"], Float[Array, " channels"]]
+    table: BroadenedSpectrum
+
+
 class RoughInterface(eqx.Module):
     """Reflection and transmission of a rough interface between channels.
 
@@ -64,15 +81,14 @@ class RoughInterface(eqx.Module):
         Light that meets several, which has only low azimuthal orders.
     regular
         Fraction of the power of each channel that remains regular, shape ``(channels,)``, or None.
-    lobe_factors
-        Factors of each channel's direction on the outer and on the inner side: the product of two is the
-        ratio of ``one`` to the lobe of the theory, except for light that stays outside. None: 1.
+    lobes
+        Lobes in wave optics; None for facets.
     """
 
     one: RoughResponse
     several: RoughResponse
     regular: RoughResponse | None = None
-    lobe_factors: tuple[Float[Array, " channels"], Float[Array, " channels"]] | None = None
+    lobes: WaveLobes | None = None
 
     @property
     def total(self) -> RoughResponse:
@@ -113,7 +129,7 @@ class RoughInterface(eqx.Module):
             to_leaving,
         )
         one = jax.tree.map(lambda matrix, addition: matrix.at[0].add(addition), one, additions)
-        return RoughInterface(one, several, self.regular, self.lobe_factors)
+        return RoughInterface(one, several, self.regular, self.lobes)
 
 
 class RoughSizes(eqx.Module):

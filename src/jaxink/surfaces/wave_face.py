@@ -17,7 +17,7 @@ from jaxtyping import Array, ArrayLike, Float
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
-from jaxink.surfaces.interface import RoughInterface, RoughResponse
+from jaxink.surfaces.interface import RoughInterface, RoughResponse, WaveLobes
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_rows import lobe_kernel, row_in_block, typical_lobe_width
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
@@ -53,7 +53,7 @@ def kept_regular(face: WaveFace, indices: Sequence, cosines: Sequence) -> tuple:
     return tuple(jnp.exp(-face.spectrum.height_variance_um2 * phase**2) for phase in phases)
 
 
-def broadened_for(face: WaveFace, index_1: Float[Array, ""], index_2: Float[Array, ""]) -> BroadenedSpectrum:
+def _broadened_for(face: WaveFace, index_1: Float[Array, ""], index_2: Float[Array, ""]) -> BroadenedSpectrum:
     """Table for all light at an interface; reflection in the medium of higher index has the largest phase."""
     wavenumber = 2 * jnp.pi / face.wavelength_nm * 1000
     return BroadenedSpectrum.of(face.spectrum, 2 * wavenumber * jnp.maximum(index_1, index_2))
@@ -114,7 +114,7 @@ def wave_interface(
     n_outer
         Number of channels, the first ones, that propagate outside; None if unknown.
     """
-    table = broadened_for(face, index_outer, index_inner)
+    table = _broadened_for(face, index_outer, index_inner)
     cosines = [propagating_cosine(grid.squared_cosine(n)) for n in (index_outer, index_inner)]
     inside = [jnp.where(cosine > 0, 1.0, 0.0) for cosine in cosines]
     index, exists = jnp.stack([index_outer, index_inner]), jnp.stack(inside)
@@ -135,7 +135,7 @@ def wave_interface(
         at_outer[:, None] * raw.leaving * at_inner,
     )
     none = jax.tree.map(lambda matrix: matrix[:0], one)
-    return RoughInterface(one, none, RoughResponse(*regular), (at_outer, at_inner))
+    return RoughInterface(one, none, RoughResponse(*regular), WaveLobes((at_outer, at_inner), table))
 
 
 def _scales(raw: RoughResponse, entering, regular, inside):
@@ -169,14 +169,14 @@ def wave_lobes(
     cosine_in: Float[Array, " points"],
     azimuth_rad: Float[ArrayLike, " points"],
 ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
-    """Reflected and transmitted lobes, basic radiance per irradiance in 1/sr, without `lobe_factors`.
+    """Reflected and transmitted lobes, basic radiance per irradiance in 1/sr, without `WaveLobes.factors`.
 
     Parameters
     ----------
     face
         The interface.
     table
-        Result of `broadened_for` at this interface, valid for both sides.
+        Of `WaveLobes`, valid for both sides.
     index
         Refractive indices of the medium of incidence and of the other one.
     cosines_out
