@@ -4,7 +4,8 @@ python -m benchmarks.speed.answers [--before CHECKOUT] [--runs N] [COMMAND:NAME 
 
 Each command runs in a fresh process on a simulated measurement, first with nothing stored, then with the
 programs that the first run stored; and the library runs it twice in one process, of which the second run
-counts. Another checkout of jaxink takes turns with this one.
+counts. Another checkout of jaxink takes turns with this one. A name with "+" is a design with a pattern of
+benchmarks.validation.outside, which no effect of the catalogue describes.
 """
 
 import argparse
@@ -22,6 +23,8 @@ import jaxink
 from benchmarks.pages import machine, section_after, table, write_page
 from benchmarks.simulated_data import data_file, declared_text
 from benchmarks.speed.spectrum import MARK, PAGE
+from benchmarks.validation.outside.patterns import simulated
+from jaxink.measurement.csv_file import write_csv
 
 KEPT = Path(__file__).with_suffix(".json")
 HERE = Path(jaxink.__file__).parents[2]
@@ -34,6 +37,8 @@ TASKS = (
     "diagnose:undeclared_air_gap",
     "diagnose:undeclared_rough_surface",
     "diagnose:undeclared_lateral_loss",
+    "diagnose:plain_hg+ghost_reflex",
+    "diagnose:coloured_ink",
 )
 # What decides where programs are stored.
 _CHOSEN = "JAX_COMPILATION_CACHE_DIR", "JAXINK_CACHE_DIR", "XDG_CACHE_HOME"
@@ -60,10 +65,15 @@ def timed(task: str, checkout: Path) -> dict:
     command, name = task.split(":")
     with tempfile.TemporaryDirectory() as scratch:
         sample, out = Path(scratch) / "sample.toml", Path(scratch) / "out"
-        sample.write_text(declared_text(name))
+        design, _, pattern = name.partition("+")
+        sample.write_text(declared_text(design))
+        measurement = data_file(design)
+        if pattern:
+            measurement = Path(scratch) / "measurement.csv"
+            write_csv(simulated(pattern, "weak")[0], measurement)
         environment = {k: v for k, v in os.environ.items() if k not in _CHOSEN}
         environment |= {"XDG_CACHE_HOME": f"{scratch}/cache", "PYTHONPATH": str(checkout / "src")}
-        inputs = [str(data_file(name)), str(sample)]
+        inputs = [str(measurement), str(sample)]
 
         def seconds(arguments: list[str]) -> tuple[float, str]:
             began = time.perf_counter()

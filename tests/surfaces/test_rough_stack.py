@@ -82,6 +82,25 @@ def test_energy(order):
     assert np.all(np.asarray(transmittance) > 0.02)
 
 
+@pytest.mark.parametrize("density", ["beckmann", "cauchy"])
+def test_receivers_that_do_not_propagate_outside_may_be_left_out(density):
+    """That their number is known changes the quadrature, and nothing else."""
+    stack = stack_of("exit face", slope_density(density, 10.0))
+    plan = plan_channels(stack)
+    outer, inner = (jnp.asarray(stack.indices[side]) for side in stack.sides(2))
+    grid, n_outer = plan.grid(stack, CONFIG), plan.n_outer(stack, 2, CONFIG)
+    assert n_outer < grid.kappa.size
+    rules = FacetRule(108, 24), FacetRule(72, 16)
+    without, known = (
+        _interface(grid, outer, inner, stack.faces[2], RoughSizes(*rules, n)).total for n in (None, n_outer)
+    )
+    for name in ("outer_reflection", "inner_reflection", "leaving"):
+        found, expected = np.asarray(getattr(known, name)), np.asarray(getattr(without, name))
+        np.testing.assert_allclose(found, expected, atol=2e-3 * np.max(np.abs(expected)))
+        # Of uniform light.
+        np.testing.assert_allclose(found[0].sum(axis=1), expected[0].sum(axis=1), rtol=2e-4, atol=1e-12)
+
+
 @pytest.mark.parametrize("order", ORDERS)
 def test_reciprocity(order):
     pairs = np.array([(20.0, 50.0), (50.0, 20.0), (75.0, 35.0), (35.0, 75.0)])
