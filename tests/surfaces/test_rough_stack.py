@@ -94,11 +94,11 @@ def test_receivers_that_do_not_propagate_outside_may_be_left_out(density):
     without, known = (
         _interface(grid, outer, inner, stack.faces[2], RoughSizes(*rules, n)).total for n in (None, n_outer)
     )
+    # Rows are accurate for smooth light, not entry by entry.
+    smooth = np.asarray(grid.kappa)[:, None] ** np.array([0, 2, 4])
     for name in ("outer_reflection", "inner_reflection", "leaving"):
-        found, expected = np.asarray(getattr(known, name)), np.asarray(getattr(without, name))
-        np.testing.assert_allclose(found, expected, atol=2e-3 * np.max(np.abs(expected)))
-        # Of uniform light.
-        np.testing.assert_allclose(found[0].sum(axis=1), expected[0].sum(axis=1), rtol=2e-4, atol=1e-12)
+        found, expected = (np.asarray(getattr(one, name))[0] @ smooth for one in (known, without))
+        np.testing.assert_allclose(found, expected, rtol=2e-4, atol=2e-4 * np.max(expected))
 
 
 @pytest.mark.parametrize("order", ORDERS)

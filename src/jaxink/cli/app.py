@@ -30,7 +30,8 @@ from jaxink.cli.reading_options import (
     Which,
     columns_of,
 )
-from jaxink.cli.session import CommandLine, installed_version, one_sentence, silence_xla
+from jaxink.cli.session import CommandLine, one_sentence, silence_xla
+from jaxink.files.version import installed_version
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 app = typer.Typer(

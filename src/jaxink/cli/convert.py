@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from jaxink.cli.session import ExitCode, installed_version
+from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
+from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file
 from jaxink.measurement import read, write_csv
 

@@ -10,10 +10,11 @@ import typer
 
 import jaxink
 from jaxink.cli import session
-from jaxink.cli.session import ExitCode, installed_version
+from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
 from jaxink.files.spreadsheet import cell
+from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file, written_whole
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 

@@ -177,10 +177,3 @@ def import_meanwhile(*modules: str) -> None:
                 import_module(module)
 
     threading.Thread(target=work, daemon=True).start()
-
-
-def installed_version() -> str:
-    """Version of the installed package."""
-    from importlib.metadata import version
-
-    return version("jaxink")

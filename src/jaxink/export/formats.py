@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ from jaxink.export.radiance import write_radiance
 from jaxink.export.speos import write_speos
 from jaxink.export.zemax import write_zemax
 from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.version import installed_version
 from jaxink.files.writing import whole_folder
 from jaxink.ink.foresight import ExpectedTable
 from jaxink.ink.table import InkTable
@@ -180,7 +180,7 @@ def _headline(table: InkTable, chosen: Format) -> str:
     wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
     parts = [table.attrs.get("title"), f"BSDF at {wavelengths} nm, {chosen.title}"]
     known = [" ".join(str(part).split()) for part in parts if part]
-    return f"{', '.join(known)}, written by jaxink {version('jaxink')}."
+    return f"{', '.join(known)}, written by jaxink {installed_version()}."
 
 
 def _refuse_losses(found: Sequence[Loss], chosen: Format, options: ExportOptions) -> None:

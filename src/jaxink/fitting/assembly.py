@@ -1,13 +1,13 @@
 """Assembles the result of a fit from its searches."""
 
 import dataclasses
-from importlib.metadata import version
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.merit import merit, merit_by_scan
@@ -84,7 +84,7 @@ def assemble(
         searches=tuple(_summary(s, objective) for s in (*found.searches, *found.series)),
         profiles=tuple(_curve(p, objective, best) for p in found.profiles),
         solver=dataclasses.asdict(config) | {"layer_method": layer_method(config.layer_method)},
-        versions={name: version(name) for name in _PACKAGES},
+        versions={name: installed_version(name) for name in _PACKAGES},
         seed=options.seed,
         notes=(*data.notes, *_notes(sample, objective, options, found), *_rivals(objective, found)),
     )

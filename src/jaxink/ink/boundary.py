@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.files.version import installed_version
 from jaxink.ink.boundary_file import RoughBoundary
 from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
@@ -215,15 +216,13 @@ def _tabulate(side, wavelengths_nm, options: BoundaryOptions, title: str) -> Ink
 
 
 def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
-    from importlib.metadata import version
-
     power = power_sent_out(table)[:, :, table.theta_deg <= _LARGEST_THETA_DEG]
     return {
         "title": f"boundary: {title}",
         "grazing_theta_deg": float(grazing_deg),
         "power_of_table": f"{power.min():.6g} ... {power.max():.6g}",
         "interpolation_error": max(table.interpolation_error().values()),
-        "jaxink_version": version("jaxink"),
+        "jaxink_version": installed_version(),
     }
 
 

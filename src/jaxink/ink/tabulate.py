@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array
 
 from jaxink.errors import InputRefusedError, require_kind, require_number
+from jaxink.files.version import installed_version
 from jaxink.fitting import FitResult, load_result
 from jaxink.ink.areas import Area, Areas, areas_of
 from jaxink.ink.blending import blended, without_ink
@@ -290,8 +291,6 @@ def _attrs_of_effects(ink: InkLayers, areas: Areas) -> dict[str, str]:
 
 
 def _attrs(ink, covariance, options, config, grazing_deg):
-    from importlib.metadata import version
-
     return {
         "title": ink.sample.title,
         "layers": " ".join(ink.names),
@@ -302,7 +301,7 @@ def _attrs(ink, covariance, options, config, grazing_deg):
         "grazing_theta_deg": float(grazing_deg),
         "accuracy": options.accuracy,
         "solver": ", ".join(f"{name} {size}" for name, size in dataclasses.asdict(config).items()),
-        "jaxink_version": version("jaxink"),
+        "jaxink_version": installed_version(),
     }
 
 

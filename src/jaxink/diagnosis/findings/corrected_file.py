@@ -1,9 +1,8 @@
 """The sample file of a corrected model, with comments that say what was added and why."""
 
-from importlib.metadata import version
-
 from jaxink.diagnosis.findings.verdict import Verdict
 from jaxink.diagnosis.search.step import Step
+from jaxink.files.version import installed_version
 from jaxink.fitting import FitResult
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.sample import sample_text
@@ -12,7 +11,7 @@ from jaxink.sample import sample_text
 def corrected_text(corrected: FitResult, verdict: Verdict, steps: tuple[Step, ...]) -> str:
     """Text of the sample file of the corrected model of a diagnosis."""
     head = [
-        f"Diagnosis of {corrected.data.source or 'a measurement'} by jaxink {version('jaxink')}.",
+        f"Diagnosis of {corrected.data.source or 'a measurement'} by jaxink {installed_version()}.",
         verdict.sentence,
         "The declared sample with the effects that were found. Values are those of the fit; what was free is",
         "still free.",
