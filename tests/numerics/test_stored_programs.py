@@ -1,6 +1,8 @@
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import jax
 import jax.numpy as jnp
@@ -55,6 +57,21 @@ def test_other_keys_shapes_and_precisions_are_other_programs():
         result = keeping(counted, "key")(tree, shift)
     assert counted.traces == 4
     assert result[0].dtype == "float32"
+
+
+def test_two_threads_that_need_one_program_make_it_once():
+    counted, both_here = Counted(), threading.Barrier(2)
+    program = keeping(counted, "shared")
+
+    def work(_):
+        both_here.wait()
+        return program(*arguments())
+
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(work, range(2))
+    assert counted.traces == 1
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 def test_without_a_key_nothing_is_stored():

@@ -4,6 +4,7 @@ Tracing and lowering a forward model take longer than running it a hundred times
 replaces both; JAX's own cache then finds the compiled program by it.
 """
 
+import threading
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -49,6 +50,7 @@ class _Kept:
     ):
         self._function, self._key, self._options, self._calls = function, key, options, calls
         self._compiled: dict[tuple, Callable] = {}
+        self._making = threading.RLock()
         self._plain = jax.jit(function, compiler_options=options)
 
     def __call__(self, *args):
@@ -58,7 +60,11 @@ class _Kept:
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         program = self._compiled.get(shapes)
         if program is None:
-            program = self._compiled[shapes] = self._load(leaves) or self._trace(leaves, tree)
+            # Another thread may be making it just now.
+            with self._making:
+                program = self._compiled.get(shapes)
+                if program is None:
+                    program = self._compiled[shapes] = self._load(leaves) or self._trace(leaves, tree)
         LOADED.use(self, shapes)
         found = program(*leaves)
         return found[0] if len(found) == 1 else tuple(found)
