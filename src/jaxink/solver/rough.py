@@ -117,7 +117,7 @@ def met_between_channels(element: RoughElement, fields: RegularFields, k: int) -
 
 
 def met_facet(stack: Stack, k: int, paths: RegularPaths) -> Float[Array, " points"]:
-    """Basic radiance per irradiance of light that meets one facet of interface ``k``, and is regular else."""
+    """Basic radiance per irradiance of otherwise regular light that meets one facet of interface ``k``."""
     directions, kappa, out, fields_in, fields_out = paths
     density, front, back = stack.faces[k], stack.indices[k], stack.indices[k + 1]
 
@@ -145,7 +145,7 @@ def met_waves(
     factors: Float[Array, "directions 2"],
     table: BroadenedSpectrum,
 ) -> Float[Array, " points"]:
-    """The same by wave optics, where regular light also arrives from the other side.
+    """As `met_facet` by wave optics, where regular light also arrives from the other side.
 
     ``factors`` are the `WaveLobes.factors` of the paths, and ``table`` is their table.
     """
