@@ -145,6 +145,8 @@ Medians of the runs; in brackets those of an earlier version that took turns wit
 The first run traces and compiles every program, and stores them; the second one loads them. The third time
 is that of the library, when the same process has done it before, without files. The last column shows how
 fast the machine was: it is a virtual one, whose share of the processor varies severalfold from hour to hour.
+A name with "+" is that design with a weak pattern that [no effect of the catalogue
+describes](outside-catalogue.md).
 
 {table(header, rows)}
 """

@@ -253,8 +253,8 @@ def _by_receiver(of: Callable, cosine, sine):
     return jax.lax.map(lambda one: of(one[0][None], one[1][None]), (cosine, sine), batch_size=_AT_ONCE)
 
 
-def _rarer(here, outer, n_outer: int | None, rule: FacetRule) -> FacetRule:
-    """The rule for receivers in a medium."""
+def _rule_in(here, outer, n_outer: int | None, rule: FacetRule) -> FacetRule:
+    """The rule for receivers in one of the media; nothing is reflected totally in the rarest one."""
     return rule.without_total_reflection if here is outer and n_outer is not None else rule
 
 
@@ -264,7 +264,7 @@ def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     n_channels = grid.kappa.shape[0]
 
     def seen(here, there, cosine, sine):
-        view = views(cosine, sine, here, there, density, _rarer(here, outer, n_outer, rule))
+        view = views(cosine, sine, here, there, density, _rule_in(here, outer, n_outer, rule))
         weight = view.weight * view.reflectance * (view.mirrored[2] > 0)
         parts = [_collect(grid, view.mirrored, here, [weight], n_orders)[0, :, 0]]
         if here is outer:
@@ -297,7 +297,7 @@ def _next_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     n_channels = grid.kappa.shape[0]
 
     def seen(here, there, cosine, sine):
-        view = views(cosine, sine, here, there, density, _rarer(here, outer, n_outer, rule))
+        view = views(cosine, sine, here, there, density, _rule_in(here, outer, n_outer, rule))
         parts = []
         for source, share, index, side in (
             (view.mirrored, view.reflectance, here, 1.0),
