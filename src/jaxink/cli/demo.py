@@ -124,7 +124,7 @@ def _show_correction(to: Console, found: "Diagnosis", change: "TableComparison |
         of = change.of("R_II")
         to.print(
             f"The correction changes the BSDF inside the plate (R_II) by {of.rms_percent:.2g} % rms, by "
-            f"{of.largest_percent:+.2g} % at most.",
+            f"{of.largest_percent:+.3g} % at most.",
             soft_wrap=True,
         )
     to.print()
