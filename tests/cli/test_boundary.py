@@ -17,7 +17,7 @@ from jaxink.ink.boundary_file import DESCRIPTIONS, OTHER_KEYS, TOP_KEYS, load_bo
 from jaxink.ink.boundary_validity import validity_checks
 from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.numerics.precision import computing
-from jaxink.surfaces.slopes import Beckmann
+from jaxink.surfaces.slopes import gaussian_slopes
 
 DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "surfaces.md").read_text(encoding="utf-8")
 SECTION = DOCUMENT[DOCUMENT.index("## A boundary as a table") : DOCUMENT.index("## References")]
@@ -73,7 +73,7 @@ def test_facets_are_those_of_the_named_density(maps, tmp_path, told):
     assert (done.exit_code, done.stderr) == (0, "")
     table = read_ink_table(tmp_path / "boundary.nc")
     with computing():
-        density = Beckmann(jnp.tan(jnp.deg2rad(20.0)) ** 2)
+        density = gaussian_slopes(jnp.tan(jnp.deg2rad(20.0)) ** 2)
     expected = facet_boundary(density, [550.0], BoundaryOptions(1.5, 1.0, n_theta=31, n_phi=13))
     assert power_sent_out(table).max() < 1 + 1e-8 < power_sent_out(expected).max()
     near = table.theta_deg < 60
@@ -82,7 +82,7 @@ def test_facets_are_those_of_the_named_density(maps, tmp_path, told):
     assert np.all(found >= 0.9 * wanted)
     told(done.stdout, numbers=False)
     assert expected.attrs["power_of_table"] in done.stdout
-    told(table.attrs["title"], "Beckmann")
+    told(table.attrs["title"], "beckmann")
 
 
 def test_waves_leave_the_regular_light_of_theory(maps):

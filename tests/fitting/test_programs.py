@@ -46,22 +46,29 @@ particle_absorption_index = {{ value = {absorption}e-3 }}
 """
 STRAY = "\n[effects.stray_light]\nlevel_per_sr = {{ free = true, value = {stray}, min = 0, max = 0.1 }}\n"
 NOISE = "\n[noise]\nrelative = {noise}\n"
+# Once tabulated, once computed in every step, because an index is free.
 ROUGH = """
 [layers.back_roughness]
-density = "beckmann"
+density = "{density}"
 sigma_deg = {{ free = true, value = 6, min = 1, max = 20 }}
 """
+FREE_INDEX = "= {{ free = true, value = 1.55, min = 1.4, max = 1.7 }}"
 KINDS = {
     "plate and ink": HEAD + PLATE + INK + NOISE,
     "spheres, two wavelengths": HEAD.replace("{waves}", "[500, 600]") + MIE + NOISE,
     "tied": HEAD + PLATE + INK.replace("{absorption}", '{{ tie = "0.01 * ink.scattering_per_mm" }}') + NOISE,
     "rough": HEAD + PLATE + INK + ROUGH + NOISE,
+    "rough, free index": HEAD
+    + PLATE
+    + INK.replace("= 1.55", "= {{ free = true, value = 1.55, min = 1.4, max = 1.7 }}")
+    + ROUGH
+    + NOISE,
     "declared effect": HEAD + PLATE + INK + STRAY + NOISE,
 }
 FIRST = {"waves": 550, "title": "a", "index": 1.49, "plate_mm": 2, "ink_um": 20, "start": 50}
-FIRST |= {"absorption": 1, "noise": 0.01, "stray": 0.01}
+FIRST |= {"absorption": 1, "noise": 0.01, "stray": 0.01, "density": "beckmann"}
 SECOND = FIRST | {"title": "b", "plate_mm": 3, "ink_um": 35, "start": 90, "absorption": 2, "noise": 0.02}
-SECOND |= {"stray": 0.02}
+SECOND |= {"stray": 0.02, "density": "cauchy_angle"}
 
 
 def data_at(waves):

@@ -11,7 +11,7 @@ from jaxink.ink.hemispherical_totals import diffuse_totals, power_sent_out
 from jaxink.ink.power_limit import within_incident_power
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
-from jaxink.surfaces.slopes import Beckmann
+from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import GaussianSpectrum
 from jaxink.surfaces.wave_power import balance
 from jaxink.surfaces.wave_surface import WaveSurface
@@ -22,7 +22,7 @@ WAVES = GaussianSpectrum(0.05**2, 1.2)
 
 @pytest.fixture(scope="module")
 def facets():
-    return facet_boundary(Beckmann(0.3**2), [550.0], BoundaryOptions(1.5, 1.0, n_theta=121, n_phi=61))
+    return facet_boundary(gaussian_slopes(0.3**2), [550.0], BoundaryOptions(1.5, 1.0, n_theta=121, n_phi=61))
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_shorter_waves_leave_less_regular_light(waves):
 
 def test_no_roughness_is_fresnel_only():
     for table in (
-        facet_boundary(Beckmann(0.0), [550.0], OPTIONS),
+        facet_boundary(gaussian_slopes(0.0), [550.0], OPTIONS),
         wave_boundary(GaussianSpectrum(0.0, 1.2), [550.0], OPTIONS),
     ):
         assert not table.bsdf_per_sr.any()
@@ -151,8 +151,8 @@ def test_a_spectrum_made_in_32_bits_is_tabulated_in_64():
 
 def test_wrong_options_are_refused(refused):
     with refused("index_outside"):
-        facet_boundary(Beckmann(0.01), [550.0], BoundaryOptions(1.5, 0.0))
+        facet_boundary(gaussian_slopes(0.01), [550.0], BoundaryOptions(1.5, 0.0))
     with refused("450"):
-        facet_boundary(Beckmann(0.01), [550.0, 450.0], OPTIONS)
+        facet_boundary(gaussian_slopes(0.01), [550.0, 450.0], OPTIONS)
     with refused("amplitude"):
         BoundaryOptions(1.5, 1.0, amplitude="kirchhoff")

@@ -9,7 +9,7 @@ import pytest
 
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.profile_spectrum import isotropic_from_profile
-from jaxink.surfaces.slopes import Beckmann
+from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 
 
@@ -45,7 +45,7 @@ def test_slope_variance_of_a_gaussian_surface(smooth):
 
 def test_slopes_of_a_gaussian_surface_are_those_of_beckmann(smooth):
     density, variance = smooth.slope_density(), smooth.slope_statistics().variance
-    expected = Beckmann(variance)
+    expected = gaussian_slopes(variance)
     slopes = np.sqrt(variance) * np.array([0.2, 0.7, 1.0, 1.5, 2.0, 2.5])
     # Only 42^2 independent areas: steep facets come few at a time.
     np.testing.assert_allclose(density.density(slopes), expected.density(slopes), rtol=0.12)

@@ -13,7 +13,7 @@ from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
-from jaxink.surfaces.slopes import Beckmann, Cauchy, SlopeMixture, slope_density
+from jaxink.surfaces.slopes import LAWS, AnalyticSlopes, SlopeMixture, gaussian_slopes, slope_density
 from jaxink.surfaces.table import mixture_table, rough_table
 
 AIR, GLASS = jnp.asarray(1.0), jnp.asarray(1.5)
@@ -37,7 +37,9 @@ def test_totals_are_those_of_the_monte_carlo(response):
     worst = {"R": 0.0, "R_single": 0.0}
     for case in cases():
         t = case["t"]
-        interface = response(Beckmann(t**2) if case["density"] == "beckmann" else Cauchy(t))
+        interface = response(
+            gaussian_slopes(t**2) if case["density"] == "beckmann" else AnalyticSlopes(t**2, LAWS["cauchy"])
+        )
         inside = case["n_from"] > 1
         kappa = case["n_from"] * np.sin(np.deg2rad(case["theta_i_deg"]))
         row = GRID.interpolation(jnp.array([kappa]))[0]
@@ -50,7 +52,7 @@ def test_totals_are_those_of_the_monte_carlo(response):
 
 
 def test_flat_surface_is_the_smooth_one(response):
-    interface = response(Beckmann(0.0)).total
+    interface = response(gaussian_slopes(0.0)).total
     cosine = [jnp.sqrt(jnp.maximum(GRID.squared_cosine(n), 0.0)) for n in (1.0, 1.5)]
     smooth = np.asarray(fresnel_reflectance(AIR, GLASS, *cosine))
     for matrix in np.asarray(interface.inner_reflection):
@@ -65,7 +67,7 @@ def test_no_light_is_lost_along_any_channel(response, sigma_deg):
     """26 degrees: the median facet is tilted by 30."""
     scale = jnp.sqrt(GRID.etendue_weight)
     outer = GRID.squared_cosine(1.0) > 0
-    interface = response(Beckmann(np.tan(np.deg2rad(sigma_deg)) ** 2))
+    interface = response(gaussian_slopes(np.tan(np.deg2rad(sigma_deg)) ** 2))
     total = interface.of_fluxes(scale, outer, jnp.ones(28, bool)).total
     v, u = jnp.where(outer, scale, 0.0), scale
     from_outside = v @ total.outer_reflection[0] + u @ total.leaving[0].T
@@ -79,8 +81,8 @@ def test_no_light_is_lost_along_any_channel(response, sigma_deg):
 
 
 def test_table_of_angles_is_the_interface_itself():
-    table = rough_table(GRID, (AIR, GLASS), ("beckmann", (2.0, 12.0)), 4, 16)
-    known = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), 16, coarse_nodes=12)
+    table = rough_table(GRID, (AIR, GLASS), (LAWS["beckmann"], (2.0, 12.0)), 4, 16)
+    known = RoughSizes(FacetRule(72, 20), FacetRule(72, 16), 16, coarse_nodes=12)
     smooth_light = jnp.sqrt(GRID.squared_cosine(1.5))
 
     def leaving(interface):
@@ -101,7 +103,7 @@ def test_table_of_angles_is_the_interface_itself():
 
 def test_table_of_two_densities_is_the_interface_itself():
     """The densities are tabulated apart; light that meets several facets follows from what both do."""
-    ranges = ("beckmann", (2.0, 12.0)), ("ggx", (10.0, 30.0))
+    ranges = (LAWS["beckmann"], (2.0, 12.0)), (LAWS["ggx"], (10.0, 30.0))
     table = mixture_table(GRID, (AIR, GLASS), ranges, 4, 16)
     # Both widths in one quadrature need more nodes.
     known = RoughSizes(FacetRule(72, 20), FacetRule(72, 8), 16, coarse_nodes=12)

@@ -25,7 +25,7 @@ from jaxink.solver.plan import plan_channels
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.slopes import Beckmann, slope_density
+from jaxink.surfaces.slopes import gaussian_slopes, slope_density
 
 CONFIG = SolverConfig(12, 10, 16, 10)
 PLATE = ClearLayer(1.5, 0.0)
@@ -62,7 +62,7 @@ def plan_with_interfaces(stack):
     def computed(k):
         outer, inner = (jnp.asarray(stack.indices[side]) for side in stack.sides(k))
         n_outer = plan.n_outer(stack, k, CONFIG)
-        fine = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
+        fine = RoughSizes(FacetRule(72, 20), FacetRule(72, 16), n_outer, coarse_nodes=12)
         return _interface(plan.grid(stack, CONFIG), outer, inner, stack.faces[k], fine)
 
     interfaces = tuple(face and computed(k) for k, face in enumerate(stack.faces))
@@ -117,7 +117,7 @@ def test_flat_faces_are_smooth_ones():
     smooth = Stack((PLATE, ink(3.0, 0.95)), 1.0, 1.0)
     expected = diffuse_bsdf(smooth, directions, CONFIG)
     for variance, within in ((0.0, 1e-3), (1e-5, 5e-3)):
-        nearly = stack_of("exit face", Beckmann(variance), 0.95)
+        nearly = stack_of("exit face", gaussian_slopes(variance), 0.95)
         found = diffuse_bsdf(nearly, directions, CONFIG, plan_with_interfaces(nearly))
         np.testing.assert_allclose(found, expected, rtol=within)
 
@@ -129,7 +129,7 @@ def test_derivative_in_the_width():
     @jax.jit
     def value_and_slope(variance):
         def bsdf(v):
-            return diffuse_bsdf(stack_of("entry face", Beckmann(v), 0.95), directions, CONFIG)
+            return diffuse_bsdf(stack_of("entry face", gaussian_slopes(v), 0.95), directions, CONFIG)
 
         return jax.jvp(bsdf, (variance,), (1.0,))
 
@@ -185,7 +185,9 @@ def test_lobes_have_a_derivative_by_the_index_along_the_normal(lobe):
     def of_index(index):
         cosine = propagating_cosine(1 - (kappa / index) ** 2)
         outside = cosine if lobe is reflected_lobe else propagating_cosine(1 - kappa**2)
-        return lobe((jnp.asarray(index), jnp.asarray(1.0)), outside, cosine, jnp.zeros(2), Beckmann(0.02))
+        return lobe(
+            (jnp.asarray(index), jnp.asarray(1.0)), outside, cosine, jnp.zeros(2), gaussian_slopes(0.02)
+        )
 
     _, slope = jax.jvp(of_index, (1.5,), (1.0,))
     step = 1e-6

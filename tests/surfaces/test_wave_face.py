@@ -14,7 +14,7 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import plan_channels
 from jaxink.solver.stack import Stack
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum, broadened
-from jaxink.surfaces.slopes import Beckmann
+from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 from jaxink.surfaces.wave_face import WaveFace, wave_interface
 from jaxink.surfaces.wave_optics import scattered_bsdf
@@ -139,7 +139,7 @@ def test_gentle_large_heights_scatter_as_facets_do():
     # A sigma is above 15 and the slope 0.14: rays by facets of the same slope variance.
     height, length = 3.0, 30.0
     waves = stack(gaussian(height, length, "fresnel"), False)
-    rays = eqx.tree_at(lambda s: s.faces, waves, (None, Beckmann(2 * (height / length) ** 2)))
+    rays = eqx.tree_at(lambda s: s.faces, waves, (None, gaussian_slopes(2 * (height / length) ** 2)))
     # Away from the lobes, where both theories differ in second order of the slope.
     at = directions(2.0)
     by_waves, by_rays = (np.asarray(diffuse_bsdf(s, at, SIZES)) for s in (waves, rays))

@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from scipy.special import j0
 
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.slopes import Beckmann
+from jaxink.surfaces.slopes import gaussian_slopes
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
 from jaxink.surfaces.tabulated_spectrum import tabulated_spectrum
 from jaxink.surfaces.wave_optics import perturbation_factor, scattered_bsdf
@@ -202,7 +202,7 @@ def half_width_deg(values, angles_deg):
 def test_very_rough_surface_is_one_of_facets(side, amplitude, front):
     back = 2.5 - front
     surface = rough(1.0, 15.0, front, back, amplitude)
-    density = Beckmann(surface.spectrum.slope_variance)
+    density = gaussian_slopes(surface.spectrum.slope_variance)
     theta = np.linspace(-50, 50, 801)
     cosine, into = np.cos(np.deg2rad(theta)), np.full(801, np.cos(np.deg2rad(15.0)))
     # Forward of the normal the azimuth of propagation is 0, behind it 180 degrees.

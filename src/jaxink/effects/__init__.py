@@ -1,6 +1,14 @@
 """Effects that a model may lack, applied from outside: the physical model does not know them."""
 
-from jaxink.effects.augmented import AugmentedModel, as_declared, extend, forward_model, model_at, undivided
+from jaxink.effects.augmented import (
+    AugmentedModel,
+    as_declared,
+    carriers,
+    extend,
+    forward_model,
+    model_at,
+    undivided,
+)
 from jaxink.effects.case import Case
 from jaxink.effects.catalogue import CATALOGUE, CATALOGUE_VERSION, Listed, effects_for
 from jaxink.effects.declared import declare, declared_effects, settled, with_values
@@ -37,6 +45,7 @@ __all__ = [
     "Surroundings",
     "UnevenSurface",
     "as_declared",
+    "carriers",
     "declare",
     "declared_effects",
     "effects_for",

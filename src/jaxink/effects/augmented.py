@@ -75,9 +75,10 @@ class AugmentedModel(eqx.Module):
         accuracy: float = DEFAULT_ACCURACY,
         layer_method: str = "fastest",
     ):
-        effects = in_order((*declared_effects(sample), *effects))
-        effects = tuple(dict.fromkeys(effect.carrier for effect in effects))
-        self.effects, self.scene = effects, scene
+        effects = carriers(sample, effects)
+        # Effects that only change the sample have acted on it; programs do not depend on their forms.
+        self.effects = tuple(effect for effect in effects if not isinstance(effect, SampleEffect))
+        self.scene = scene
         looked_at = (e.looks_at for e in effects if isinstance(e, ReadingEffect))
         self.surroundings = functools.reduce(operator.or_, looked_at, Surroundings.NOTHING)
         directions = scene.all_directions(self.surroundings)
@@ -105,7 +106,7 @@ class AugmentedModel(eqx.Module):
         config = self.main.config
         self.emissions = (emissions(whole, config),)
         others = []
-        for i, effect in enumerate(effects):
+        for i, effect in enumerate(self.effects):
             match effect:
                 case AreaWithOtherSample():
                     given = as_declared(sample, effect.other(whole)), config
@@ -213,6 +214,12 @@ class AugmentedModel(eqx.Module):
         if Surroundings.INCIDENCES in self.surroundings:
             lower, upper = everywhere[ends : ends + n], everywhere[ends + n :]
         return Field(self.scene, everywhere[:n], grid, regular, lower, upper)
+
+
+def carriers(sample: Sample, effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """All effects of a model in the order in which they act: those that a sample declares, and others."""
+    ordered = in_order((*declared_effects(sample), *effects))
+    return tuple(dict.fromkeys(effect.carrier for effect in ordered))
 
 
 def forward_model(

@@ -19,7 +19,7 @@ from jaxink.numerics.precision import computing
 from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.facets import FacetRule, projected_area
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.surfaces.slopes import SlopeDensity, law_name
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import AMPLITUDES, WaveSurface, regular_power
@@ -146,7 +146,7 @@ def facet_boundary(
         def sides(_, here, there, axes):
             return _facet_side(density, jnp.asarray(here), jnp.asarray(there), axes)
 
-        return _tabulate(sides, wavelengths_nm, options, f"facets, {type(density).__name__}")
+        return _tabulate(sides, wavelengths_nm, options, f"facets, {law_name(density)}")
 
 
 def wave_boundary(

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Collection, Mapping
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -18,7 +19,7 @@ from jaxink.sample import Roughness, Sample
 from jaxink.solver.lateral import LateralField
 from jaxink.solver.stack import Stack
 from jaxink.surfaces.height_map import TabulatedSlopes
-from jaxink.surfaces.slopes import SlopeDensity, SlopeMixture, slope_density
+from jaxink.surfaces.slopes import LAWS, SlopeDensity, SlopeLaw, SlopeMixture, slope_density
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
 from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum
 from jaxink.surfaces.wave_face import WaveFace
@@ -37,6 +38,8 @@ class StackBuilder(eqx.Module):
         Rough face of each interface; None if it is smooth.
     mie_sizes
         Sizes of the Mie series.
+    laws
+        Of the facets of each interface, one or two; none if it has none, or those of a height map.
     """
 
     __repr__ = brief_repr
@@ -45,10 +48,21 @@ class StackBuilder(eqx.Module):
     wavelengths_nm: tuple[float, ...] = eqx.field(static=True)
     faces: tuple[Roughness | None, ...] = eqx.field(static=True)
     mie_sizes: MieSizes = eqx.field(static=True)
+    laws: tuple[tuple[SlopeLaw, ...], ...]
 
     def without_values(self, given: Collection[str]) -> "StackBuilder":
-        """The builder of all samples that differ in some values only, which are always given to it."""
-        return dataclasses.replace(self, sample=self.sample.without_values(given))
+        """The builder of all samples that differ in some values only, which are always given to it.
+
+        The laws of facets are arrays of it: samples may also differ in these.
+        """
+        sample, laws = self.sample.without_values(given), jax.tree.map(jnp.asarray, self.laws)
+        layers = tuple(
+            dataclasses.replace(layer, roughness=tuple(map(_of_any_law, layer.roughness)))
+            for layer in sample.layers
+        )
+        sample = dataclasses.replace(sample, layers=layers)
+        faces = tuple(face and _of_any_law(face) for face in self.faces)
+        return dataclasses.replace(self, sample=sample, faces=faces, laws=laws)
 
     def values(self, free_values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
         """Value of every parameter at each wavelength, by name without wavelength.
@@ -66,7 +80,10 @@ class StackBuilder(eqx.Module):
         """The stack at one wavelength, from the values there of every parameter by name."""
         sample = self.sample
         lateral = _lateral(sample, values)
-        faces = tuple(face and _face(face, values, wavelength_nm) for face in self.faces)
+        faces = tuple(
+            face and _face(face, laws, values, wavelength_nm)
+            for face, laws in zip(self.faces, self.laws, strict=True)
+        )
         layers = (layer_optics(layer, values, wavelength_nm, self.mie_sizes)[0] for layer in sample.layers)
         return Stack(
             tuple(layers),
@@ -102,7 +119,8 @@ def stack_builder(sample: Sample, wavelengths_nm: tuple[float, ...], media: Medi
         None if indices[k] == indices[k + 1] and not (free[k] or free[k + 1]) else face
         for k, face in enumerate(_declared_faces(sample))
     )
-    return StackBuilder(sample, wavelengths_nm, faces, mie_sizes(sample, wavelengths_nm))
+    laws = tuple(() if face is None else _laws(face) for face in faces)
+    return StackBuilder(sample, wavelengths_nm, faces, mie_sizes(sample, wavelengths_nm), laws)
 
 
 def _lateral(sample: Sample, values: Mapping) -> LateralField | None:
@@ -138,7 +156,18 @@ def _declared_faces(sample: Sample) -> list[Roughness | None]:
     return faces
 
 
-def _face(face: Roughness, values: Mapping, wavelength_nm) -> SlopeDensity | WaveFace:
+def _laws(face: Roughness) -> tuple[SlopeLaw, ...]:
+    return tuple(LAWS[name] for name in (face.density, face.second_density) if name in LAWS)
+
+
+def _of_any_law(face: Roughness) -> Roughness:
+    """The face without the names of its densities if they have laws."""
+    return dataclasses.replace(face, density=None, second_density=None) if _laws(face) else face
+
+
+def _face(
+    face: Roughness, laws: tuple[SlopeLaw, ...], values: Mapping, wavelength_nm
+) -> SlopeDensity | WaveFace:
     """Roughness of an interface at one wavelength."""
 
     def get(key):
@@ -149,12 +178,9 @@ def _face(face: Roughness, values: Mapping, wavelength_nm) -> SlopeDensity | Wav
     if face.nodes is not None:
         slopes, log_density, _ = face.nodes
         return TabulatedSlopes(get("height_scale"), np.array(slopes), np.array(log_density))
-    first = slope_density(face.density, get("sigma_deg"))
-    if face.second_density is None:
-        return first
-    return SlopeMixture(
-        first, slope_density(face.second_density, get("second_sigma_deg")), get("second_weight")
-    )
+    angles = (get("sigma_deg"), *(get("second_sigma_deg") for _ in laws[1:]))
+    densities = map(slope_density, laws, angles)
+    return SlopeMixture(*densities, get("second_weight")) if len(laws) > 1 else next(densities)
 
 
 def _spectrum(face: Roughness, get) -> PowerSpectrum:

@@ -13,7 +13,6 @@ from jaxink.sample import Roughness
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
 from jaxink.surfaces.interface import RoughInterface
-from jaxink.surfaces.slopes import DENSITIES
 from jaxink.surfaces.table import MixtureTable, RoughTable, mixture_table, rough_table
 
 Table = RoughTable[RoughInterface] | MixtureTable
@@ -36,16 +35,17 @@ def tabulated_interface(table: Table, face: Roughness, values: Mapping) -> Rough
 
 def _rough_table(builder, plan, config, interface) -> Table | None:
     face, parameters = builder.faces[interface], builder.sample.parameters
-    if face is None or face.density not in DENSITIES:
+    if face is None or not builder.laws[interface]:
         return None
     if any(not p.is_fixed and p.name.startswith(index_names(builder.sample)) for p in parameters.values()):
         return None
-    names = {"sigma_deg": face.density, "second_sigma_deg": face.second_density}
-    angles = {key: parameters.get(f"{face.name}.{key}") for key, density in names.items() if density}
-    if any(angle is None or angle.tie is not None for angle in angles.values()):
+    laws = builder.laws[interface]
+    keys = ("sigma_deg", "second_sigma_deg")[: len(laws)]
+    angles = [parameters.get(f"{face.name}.{key}") for key in keys]
+    if any(angle is None or angle.tie is not None for angle in angles):
         return None
-    spans = [(a.minimum, a.maximum) if a.free else (a.value, a.value) for a in angles.values()]
-    densities = [(names[key], span) for key, span in zip(angles, spans, strict=True)]
+    spans = [(a.minimum, a.maximum) if a.free else (a.value, a.value) for a in angles]
+    densities = tuple(zip(laws, spans, strict=True))
 
     def at_wavelength(wavelength_nm, values):
         stack = builder.stack(values, wavelength_nm)
@@ -53,7 +53,7 @@ def _rough_table(builder, plan, config, interface) -> Table | None:
         n_outer = plan.n_outer(stack, interface, config)
         given = plan.grid(stack, config), (outer, inner)
         if len(densities) == 2:
-            return mixture_table(*given, tuple(densities), config.n_orders, n_outer)
+            return mixture_table(*given, densities, config.n_orders, n_outer)
         return rough_table(*given, densities[0], config.n_orders, n_outer)
 
     # Evaluated to numbers even if the model is made inside a function that is being compiled.

@@ -7,7 +7,6 @@ true slopes at the spatial frequency 1/(4 pitch).
 
 import dataclasses
 import warnings
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -47,7 +46,6 @@ class TabulatedSlopes(SlopeDensity):
     height_scale: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     slopes: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
     log_density: Float[Array, " nodes"] = eqx.field(converter=jnp.asarray)
-    strength: ClassVar[str | None] = None
 
     def _scale(self):
         weight = jnp.exp(self.log_density) * self.slopes * jnp.gradient(self.slopes)

@@ -6,7 +6,7 @@ its integral over the slope plane is 1.
 """
 
 import abc
-from typing import ClassVar
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -19,19 +19,10 @@ from jaxink.numerics.quadrature import gauss_legendre_unit
 _LEAST_SCALE = 1e-7
 # Nodes in v = arsinh(s / scale) that integrate all densities below to 1e-9.
 _NORM_NODES = 48
-_CUT_SLOPE = float(np.tan(np.deg2rad(80.0)))
 
 
 class SlopeDensity(eqx.Module):
-    """Isotropic density of facet slopes.
-
-    Attributes
-    ----------
-    strength
-        Field with respect to which the BSDF has a finite, nonzero derivative at the flat surface, or None.
-    """
-
-    strength: ClassVar[str | None]
+    """Isotropic density of facet slopes."""
 
     @abc.abstractmethod
     def _scale(self):
@@ -73,126 +64,54 @@ class SlopeDensity(eqx.Module):
         return self.radial(slope) / slope
 
 
-class Beckmann(SlopeDensity):
-    """Gaussian slopes: exp(-s^2 / 2 v) / (2 pi v).
+class SlopeLaw(NamedTuple):
+    """Exponents of a density, s^p exp(-g x^2) / ((1 + s^2)^a (1 + x^2)^b) times constants, where x = s / t.
+
+    They are numbers, not types: programs serve every law.
+
+    Parameters
+    ----------
+    power
+        p, 0 or 1, of the density times the slope.
+    gaussian, facet, tail
+        g, a and b.
+    end_in_scales, end
+        The largest slope is the first times the scale t plus the second.
+    """
+
+    power: Float[ArrayLike, ""]
+    gaussian: Float[ArrayLike, ""] = 0.0
+    facet: Float[ArrayLike, ""] = 0.0
+    tail: Float[ArrayLike, ""] = 0.0
+    end_in_scales: Float[ArrayLike, ""] = 0.0
+    end: Float[ArrayLike, ""] = 0.0
+
+
+class AnalyticSlopes(SlopeDensity):
+    """Density given by a law and one width.
 
     Parameters
     ----------
     slope_variance
-        Variance v of the slope along each axis; tan(sigma)^2.
-
-    References
-    ----------
-    Beckmann, Spizzichino 1963 The Scattering of Electromagnetic Waves from Rough Surfaces.
+        t^2, where t = tan(sigma); of Gaussian slopes the variance along each axis. Where the slopes have a
+        variance, the BSDF has a finite, nonzero derivative with respect to it at the flat surface.
+    law
+        One of `LAWS`, or numbers like them.
     """
 
     slope_variance: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    strength: ClassVar[str | None] = "slope_variance"
+    law: SlopeLaw
 
     def _scale(self):
         return jnp.sqrt(self.slope_variance + _LEAST_SCALE**2)
 
     def _largest_slope(self):
-        return 6.5 * self.scale
+        return self.law.end_in_scales * self.scale + self.law.end
 
     def _shape(self, slope):
-        return slope * jnp.exp(-((slope / self.scale) ** 2) / 2)
-
-
-class _ByScale(SlopeDensity):
-    """Densities whose width is a slope."""
-
-    slope_scale: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-
-    def _scale(self):
-        return self.slope_scale + _LEAST_SCALE
-
-
-class Ggx(_ByScale):
-    """t^2 / (pi (t^2 + s^2)^2).
-
-    Its slope variance is infinite: near the flat surface, smooth light changes as t^2 log t, so no field has
-    a finite derivative there.
-
-    Parameters
-    ----------
-    slope_scale
-        t = tan(sigma).
-
-    References
-    ----------
-    Walter, Marschner, Li, Torrance 2007 EGSR, eq. 33.
-    """
-
-    strength: ClassVar[str | None] = None
-
-    def _largest_slope(self):
-        return jnp.asarray(100.0)
-
-    def _shape(self, slope):
-        return slope / (1 + (slope / self.scale) ** 2) ** 2
-
-
-class Cauchy(_ByScale):
-    """Cauchy density of the facet normal per solid angle: D ~ 1 / (1 + (tan theta_n / t)^2).
-
-    That is P ~ 1 / ((1 + s^2)^2 (1 + s^2 / t^2)). The tail is so heavy that the fraction of steep facets
-    varies as 1 / log(1/t): no field has a finite derivative at the flat surface.
-
-    Parameters
-    ----------
-    slope_scale
-        t = tan(sigma).
-
-    References
-    ----------
-    Sokolov, Potemin, Zhdanov, Barladian 2021 CEUR-WS 3027, 13 (for the angle sigma; the density is not stated
-    there, this is the interpretation per solid angle).
-    """
-
-    strength: ClassVar[str | None] = None
-
-    def _largest_slope(self):
-        return jnp.asarray(30.0)
-
-    def _shape(self, slope):
-        return slope / ((1 + slope**2) ** 2 * (1 + (slope / self.scale) ** 2))
-
-
-class CauchyAngle(_ByScale):
-    """Cauchy density of the facet angle, p(theta_n) ~ 1 / (1 + (tan theta_n / t)^2), azimuth uniform.
-
-    Parameters
-    ----------
-    slope_scale
-        t = tan(sigma).
-    """
-
-    strength: ClassVar[str | None] = "slope_scale"
-
-    def _largest_slope(self):
-        return jnp.asarray(100.0)
-
-    def _shape(self, slope):
-        return 1 / ((1 + slope**2) * (1 + (slope / self.scale) ** 2))
-
-
-class CauchyPlane(_ByScale):
-    """Two-dimensional Cauchy density of the slope, P ~ (s^2 + t^2)^-1.5, up to facets of 80 degrees.
-
-    Parameters
-    ----------
-    slope_scale
-        t = tan(sigma).
-    """
-
-    strength: ClassVar[str | None] = "slope_scale"
-
-    def _largest_slope(self):
-        return jnp.asarray(_CUT_SLOPE)
-
-    def _shape(self, slope):
-        return slope / (1 + (slope / self.scale) ** 2) ** 1.5
+        law, square = self.law, (slope / self.scale) ** 2
+        falls = law.gaussian * square + law.facet * jnp.log1p(slope**2) + law.tail * jnp.log1p(square)
+        return jnp.where(law.power > 0, slope, 1.0) * jnp.exp(-falls)
 
 
 class SlopeMixture(SlopeDensity):
@@ -201,7 +120,6 @@ class SlopeMixture(SlopeDensity):
     first: SlopeDensity
     second: SlopeDensity
     second_weight: Float[Array, ""] = eqx.field(converter=jnp.asarray)
-    strength: ClassVar[str | None] = "second_weight"
 
     def _scale(self):
         return jnp.minimum(self.first.scale, self.second.scale)
@@ -214,11 +132,39 @@ class SlopeMixture(SlopeDensity):
         return (1 - self.second_weight) * first + self.second_weight * second
 
 
-_BY_NAME = {"ggx": Ggx, "cauchy": Cauchy, "cauchy_angle": CauchyAngle, "cauchy2d": CauchyPlane}
-DENSITIES = ("beckmann", *_BY_NAME)
+LAWS = {
+    # Gaussian, exp(-s^2 / 2 t^2) / (2 pi t^2): Beckmann, Spizzichino 1963 The Scattering of Electromagnetic
+    # Waves from Rough Surfaces.
+    "beckmann": SlopeLaw(1.0, gaussian=0.5, end_in_scales=6.5),
+    # t^2 / (pi (t^2 + s^2)^2): Walter, Marschner, Li, Torrance 2007 EGSR, eq. 33. Its variance is infinite:
+    # near the flat surface, smooth light changes as t^2 log t.
+    "ggx": SlopeLaw(1.0, tail=2.0, end=100.0),
+    # Cauchy density of the facet normal per solid angle, D ~ 1 / (1 + (tan theta_n / t)^2), that is
+    # P ~ 1 / ((1 + s^2)^2 (1 + s^2 / t^2)): Sokolov, Potemin, Zhdanov, Barladian 2021 CEUR-WS 3027, 13, for
+    # the angle sigma; the density is not stated there, this is the interpretation per solid angle. The
+    # fraction of steep facets varies as 1 / log(1 / t).
+    "cauchy": SlopeLaw(1.0, facet=2.0, tail=1.0, end=30.0),
+    # Cauchy density of the facet angle, p(theta_n) ~ 1 / (1 + (tan theta_n / t)^2), azimuth uniform.
+    "cauchy_angle": SlopeLaw(0.0, facet=1.0, tail=1.0, end=100.0),
+    # Two-dimensional Cauchy density of the slope, P ~ (s^2 + t^2)^-1.5, up to facets of 80 degrees.
+    "cauchy2d": SlopeLaw(1.0, tail=1.5, end=float(np.tan(np.deg2rad(80.0)))),
+}
+DENSITIES = tuple(LAWS)
 
 
-def slope_density(name: str, sigma_deg) -> SlopeDensity:
-    """Density by its name in sample files, one of `DENSITIES`; differentiable in the angle, 0 if flat."""
-    tangent = jnp.tan(jnp.deg2rad(sigma_deg))
-    return Beckmann(tangent**2) if name == "beckmann" else _BY_NAME[name](tangent)
+def slope_density(law: str | SlopeLaw, sigma_deg) -> AnalyticSlopes:
+    """Density of a law, or of one of `DENSITIES` by its name; differentiable in the angle, 0 if flat."""
+    law = LAWS[law] if isinstance(law, str) else law
+    return AnalyticSlopes(jnp.tan(jnp.deg2rad(sigma_deg)) ** 2, law)
+
+
+def gaussian_slopes(slope_variance: Float[ArrayLike, ""]) -> AnalyticSlopes:
+    """Gaussian density (Beckmann) of a variance along each axis."""
+    return AnalyticSlopes(slope_variance, LAWS["beckmann"])
+
+
+def law_name(density: SlopeDensity) -> str:
+    """Name of the law of a density, or that of its class if it has no law."""
+    if not isinstance(density, AnalyticSlopes):
+        return type(density).__name__
+    return next((name for name, law in LAWS.items() if law == density.law), "own law")

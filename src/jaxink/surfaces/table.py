@@ -25,7 +25,7 @@ from jaxink.surfaces.interface import (
     facet_response,
     rough_interface,
 )
-from jaxink.surfaces.slopes import slope_density
+from jaxink.surfaces.slopes import SlopeLaw, slope_density
 
 # Added to the angle before taking the logarithm; below this, in degrees, a surface is practically smooth.
 _SMOOTH_DEG = 0.3
@@ -99,8 +99,8 @@ class MixtureTable(eqx.Module):
         return mixed.interface(self.coarse)
 
 
-# One density by name, and the range of its angle, with equal limits if it is fixed.
-Density = tuple[str, tuple[float, float]]
+# The law of a density, and the range of its angle, with equal limits if it is fixed.
+Density = tuple[SlopeLaw, tuple[float, float]]
 
 
 def rough_table(
@@ -115,14 +115,14 @@ def rough_table(
     indices
         Refractive indices on the outer and on the inner side.
     density
-        Name of the slope density, one of `jaxink.surfaces.slopes.DENSITIES`, and the range of its angle.
+        Law of the slope density and the range of its angle.
     n_orders
         Number of azimuthal orders.
     n_outer
         As in `RoughSizes`.
     """
-    program = _programs(density[0], n_orders, _sizes(n_outer), grid.nodes_per_block, grid.exposed, False)
-    leaves = program(grid, indices, jnp.asarray(_nodes(density[1])))
+    program = _programs(n_orders, _sizes(n_outer), grid.nodes_per_block, grid.exposed, False)
+    leaves = program(grid, indices, *_law_and_nodes(density))
     return RoughTable(RoughInterface(RoughResponse(*leaves[:3]), RoughResponse(*leaves[3:])), density[1])
 
 
@@ -135,11 +135,15 @@ def mixture_table(
 ) -> MixtureTable:
     """Tabulate a rough interface with two densities over the ranges of their angles; see `rough_table`."""
     tables = []
-    for name, sigma_deg in densities:
-        program = _programs(name, n_orders, _sizes(n_outer), grid.nodes_per_block, grid.exposed, True)
-        *leaves, cosines, to_fine, from_fine = program(grid, indices, jnp.asarray(_nodes(sigma_deg)))
-        tables.append(RoughTable(FacetResponse(RoughResponse(*leaves[:3]), *leaves[3:]), sigma_deg))
+    for density in densities:
+        program = _programs(n_orders, _sizes(n_outer), grid.nodes_per_block, grid.exposed, True)
+        *leaves, cosines, to_fine, from_fine = program(grid, indices, *_law_and_nodes(density))
+        tables.append(RoughTable(FacetResponse(RoughResponse(*leaves[:3]), *leaves[3:]), density[1]))
     return MixtureTable(*tables, CoarseChannels(cosines, to_fine, from_fine))
+
+
+def _law_and_nodes(density: Density):
+    return jax.tree.map(jnp.asarray, density[0]), jnp.asarray(_nodes(density[1]))
 
 
 def _nodes(sigma_deg: tuple[float, float]) -> np.ndarray:
@@ -152,34 +156,33 @@ def _nodes(sigma_deg: tuple[float, float]) -> np.ndarray:
 
 def _sizes(n_outer: int | None) -> RoughSizes:
     # The quadratures may be fine, because they are computed once and not in every step.
-    return RoughSizes(FacetRule(72, 20), FacetRule(36, 8), n_outer, coarse_nodes=12)
+    return RoughSizes(FacetRule(72, 20), FacetRule(72, 16), n_outer, coarse_nodes=12)
 
 
 def _at_angles(
-    density: str,
     n_orders: int,
     sizes: RoughSizes,
     nodes_per_block: tuple[int, ...],
     exposed: bool,
     to_be_mixed: bool,
 ):
-    def interfaces(grid, indices, nodes):
+    def interfaces(grid, indices, law, nodes):
         def at(sigma_deg):
-            return rough_interface(grid, indices, slope_density(density, sigma_deg), n_orders, sizes)
+            return rough_interface(grid, indices, slope_density(law, sigma_deg), n_orders, sizes)
 
         return tuple(jax.tree.leaves(jax.lax.map(at, nodes)))
 
-    def responses(grid, indices, nodes):
+    def responses(grid, indices, law, nodes):
         coarse = coarse_grid(grid, sizes)
 
         def at(sigma_deg):
-            return facet_response(grid, coarse, indices, slope_density(density, sigma_deg), n_orders, sizes)
+            return facet_response(grid, coarse, indices, slope_density(law, sigma_deg), n_orders, sizes)
 
         channels = CoarseChannels.of(grid, coarse, indices)
         return tuple(jax.tree.leaves((jax.lax.map(at, nodes), channels)))
 
     # Runs once for each face. Besides arrays, the grid consists of its nodes and of whether it is exposed.
-    key = fingerprint("rough table", density, n_orders, sizes, nodes_per_block, exposed, to_be_mixed)
+    key = fingerprint("rough table", n_orders, sizes, nodes_per_block, exposed, to_be_mixed)
     return hastily(responses if to_be_mixed else interfaces, level=1, key=key)
 
 

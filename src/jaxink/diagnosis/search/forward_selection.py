@@ -76,7 +76,18 @@ class ForwardSelection:
         for name in worth:
             programs.setdefault(directions[name][0].effect.program, []).append(name)
         total = len(shared) + len(worth)
-        in_threads(lambda names: [self._refit(screening, name, total) for name in names], programs.values())
+        later = [name for name in own if name not in worth]
+        # The thread that has nothing left to refit compiles what will be refitted next.
+        expected = later[:1] if is_lost else []
+
+        def work(names: list[str]) -> None:
+            if names is not expected:
+                for name in names:
+                    self._refit(screening, name, total)
+            elif not self._is_enough(screening, {}):
+                stage.prepare(directions[names[0]][0].effect)
+
+        in_threads(work, [*programs.values(), *([expected] if expected else [])])
         self._polish(screening)
         return [name for name in own if name not in screening.refits]
 

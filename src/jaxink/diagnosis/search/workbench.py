@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
-from jaxink.effects import AugmentedModel, Effect, Scene
+from jaxink.effects import AugmentedModel, Effect, Scene, carriers
 from jaxink.fitting.colouring import colours
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
@@ -135,9 +135,9 @@ class Workbench:
     ):
         self._pieces = pieces or Pieces()
         model = AugmentedModel(sample, effects, scene, config)
-        self.base, self.effects = sample, model.effects
+        self.base, self.effects = sample, carriers(sample, effects)
         table = model.sample.parameters
-        terms = {term.name: term for effect in model.effects for term in effect.terms}
+        terms = {term.name: term for effect in self.effects for term in effect.terms}
         base_free = {p.name: p for p in sample.parameters.free}
         # A declared effect keeps its own range.
         self.terms: dict[str, Parameter] = terms | base_free
