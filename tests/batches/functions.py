@@ -54,3 +54,9 @@ def interrupted_at_three(task: Task) -> Done:
 
 def never(task: Task) -> Done:
     raise AssertionError(f"{task.name} was done already")
+
+
+def slowly(task: Task) -> Done:
+    """As `answered`, after half a second."""
+    time.sleep(0.5)
+    return answered(task)

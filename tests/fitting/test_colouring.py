@@ -70,18 +70,33 @@ def test_the_jacobian_is_that_by_each_parameter(data, text):
     assert np.count_nonzero(found[: len(data), 0]) == len(data) // 3
 
 
-def test_parameters_of_one_wavelength_have_different_colours():
-    names = ("a@500", "n", "a@600", "b@500", None, "b@600", "b@700")
-    own = {name: float(name[2:]) for name in names if name and "@" in name}
-    assert colours(names, own).tolist() == [1, 0, 1, 2, 0, 2, 1]
+def groups(*of):
+    """What affects what, if residuals 0, 1, 2 have a parameter each of their own, or share it (None)."""
+    return np.stack([np.ones(3, bool) if group is None else np.arange(3) == group for group in of], axis=1)
+
+
+def test_parameters_of_one_group_of_residuals_have_different_colours():
+    # Of the groups 0 and 1 two parameters each, of the group 2 one; the second affects them all.
+    assert colours(groups(0, None, 1, 0, 1, 2)).tolist() == [0, 1, 0, 2, 2, 0]
+    assert colours(np.zeros((3, 2), bool)).tolist() == [0, 0]
 
 
 def test_parameters_that_share_a_residual_have_different_colours():
-    names = tuple(f"{k}@{w}" for k in "ab" for w in range(4))
-    own = {name: float(name[2:]) for name in names}
-    found = colours(names, own, [(0, 1), (1, 2), (2, 3)])
-    assert found[:4].tolist() == [0, 1, 0, 1]
-    assert found[4:].tolist() == [1, 0, 1, 0]
+    """Two parameters of four groups each; those of neighbours share one more residual."""
+    own = np.tile(np.eye(4, dtype=bool), 2)
+    shared = np.zeros((3, 8), bool)
+    for k in range(3):
+        shared[k, k : k + 2] = True
+    assert colours(np.concatenate([own, shared])).tolist() == [0, 1, 0, 1, 1, 0, 1, 0]
+
+
+def test_blocks_within_blocks_need_the_colours_of_one_block():
+    """Measurements with two wavelengths: parameters of either, of both, and of all."""
+    measurement, wavelength = np.divmod(np.arange(6), 2)
+    columns = [measurement == m for m in range(3)] + [wavelength == w for w in range(2)]
+    columns += [(measurement == m) & (wavelength == w) for m in range(3) for w in range(2)]
+    columns.append(np.ones(6, bool))
+    assert max(colours(np.stack(columns, axis=1))) + 1 == 4
 
 
 def test_a_parameter_belongs_to_a_wavelength_of_the_measurement():

@@ -2,19 +2,19 @@
 
 A parameter given at one wavelength affects the residuals of that wavelength alone. The derivatives by one
 such parameter of each wavelength follow from a single derivative along their common direction. The cost of a
-Jacobian is then proportional to the number of wavelengths, not to its square.
+Jacobian is then proportional to the number of wavelengths, not to its square. The colours follow from what
+affects what, so that any groups of residuals with parameters of their own are served.
 """
 
-from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
-from itertools import combinations, count
+from collections.abc import Sequence
+from itertools import count
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxink.fitting.objective import Objective
+from jaxink.fitting.objective import FittedModel, Objective
 
 
 class Colouring(eqx.Module):
@@ -49,18 +49,16 @@ class Colouring(eqx.Module):
     def of(cls, objective: Objective) -> "Colouring":
         """Colouring of the variables of an objective."""
         names = objective.variables
-        own = objective.model.own_wavelengths([name for name in names if name is not None])
-        colour = colours(names, own, _joined(objective))
+        affects, own_nm = _affected(objective)
+        colour = colours(affects)
         assigned = np.flatnonzero([name is not None for name in names])
         n_colours = 1 + int(max(colour[assigned], default=0))
         at_once = objective.directions_at_once or n_colours
         n_runs = -(-n_colours // at_once)
         seeds = np.zeros((n_runs * at_once, len(names)))
         seeds[colour[assigned], assigned] = 1.0
-        own_nm = np.array([own.get(name or "", np.nan) for name in names])
-        if not own and len(assigned) == len(names):
-            return cls(seeds, colour, None, own_nm, n_runs)
-        return cls(seeds, colour, _affected(objective, own_nm), own_nm, n_runs)
+        everything = np.all(np.isnan(own_nm)) and len(assigned) == len(names)
+        return cls(seeds, colour, None if everything else affects, own_nm, n_runs)
 
     def expand_at(
         self, slopes: Float[np.ndarray, " colours"], wavelength_nm: float
@@ -80,46 +78,37 @@ class Colouring(eqx.Module):
         return where(self.affects, columns, 0.0)
 
 
-def colours(
-    names: Sequence[str | None], own: Mapping[str, float], joined: Collection[tuple[int, int]] = ()
-) -> Int[np.ndarray, " parameters"]:
-    """Colours, from 0, of parameters of which some affect their own wavelength only; 0 for None.
+def colours(affects: Bool[np.ndarray, "rows parameters"]) -> Int[np.ndarray, " parameters"]:
+    """Colours, from 0, of which no residual depends on two parameters; the first one free for each in turn.
 
     Parameters
     ----------
-    names
-        The parameters.
-    own
-        Wavelength by name.
-    joined
-        Pairs of positions, ascending, of parameters of different wavelengths that share a residual.
+    affects
+        Whether a residual depends on a parameter.
     """
-    shared = [name for name in names if name is not None and name not in own]
-    number: dict[str | None, int] = {name: i for i, name in enumerate(shared)}
-    taken: dict[float, set[int]] = defaultdict(set)
-    neighbours: dict[int, list[int]] = defaultdict(list)
-    for first, second in joined:
-        neighbours[second].append(first)
-    for i, name in enumerate(names):
-        if name is not None and name in own:
-            excluded = taken[own[name]] | {number[names[k]] for k in neighbours[i]}
-            number[name] = next(c for c in count(len(shared)) if c not in excluded)
-            taken[own[name]].add(number[name])
-    return np.array([0 if name is None else number[name] for name in names])
+    pattern = affects.astype(np.float32)
+    meets = pattern.T @ pattern > 0
+    colour = np.zeros(affects.shape[1], int)
+    for i, others in enumerate(meets):
+        taken = set(colour[:i][others[:i]])
+        colour[i] = next(c for c in count() if c not in taken)
+    return colour
 
 
-def _joined(objective: Objective) -> list[tuple[int, int]]:
-    """Positions of two parameters that one term beside those of the points depends on."""
-    rows = [np.flatnonzero(row) for row in objective.prior_weights]
-    return [(int(a), int(b)) for row in rows for a, b in combinations(row, 2)]
+def points_affected(
+    model: FittedModel, names: Sequence[str | None]
+) -> tuple[Bool[np.ndarray, "points parameters"], Float[np.ndarray, " parameters"]]:
+    """Whether the prediction at a point depends on each parameter; and their only wavelengths, or nan."""
+    own = model.own_wavelengths([name for name in names if name is not None])
+    own_nm = np.array([own.get(name or "", np.nan) for name in names])
+    everywhere = np.isnan(own_nm) & np.array([name is not None for name in names], bool)
+    return (model.wavelength_of_point_nm[:, None] == own_nm) | everywhere, own_nm
 
 
-def _affected(
-    objective: Objective, own_nm: Float[np.ndarray, " parameters"]
-) -> Bool[np.ndarray, "rows parameters"]:
-    """Whether the residual of a point, or a term beside those of the points, depends on a parameter."""
-    everywhere = np.isnan(own_nm) & [name is not None for name in objective.variables]
-    of_points = objective.model.wavelength_of_point_nm[:, None] == own_nm
+def _affected(objective: Objective):
+    """The same for all residuals: points, and terms beside those of the points."""
+    of_points, own_nm = points_affected(objective.model, objective.variables)
     of_priors = np.zeros((len(objective.prior_mean), len(own_nm)), bool)
-    of_priors[:, : objective.prior_weights.shape[1]] = objective.prior_weights != 0
-    return np.concatenate([of_points, of_priors]) | everywhere
+    declared = objective.prior_weights.shape[1]
+    of_priors[:, :declared] = objective.prior_weights != 0
+    return np.concatenate([of_points, of_priors]), own_nm

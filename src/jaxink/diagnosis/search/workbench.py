@@ -15,7 +15,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene, carriers
-from jaxink.fitting.colouring import colours
+from jaxink.fitting.colouring import colours, points_affected
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, compose
@@ -56,7 +56,7 @@ class SlotObjective(Objective):
 
 def _declared_directions(model: AugmentedModel, base_free: tuple[str, ...]) -> int:
     """Directional derivatives of a fit without effects."""
-    return 1 + int(max(colours(base_free, model.own_wavelengths(base_free)), default=-1))
+    return 1 + int(max(colours(points_affected(model, base_free)[0]), default=-1))
 
 
 @dataclasses.dataclass(frozen=True)
