@@ -155,7 +155,7 @@ def _running() -> int:
 
 def overhead(work: Path) -> dict:
     """Processor time of a batch in this process against a bare loop of the same warm fits."""
-    plan = jaxink.load_plan(write_sheets(work / "good", GOOD))
+    plan = jaxink.load_plan(write_sheets(work / "two_hundred", SHEETS))
     options = jaxink.FitOptions(accuracy=ACCURACY, profile="none")
     files = [one.files[0] for one in plan.measurements]
 

@@ -1,9 +1,13 @@
 """Compiled programs are shared by samples that differ in their values only, and give what each one says."""
 
+import dataclasses
+import logging
+
 import jax
 import numpy as np
 import pytest
 
+from jaxink.fitting import FitOptions, fit
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.objective import make_objective
 from jaxink.fitting.programs import program_of
@@ -107,3 +111,22 @@ def test_another_structure_has_another_program():
             for one in (text, other, KINDS["rough"].format(**FIRST))
         }
     assert len(keys) == 3
+
+
+def test_a_further_sheet_of_a_batch_compiles_nothing(caplog):
+    """Each program would take 2 MB of memory for every sheet, for as long as the process lives."""
+
+    def fitted(number):
+        values = FIRST | {"title": str(number), "ink_um": 20 + number, "plate_mm": 2 + number / 10}
+        data = data_at([550.0])
+        data = dataclasses.replace(data, bsdf_per_sr=data.bsdf_per_sr * (1 + number / 10))
+        return fit(data, parse_sample(KINDS["plate and ink"].format(**values)), FitOptions(config=SMALL))
+
+    def compiled(number):
+        caplog.clear()
+        with caplog.at_level(logging.DEBUG, logger="jax._src.interpreters.pxla"):
+            fitted(number)
+        return [record.getMessage() for record in caplog.records if "Compiling" in record.getMessage()]
+
+    assert compiled(0)
+    assert compiled(1) == []

@@ -1,6 +1,9 @@
 """Versions of packages, as files name them."""
 
+from functools import cache
 
+
+@cache
 def installed_version(package: str = "jaxink") -> str:
     """Version of a package; ``unknown`` if it is not installed, as in a source tree of jaxink.
 

@@ -15,6 +15,7 @@ from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
+from jaxink.fitting.programs import without_values
 from jaxink.fitting.result import DerivedQuantity, FitResult, PathSummary, ProfileCurve, SearchSummary
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData
@@ -166,7 +167,8 @@ _QUANTITIES = (
 
 def _derived(objective: Objective, best: Search, errors: Covariance | None) -> tuple[DerivedQuantity, ...]:
     colouring = Colouring.of(objective)
-    values, slopes = _coefficients(objective, jnp.asarray(best.unit), jnp.asarray(colouring.seeds))
+    at = jnp.asarray(best.unit), jnp.asarray(colouring.seeds)
+    values, slopes = _coefficients(without_values(objective), *at)
     rows = []
     for layer, coefficients in values.items():
         for i, wavelength in enumerate(objective.model.wavelengths_nm):

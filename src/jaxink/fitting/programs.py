@@ -70,7 +70,8 @@ def arrays_of(objective: Objective) -> Objective:
     return _split(objective)[0]
 
 
-def _split(objective: Objective):
+def without_values(objective: Objective) -> Objective:
+    """The objective of all samples that differ in their values only, which its variables and arrays give."""
     given = frozenset((*objective.names, *objective.free))
 
     def kept(x):
@@ -78,5 +79,8 @@ def _split(objective: Objective):
             return x.without_values(given)
         return jnp.asarray(x) if isinstance(x, np.ndarray) else x
 
-    tree = jax.tree.map(kept, objective, is_leaf=lambda x: isinstance(x, StackBuilder))
-    return eqx.partition(tree, eqx.is_array)
+    return jax.tree.map(kept, objective, is_leaf=lambda x: isinstance(x, StackBuilder))
+
+
+def _split(objective: Objective):
+    return eqx.partition(without_values(objective), eqx.is_array)

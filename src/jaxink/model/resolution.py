@@ -29,8 +29,10 @@ def model_sizes(
         See `choose_sizes`.
     """
     require_accuracy(accuracy)
+    # Samples that differ in their values only share the program, and its copy in memory.
+    structure = builder.without_values(tuple(builder.sample.parameters))
     with computing():
-        found = sizes_for(_demand(builder, plan, builder.values(free_values)), accuracy, layer_method)
+        found = sizes_for(_demand(structure, plan, builder.values(free_values)), accuracy, layer_method)
     # A fit has to rank values other than those it starts from.
     return found.at_least(SolverConfig()) if builder.sample.parameters.free else found
 
