@@ -58,8 +58,10 @@ def assemble(
     """The result of a fit, given its input, the objective at the final resolution, and its searches."""
     best, errors, free = found.best, found.errors, sample.parameters.free
     table = sample.parameters
-    for name, value in objective.numbers(best.unit).items():
+    found_values = objective.numbers(best.unit)
+    for name, value in found_values.items():
         table = table.replace(name, value=value)
+    values, start = (sample.parameters.values_with(given) for given in (found_values, {}))
     whitened = None
     if noise.known:
         whitened = np.asarray(objective.in_noise(best.predicted, objective.measured - best.predicted))
@@ -74,7 +76,10 @@ def assemble(
         objective=options.objective,
         outcome=best.outcome,
         parameters=FittedParameters.of(
-            tuple(_row(p, sample, objective, found) for p in sample.parameters.values())
+            tuple(
+                _row(p, float(values[p.name]), float(start[p.name]), objective, found)
+                for p in sample.parameters.values()
+            )
         ),
         correlation_names=() if errors is None else tuple(p.name for p in free),
         correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
@@ -102,14 +107,16 @@ def _physical(objective: Objective, position: int, unit: float, best: Search) ->
     return float(objective.scale.to_physical(variables)[position])
 
 
-def _row(parameter: Parameter, sample: Sample, objective: Objective, found: Found) -> FittedParameter:
-    name, table = parameter.name, sample.parameters
+def _row(
+    parameter: Parameter, value: float, start: float, objective: Objective, found: Found
+) -> FittedParameter:
+    name = parameter.name
     row = FittedParameter(
         name=name,
         unit=parameter.unit,
-        value=float(table.values_with(objective.numbers(found.best.unit))[name]),
+        value=value,
         standard_error=None,
-        start=float(table.values_with({})[name]),
+        start=start,
         minimum=parameter.minimum,
         maximum=parameter.maximum,
         free=parameter.free,
@@ -150,8 +157,11 @@ def _judged(row: FittedParameter, position: int, objective: Objective, found: Fo
 def _coefficients(objective: Objective, unit, seeds):
     """Coefficients of the layers, and their derivatives along directions."""
 
+    def of(unit):
+        return objective.model.coefficients(objective.given(objective.scale.to_physical(unit)))
+
     def along(seed):
-        return jax.jvp(lambda u: objective.model.coefficients(objective.values(u)), (unit,), (seed,))
+        return jax.jvp(of, (unit,), (seed,))
 
     return jax.vmap(along, out_axes=(None, 1))(seeds)
 

@@ -136,7 +136,9 @@ class Objective(eqx.Module):
         """Physical values of the free parameters from variables in [0, 1]."""
         return self.named(self.scale.to_physical(unit))
 
-    def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
+    def named(
+        self, physical: Float[Array | np.ndarray, " parameters"]
+    ) -> dict[str, Float[Array | np.ndarray, ""] | np.floating]:
         """Values by name of the free parameters in their units."""
         return {name: physical[i] for i, name in enumerate(self.free)}
 
@@ -150,7 +152,9 @@ class Objective(eqx.Module):
 
     def numbers(self, unit: Float[np.ndarray, " parameters"]) -> dict[str, float]:
         """The same as plain numbers."""
-        return {name: float(value) for name, value in self.values(jnp.asarray(unit)).items()}
+        # By numpy, which neither compiles nor dispatches anything.
+        physical = self.scale.to_physical(np.asarray(unit, float))
+        return {name: float(value) for name, value in self.named(physical).items()}
 
     def in_noise(
         self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]

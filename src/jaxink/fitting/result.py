@@ -190,7 +190,7 @@ class FitResult(SavedInFolder, Presented):
     @cached_property
     def result_id(self) -> str:
         """Identifier that both files of a saved result carry: a digest of their content."""
-        digest = hashlib.sha256(json.dumps(self._plain(), sort_keys=True).encode())
+        digest = hashlib.sha256(json.dumps(self._plain, sort_keys=True).encode())
         for values in (self.data.bsdf_per_sr, self.predicted_per_sr, self.sigma_per_sr, self.whitened):
             digest.update(b"" if values is None else np.ascontiguousarray(values).tobytes())
         return digest.hexdigest()[:32]
@@ -330,8 +330,9 @@ class FitResult(SavedInFolder, Presented):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the result, as in ``result.json``; see `docs/result.md`."""
-        return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain()}
+        return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain}
 
+    @cached_property
     def _plain(self) -> dict[str, Any]:
         head = {
             "outcome": {
