@@ -162,7 +162,7 @@ def _travel(sample, photons, counts, events, random, absorbed):
             if events is not None:
                 events.on_scattering(number, photons, at)
             cosine = layer.phase.draw(at.size, random)
-            photons.direction[:, at] = _turned(photons.direction[:, at], cosine, random)
+            photons.direction[:, at] = turned(photons.direction[:, at], cosine, random)
             photons.kind[at] = DIFFUSE
     light = photons.weight < ROULETTE_WEIGHT
     if light.any():
@@ -171,7 +171,7 @@ def _travel(sample, photons, counts, events, random, absorbed):
         photons.keep(~light | survives)
 
 
-def _turned(direction, cosine, random):
+def turned(direction, cosine, random):
     """Directions after scattering by angles of these cosines, azimuth uniform."""
     sine, turn = np.sqrt(np.maximum(1 - cosine**2, 0)), 2 * np.pi * random.random(cosine.size)
     # Two unit vectors across the ray: Duff et al. 2017, J. Computer Graphics Techniques 6 (1).

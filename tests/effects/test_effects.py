@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from jaxink.diagnosis.search.workbench import Workbench
-from jaxink.effects import CATALOGUE, AugmentedModel, Case, Effect, ReadingEffect, Scene, effects_for
+from jaxink.effects import (
+    CATALOGUE,
+    AugmentedModel,
+    Case,
+    Effect,
+    ReadingEffect,
+    Scene,
+    effects_for,
+    forward_model,
+)
 from jaxink.effects.geometry import Pinholes, ThicknessVariance, ThinPatches, UndeclaredBacking
 from jaxink.effects.instrument import AngleOffset, Blur, Gain, IncidenceAngle, StrayLight
 from jaxink.effects.surfaces import AirGap, TopCoat, WaveSurface
@@ -179,6 +188,20 @@ def test_depth_gradient_moves_scatterers_and_keeps_their_number(sample, scene):
     assert np.all(up[reflected] > down[reflected])
     change = np.abs(up / down - 1)
     assert change[~reflected].max() < 0.5 * change[reflected].max()
+
+
+def test_a_gradient_of_the_phase_function_is_two_layers_with_other_lobes(sample):
+    graded = parse_sample(PRINTED_INK + "[effects.depth_gradient]\nslope = 0\nasymmetry_slope = 0.6\n")
+    plate_and_ink, noise = PRINTED_INK.replace("thickness_um = 60", "thickness_um = 30").split("[noise]")
+    lower = plate_and_ink[plate_and_ink.rindex("[[layers]]") :].replace('"ink"', '"lower"')
+    halves = parse_sample(f"{plate_and_ink}{lower}[noise]{noise}")
+    # At g = 0.5 the ratio (1 - g) / (1 + g) is a third; the slope makes it 0.7 and 1.3 times that.
+    values = {"ink.asymmetry_parameter": 2.3 / 3.7, "lower.asymmetry_parameter": 1.7 / 4.3}
+    expected = predicted(halves, values=values)
+    columns = directions()
+    found = evaluate(forward_model(graded, GonioData(*columns, expected), SIZES))
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    assert np.max(np.abs(expected / predicted(sample) - 1)) > 0.01
 
 
 def test_other_effects_meet_a_graded_ink_as_a_whole(sample, scene):

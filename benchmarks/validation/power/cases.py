@@ -36,6 +36,22 @@ relative = 0.005
 floor_per_sr = 0.0001
 scan_relative = 0.002
 """
+_OPAQUE = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.3
+thickness_um = "opaque"
+single_scattering_albedo = { value = 0.99, free = true, min = 0.5, max = 1.0 }
+asymmetry_parameter = { value = 0.5, free = true, min = -0.9, max = 0.95 }
+[noise]
+relative = 0.005
+floor_per_sr = 0.0001
+scan_relative = 0.002
+"""
 _MASKS = """
 [masks]
 specular_half_angle_deg = 0
@@ -63,6 +79,19 @@ def _thin_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
                         for nm in (380.0, 450.0, 550.0, 650.0)
                     ]
     return _drawn(np.array(rows), jaxink.parse_sample(_THIN + _MASKS))
+
+
+def _opaque_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
+    """An opaque ink without a plate, in and out of the plane of incidence."""
+    rows = [
+        (incidence, polar, azimuth, 550.0, 0.0)
+        for incidence in (0.0, 30.0, 60.0)
+        for azimuth in (0.0, 60.0, 120.0, 180.0)
+        for polar in np.arange(5.0, 81.0, 5.0)
+        # The regular peak is left out.
+        if azimuth != 180.0 or abs(polar - incidence) > 2.5
+    ]
+    return _drawn(np.array(rows), jaxink.parse_sample(_OPAQUE + _MASKS))
 
 
 def _drawn(rows, sample) -> tuple[jaxink.GonioData, jaxink.Sample]:
@@ -94,7 +123,7 @@ def _dense_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
     return _drawn(np.stack([*data.directions], axis=1), sample)
 
 
-MADE: dict[str, Callable] = {"thin_ink": _thin_ink, "dense_ink": _dense_ink}
+MADE: dict[str, Callable] = {"thin_ink": _thin_ink, "dense_ink": _dense_ink, "opaque_ink": _opaque_ink}
 # Accuracy of the discretisation, where it is not the default: so coarse that its errors are seen.
 ACCURACY = {"coarse_plain_hg": 0.02}
 

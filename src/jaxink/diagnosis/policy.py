@@ -33,6 +33,9 @@ class SearchPolicy:
         refitted.
     refit_starts
         Refits: number of settings of an effect, the most promising ones, from which its refit starts.
+    rival_minima
+        Refits of effects of the particles: number of other minima of the declared fit from which they start,
+        too, where its misfit has several along a parameter.
     refit_jacobians
         Largest number of Jacobians for each start, before the leading refits are continued to convergence.
     same_prediction
@@ -95,6 +98,7 @@ class SearchPolicy:
     limit_multiples: tuple[float, ...] = (16.0, 8.0, 4.0, 2.0)
     far_reduced_chi_square: float = 3.0
     refit_starts: int = 2
+    rival_minima: int = 2
     refit_jacobians: int = 12
     same_prediction: float = 1e-2
     own_program_share: float = 0.75

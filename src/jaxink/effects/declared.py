@@ -7,11 +7,11 @@ import numpy as np
 
 from jaxink.effects.catalogue import CATALOGUE
 from jaxink.effects.kinds import Effect, SampleEffect
-from jaxink.effects.sample_edits import with_parameters
+from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import Scene
 from jaxink.errors import InputRefusedError
 from jaxink.sample import DeclaredEffect, Parameter, ParameterTable, Sample
-from jaxink.sample.effect_schema import EFFECTS
+from jaxink.sample.effect_schema import EFFECTS, defaults_of
 
 _POSITION = {effect.name: i for i, effect in enumerate(CATALOGUE)}
 _OF_CATALOGUE = {effect.name: effect for effect in CATALOGUE}
@@ -76,6 +76,7 @@ def declare(sample: Sample, effects: tuple[Effect, ...], values: Mapping[str, fl
             # What a form fixes remains fixed.
             terms = {t.name: t for t in (*effect.carrier.terms, *effect.terms)}
             sample = with_parameters(dataclasses.replace(sample, effects=declared), *terms.values())
+            sample = sample if kind else with_constants(sample, defaults_of(effect.name))
     return dataclasses.replace(sample, parameters=with_values(sample.parameters, values))
 
 

@@ -15,6 +15,7 @@ from jaxink.sample import Layer, Parameter, Population, Sample
 from jaxink.sample.effect_schema import terms_of
 
 _NOT_BY_ALBEDO = "the ink consists of Mie particles, whose phase function follows from their size"
+_LOBE_SLOPE = "depth_gradient.asymmetry_slope"
 _NOT_MIE = "the ink does not consist of Mie particles, so it has no such parameter"
 
 
@@ -123,14 +124,18 @@ class SecondPopulation(SampleEffect):
 
 @dataclasses.dataclass(frozen=True)
 class DepthGradient(DividingEffect):
-    """The ink scatters more towards one side; represented by two halves."""
+    """The ink scatters more towards one side; represented by two halves.
+
+    A sample file may also declare that the asymmetry parameter changes with depth. A diagnosis does not look
+    for that: the linear screen expects more of it than it explains where other effects are missing.
+    """
 
     layer: str
 
     name, sign, usual = "depth_gradient", 0, 0.5
     changes_structure, scales = True, True
     statement = "the ink's scattering changes with depth"
-    terms = terms_of("depth_gradient")
+    terms = terms_of("depth_gradient")[:1]
     # Half as much again.
     settings = ({"depth_gradient.slope": 0.5},)
 
@@ -144,28 +149,38 @@ class DepthGradient(DividingEffect):
         ink = ink_of(sample, cls.name, layer)
         if reason := _why_undividable(sample, ink):
             raise InputRefusedError(f"[effects.depth_gradient] cannot divide '{ink.name}': {reason}.")
+        lobe = sample.parameters.get(_LOBE_SLOPE)
+        changes = lobe is not None and (lobe.free or lobe.tie is not None or lobe.value != 0)
+        if changes and f"{ink.name}.asymmetry_parameter" not in sample.parameters:
+            raise InputRefusedError(
+                f"effects.{_LOBE_SLOPE}: '{ink.name}' has no asymmetry_parameter; only its concentration can "
+                "change with depth. Leave the key out."
+            )
         return cls(ink.name)
 
     def extend(self, sample: Sample) -> Sample:
-        """Two halves, whose concentrations depend on the strength; all else is tied to the declared layer."""
+        """Two halves, which differ by the slopes; all else is tied to the declared layer."""
         position = next(k for k, one in enumerate(sample.layers) if one.name == self.layer)
         ink = sample.layers[position]
-        halves, new = [], [self.strength]
+        halves, new = [], [self.strength, Parameter(_LOBE_SLOPE, 0.0)]
         for part, sign, face in (("upper", "-", "front_roughness"), ("lower", "+", "back_roughness")):
             name = f"{self.layer}_{part}"
             rough = tuple(
                 dataclasses.replace(r, name=f"{name}.{r.face}") for r in ink.roughness if r.face == face
             )
             halves.append(dataclasses.replace(ink, name=name, roughness=rough))
+            backward = f"(1 - {{0}}) * (1 {sign} {_LOBE_SLOPE} / 2)"
             formulas = {
-                _concentration(ink): f"{{}} * (1 {sign} depth_gradient.slope / 2)",
-                "thickness_um": "{} / 2",
+                _concentration(ink): f"{{0}} * (1 {sign} depth_gradient.slope / 2)",
+                "thickness_um": "{0} / 2",
+                # (1 - g) / (1 + g) varies, so that g stays between -1 and 1.
+                "asymmetry_parameter": f"(1 + {{0}} - {backward}) / (1 + {{0}} + {backward})",
             }
             for own in [p for p in sample.parameters if p.startswith(f"{self.layer}.")]:
                 rest = own.split(".", 1)[1]
                 if rest.split(".")[0] in ("front_roughness", "back_roughness") and not rest.startswith(face):
                     continue
-                tie = formulas.get(rest, "{}").format(own)
+                tie = formulas.get(rest, "{0}").format(own)
                 new.append(_tied(sample.parameters[own], f"{name}.{rest}", tie))
         layers = (*sample.layers[:position], *halves, *sample.layers[position + 1 :])
         return with_parameters(dataclasses.replace(sample, layers=layers), *new)

@@ -43,6 +43,11 @@ class Gradient(Descent):
     fitted alone: the way there may lead over a saddle.
     """
 
+    @property
+    def near_solution(self) -> Descent:
+        """Without a second search: the bounds at which the start lies have been left and come back to."""
+        return Descent(self.seed, self.decrement)
+
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
         outcome = super().descend(watched, start)

@@ -41,6 +41,11 @@ class Method(abc.ABC):
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start by evaluating an objective, which keeps the best point; return how it ended."""
 
+    @property
+    def near_solution(self) -> "Method":
+        """The method for a start that another search, at a lower resolution, has found."""
+        return self
+
     def prepare(self, compiled: CompiledObjective, start: Float[np.ndarray, " parameters"]) -> float:
         """Compile what the method calls; return the seconds it took."""
         return compiled.prepare(start, self.has_jacobian)

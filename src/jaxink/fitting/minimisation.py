@@ -92,7 +92,8 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
         if config is None or budget.is_spent(best.loss):
             break
         objective = make_objective(data, sample, options.objective, config, noise)
-        best = _search_from(CompiledObjective(objective), best.unit, options, budget, progress, "refinement")
+        method, follow = options.make_method().near_solution, _named(progress, "refinement")
+        best = search(method, CompiledObjective(objective), best.unit, budget, follow)
         searches.append(_lowest([best], sample))
     # At a goal, which is no minimum, the covariance says nothing about the distance from one.
     at_minimum = best.outcome is not Outcome.GOAL
@@ -126,21 +127,11 @@ def _search(
         points, scans = more + points[1:], (whole,)
     compiled, searches = CompiledObjective(objective), []
     for number, start in enumerate(points):
-        searches.append(_search_from(compiled, start, options, budget, progress, f"start {number + 1}"))
+        follow = _named(progress, f"start {number + 1}")
+        searches.append(search(options.make_method(), compiled, start, budget, follow))
         if budget.is_spent(searches[-1].loss):
             break
     return searches, scans
-
-
-def _search_from(
-    compiled: CompiledObjective,
-    start: np.ndarray,
-    options: FitOptions,
-    budget: Budget,
-    progress: Progress,
-    what: str,
-) -> Search:
-    return search(options.make_method(), compiled, start, budget, _named(progress, what))
 
 
 def _lowest(searches: list[Search], sample: Sample) -> Search:

@@ -119,7 +119,10 @@ EFFECTS: dict[str, EffectKeys] = {
                 1.5,
                 meaning="scattering of the half away from the light minus that of the half towards it, over "
                 "their mean",
-            )
+            ),
+            "asymmetry_slope": Quantity(
+                "", -1.5, 1.5, 0.0, meaning="the same of (1 - g) / (1 + g), g being the asymmetry parameter"
+            ),
         },
         _INK,
     ),
@@ -216,6 +219,16 @@ ELSEWHERE = {
     "ink_thickness": "thickness_um of the ink's layer",
     "plate_thickness": "thickness_mm of the plate's layer",
 }
+
+
+def defaults_of(effect: str) -> tuple[Parameter, ...]:
+    """The parameters that a table may leave out and that have one value for all wavelengths."""
+    numbers = EFFECTS[effect].numbers
+    return tuple(
+        term
+        for term, q in zip(terms_of(effect), numbers.values(), strict=True)
+        if q.default is not None and not q.spectral
+    )
 
 
 def terms_of(effect: str) -> tuple[Parameter, ...]:

@@ -74,7 +74,7 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
 
 
 def _starts(stage: Stage, effect: Effect, directions: list[Direction]) -> list[_Start]:
-    """Starts at the solution and, if that is far off, also at the declared sample."""
+    """Starts at the solution; if that is far off, also at the declared sample; and at rival minima."""
     found = []
     for direction in (d for d in directions if d.effect == effect or not effect.is_screened):
         z, norm = stage.score(direction)
@@ -89,6 +89,9 @@ def _starts(stage: Stage, effect: Effect, directions: list[Direction]) -> list[_
         base = stage.bench.base_free
         declared = {name: value for name, value in stage.bench.start.items() if name in base}
         chosen.insert(1, found[0]._replace(origin=stage.solution.values | declared))
+    if effect.group == "volume" and found:
+        # One size of particles imitates a distribution of sizes at quite another radius.
+        chosen += [found[0]._replace(origin=stage.solution.values | there) for there in stage.setup.rivals]
     return chosen
 
 

@@ -1,9 +1,10 @@
 """Choice of the next effect: refits of the candidates of a stage, and the acceptance tests."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from itertools import zip_longest
 
 import numpy as np
@@ -77,17 +78,20 @@ class ForwardSelection:
             programs.setdefault(directions[name][0].effect.program, []).append(name)
         total = len(shared) + len(worth)
         later = [name for name in own if name not in worth]
-        # The thread that has nothing left to refit compiles what will be refitted next.
-        expected = later[:1] if is_lost else []
 
-        def work(names: list[str]) -> None:
-            if names is not expected:
-                for name in names:
-                    self._refit(screening, name, total)
-            elif not self._is_enough(screening, {}):
-                stage.prepare(directions[names[0]][0].effect)
+        def refit(names: list[str]) -> None:
+            for name in names:
+                self._refit(screening, name, total)
 
-        in_threads(work, [*programs.values(), *([expected] if expected else [])])
+        def prepare_next() -> None:
+            if not self._is_enough(screening, {}):
+                stage.prepare(directions[later[0]][0].effect)
+
+        tasks: list[Callable[[], None]] = [partial(refit, names) for names in programs.values()]
+        if is_lost and later:
+            # For the thread that has nothing left to refit.
+            tasks.append(prepare_next)
+        in_threads(lambda task: task(), tasks)
         self._polish(screening)
         return [name for name in own if name not in screening.refits]
 

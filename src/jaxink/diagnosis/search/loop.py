@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.effect_class import with_class_beside_others
@@ -20,12 +21,15 @@ from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import Effect, Scene, model_at
 from jaxink.fitting import FitResult
+from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import noise_of
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
 from jaxink.solver.config import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
+# Minima closer than this share of the scanned range are the same one.
+_ANOTHER_MINIMUM = 0.02
 
 
 @dataclasses.dataclass(frozen=True)
@@ -141,7 +145,28 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
         options.screen,
         options.fit.accuracy,
         options.policy,
+        rivals=_rivals(fit, sample, options.policy),
     )
+
+
+def _rivals(fit: FitResult, sample: Sample, policy: SearchPolicy) -> tuple[dict[str, float], ...]:
+    """Other minima of the fit along a parameter whose misfit has many, lowest first."""
+    free = {p.name: p for p in sample.parameters.free}
+    rugged = next((p for p in free.values() if p.multimodal), None)
+    if rugged is None:
+        return ()
+    scale = UnitScale.of((rugged,))
+
+    def place(values):
+        return float(scale.to_unit(np.array([values[rugged.name]]))[0])
+
+    at, found = [place(fit.values)], list[dict[str, float]]()
+    for search in sorted((s for s in fit.searches if s.is_single), key=lambda s: s.loss):
+        there = place(search.values)
+        if all(abs(there - other) > _ANOTHER_MINIMUM for other in at):
+            at.append(there)
+            found.append({name: search.values[name] for name in free})
+    return tuple(found[: policy.rival_minima])
 
 
 def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:

@@ -26,7 +26,7 @@ class Setup:
 
     `options` are those of the screen; `accuracy` is the largest relative error of the discretisation;
     `allowance` is the time for all of them; `follow` is called with task, step and chi-square;
-    `pieces` keeps what is finished.
+    `pieces` keeps what is finished; `rivals` are other minima of the declared fit, where refits may start.
     """
 
     sample: Sample
@@ -41,6 +41,7 @@ class Setup:
     allowance: Allowance = dataclasses.field(default_factory=Allowance)
     follow: Progress = log_progress
     pieces: Pieces = dataclasses.field(default_factory=Pieces)
+    rivals: tuple[dict[str, float], ...] = ()
 
     def without_candidates(self) -> "Setup":
         """The same without any effect to look for."""
