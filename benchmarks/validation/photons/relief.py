@@ -6,6 +6,7 @@ python -m benchmarks.validation.photons.relief [--photons N]
 import argparse
 import json
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from benchmarks.validation.photons.solving import with_error
 KEPT = Path(__file__).with_name("relief.json")
 MARK = "made by python -m benchmarks.validation.photons.relief"
 ASYMMETRY = 0.5
+# Directions within a bin, along each of its sides.
+_N_NODES = 4
 RING_EDGES = (0, 20, 35, 50, 60, 70, 80), (0, 30, 90, 150, 180)
 INCIDENCES_DEG = (0.0, 60.0)
 # Variance of slopes, correlation length in distances between two scatterings, index, albedo.
@@ -52,28 +55,46 @@ _RELIEF = "\n[effects.relief]\nslope_variance = {{ free = true, value = {varianc
 _MODELS = {"plane": "the plane body", "rough": "a rough face", "relief": "`relief`"}
 
 
-def solved(text: str, theta_deg: float) -> np.ndarray:
-    """BSDF averaged over the bins by jaxink, in 1/sr."""
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    places, shares = zip(*(_within(edges, nodes, weights) for edges in RING_EDGES), strict=True)
-    theta, from_specular = np.meshgrid(places[0].ravel(), places[1].ravel(), indexing="ij")
-    found = jaxink.predict_at(
-        jaxink.parse_sample(text), theta_deg, theta.ravel(), 180 - from_specular.ravel(), accuracy=1e-3
-    ).bsdf_per_sr
+def sample_text(
+    albedo: float,
+    index: float = 1.0,
+    slope_variance: float | None = None,
+    rough_variance: float | None = None,
+) -> str:
+    """Sample file of the body, with a relief, with a rough face, or plane."""
+    text = _SAMPLE.format(index=index, albedo=albedo, asymmetry=ASYMMETRY)
+    if rough_variance is not None:
+        text += _ROUGH.format(sigma_deg=np.rad2deg(np.arctan(np.sqrt(rough_variance))))
+    return text if slope_variance is None else text + _RELIEF.format(variance=slope_variance)
+
+
+def solved(text: str, theta_deg: float, ring_edges=RING_EDGES) -> np.ndarray:
+    """BSDF of a sample file averaged over bins by jaxink, in 1/sr."""
+    nodes, weights = np.polynomial.legendre.leggauss(_N_NODES)
+    polar, from_specular = (_within(edges, nodes, weights) for edges in ring_edges)
+    directions = polar.places[:, None], 180 - from_specular.places
+    sample = jaxink.parse_sample(text)
+    found = jaxink.predict_at(sample, theta_deg, *directions, accuracy=1e-3).bsdf_per_sr
     # By area across the direction, sin(theta) cos(theta).
-    share = shares[0].ravel() * np.sin(2 * np.deg2rad(places[0].ravel()))
-    value = np.asarray(found).reshape(theta.shape) * share[:, None] * shares[1].ravel()
-    area = share[:, None] * shares[1].ravel() * np.ones_like(value)
-    return _by_bin(value) / _by_bin(area)
+    share = polar.shares * np.sin(2 * np.deg2rad(polar.places))
+    area = share[:, None] * from_specular.shares
+    return _by_bin(np.asarray(found).reshape(area.shape) * area) / _by_bin(area)
 
 
-def _within(edges, nodes, weights):
+class _Nodes(NamedTuple):
+    places: np.ndarray
+    shares: np.ndarray
+
+
+def _within(edges, nodes, weights) -> _Nodes:
+    """Nodes of all bins between some edges."""
     start, width = np.array(edges[:-1], float)[:, None], np.diff(edges)[:, None]
-    return start + width * (nodes + 1) / 2, width * weights
+    return _Nodes((start + width * (nodes + 1) / 2).ravel(), (width * weights).ravel())
 
 
 def _by_bin(values):
-    return values.reshape(len(RING_EDGES[0]) - 1, 4, len(RING_EDGES[1]) - 1, 4).sum((1, 3))
+    rows, columns = values.shape
+    return values.reshape(rows // _N_NODES, _N_NODES, columns // _N_NODES, _N_NODES).sum((1, 3))
 
 
 def compared(case, theta_deg: float, n_photons: int, seed: int) -> dict:
@@ -82,11 +103,10 @@ def compared(case, theta_deg: float, n_photons: int, seed: int) -> dict:
     body = Body(HenyeyGreenstein(ASYMMETRY), albedo, variance, correlation_length, index)
     rings, power = reflected(body, theta_deg, n_photons, RING_EDGES, seed)
     value, error = Result.mean_and_error(rings)
-    plane_text = _SAMPLE.format(index=index, albedo=albedo, asymmetry=ASYMMETRY)
-    with_relief = solved(plane_text + _RELIEF.format(variance=variance), theta_deg)
-    models = {"plane": plane_text}
+    with_relief = solved(sample_text(albedo, index, slope_variance=variance), theta_deg)
+    models = {"plane": sample_text(albedo, index)}
     if index > 1:
-        models["rough"] = plane_text + _ROUGH.format(sigma_deg=np.rad2deg(np.arctan(np.sqrt(variance))))
+        models["rough"] = sample_text(albedo, index, rough_variance=variance)
     deviation = value / with_relief - 1
     worst = np.unravel_index(np.argmax(np.abs(deviation)), deviation.shape)
     return {
