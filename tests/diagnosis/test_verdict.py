@@ -25,10 +25,12 @@ from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, m
 from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, judge
 from jaxink.diagnosis.policy import DEFAULT_POLICY
 from jaxink.effects import invalidity
-from jaxink.effects.geometry import UndeclaredBacking
+from jaxink.effects.constants import PlateThickness
+from jaxink.effects.geometry import LateralLoss, UndeclaredBacking
 from jaxink.effects.instrument import StrayLight
 from jaxink.effects.surfaces import WaveSurface
 from jaxink.effects.volume import ShadowHiding
+from jaxink.sample import Parameter
 
 
 def summary(reduced, probability, freedom=600):
@@ -40,6 +42,13 @@ def structure(p_value):
     order = StructureStatistic("runs", 0.0, p_value, 0, p_value)
     size = StructureStatistic("chi_square", 0.0, 0.5, -1, np.nan)
     return StructureResult((size, order), p_value, "runs", 600.0, 600)
+
+
+def test_a_reader_is_told_the_field_of_view_and_how_much_a_constant_differs():
+    field = dataclasses.replace(step(LateralLoss(1.0)), strength=-940.0)
+    thickness = step(PlateThickness(Parameter("plate.thickness_mm", 2.0, True, 0.1, 10.0, "mm")))
+    assert field.shown == 60.0
+    assert thickness.shown == thickness.strength
 
 
 def step(form, *others):

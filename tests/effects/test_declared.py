@@ -43,6 +43,16 @@ def test_every_effect_of_the_catalogue_can_be_declared():
     assert not EFFECTS.keys() & ELSEWHERE.keys()
 
 
+def test_the_screen_sees_every_effect_with_a_program_of_its_own():
+    # It takes differences between programs, which are zero where a setting has no strength.
+    own = [form for forms in PROGRAMS.values() for form in forms if form.own_program and form.is_screened]
+    assert own
+    unseen = [
+        form for form in own for s in form.settings if s.get(form.strength.name, form.neutral) == form.neutral
+    ]
+    assert not unseen
+
+
 @pytest.mark.parametrize("program", PROGRAMS, ids=" ".join)
 def test_declared_written_and_read_an_effect_predicts_the_same(program):
     forms = tuple(PROGRAMS[program])

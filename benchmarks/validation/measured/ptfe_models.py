@@ -2,13 +2,16 @@
 
 python -m benchmarks.validation.measured.ptfe_models [NAME ...]
 
-Each model is fitted from several starts, of which the lowest counts. The largest one is also fitted without
-each incidence in turn and at the other wavelengths, and it predicts Spectralon. Models that are named are
-fitted anew; the section is written from all that is kept. No measured value is kept.
+Each model is fitted from several starts and from the solutions of smaller ones, and the lowest fit counts. The
+largest one is also fitted without each incidence in turn and at the other wavelengths, and it predicts
+Spectralon. Models that are named are fitted anew; the section is written from all that is kept. No measured
+value is kept.
 """
 
+import dataclasses
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from string import Template
 
@@ -30,6 +33,8 @@ OPTIONS = jaxink.FitOptions(profile="none", accuracy=1e-3)
 # Where fits start: asymmetry of the lobes and weight of the second; depth and asymmetry of the surface layer.
 LOBES = ((0.45, -0.2, 0.1), (0.6, -0.4, 0.4))
 SURFACES = ((0.3, 0.0), (1.0, 0.6))
+# (Nearly) absent, beside the solution of a model that lacks the effect.
+ABSENT = {"relief.slope_variance": 0.0, "surface_layer.optical_thickness": 0.01}
 FREE_ALBEDO = "{ free = true, value = 0.9999, min = 0.9, max = 1.0 }"
 RELIEF = "\n[effects.relief]\nslope_variance = { free = true, value = 0.005, min = 0.0, max = 0.5 }\n"
 
@@ -97,26 +102,42 @@ def ratios(result: FitResult, predicted: np.ndarray) -> list[list[float]]:
     return [[float(a), rms(relative[incidence == a]) / pairs[float(a)]] for a in np.unique(incidence)]
 
 
-def fitted(data, texts: list[str]) -> tuple[FitResult, list[float]]:
+def starts(texts: list[str], smaller: list[dict[str, float]]) -> Iterator[jaxink.Sample]:
+    """The samples that fits start from: as written, and at the solutions of smaller models."""
+    samples = [jaxink.parse_sample(text) for text in texts]
+    yield from samples
+    table = samples[0].parameters
+    free = {p.name for p in table.free}
+    for name in ABSENT.keys() & free:
+        table = table.replace(name, value=ABSENT[name])
+    for values in smaller:
+        if values.keys() < free:
+            there = table
+            for name, value in values.items():
+                there = there.replace(name, value=value)
+            yield dataclasses.replace(samples[0], parameters=there)
+
+
+def fitted(data, texts: list[str], smaller: list[dict[str, float]]) -> tuple[FitResult, list[float]]:
     """The lowest fit from all starts, and chi-square of each."""
     found = []
-    for text in texts:
+    for sample in starts(texts, smaller):
         try:
-            found.append(jaxink.fit(data, jaxink.parse_sample(text), OPTIONS))
+            found.append(jaxink.fit(data, sample, OPTIONS))
         except JaxinkError as error:
             print(f"a start is lost: {error}", flush=True)
     best = min(found, key=lambda one: one.merit.chi_square)
     return best, sorted(float(one.merit.chi_square) for one in found)
 
 
-def summary(result: FitResult, starts: list[float]) -> dict:
+def summary(result: FitResult, chi_squares: list[float]) -> dict:
     """What is kept of a fit."""
     free = {name: one for name, one in result.parameters.items() if one.free}
     return {
         "free": len(free),
         "points": int(result.merit.points),
         "chi_square": float(result.merit.chi_square),
-        "starts": starts,
+        "starts": chi_squares,
         "ratios": ratios(result, result.predicted_per_sr),
         "parameters": {name: [one.value, one.standard_error, one.flag] for name, one in free.items()},
     }
@@ -132,7 +153,7 @@ def further(result: FitResult, data) -> dict:
     others = {}
     for nm in OTHER_WAVELENGTHS_NM:
         texts = [text.replace(f"{WAVELENGTH_NM}", f"{nm}") for text in MODELS[LARGEST]]
-        others[f"{nm:g}"] = summary(*fitted(data.select(wavelength_nm=nm), texts))
+        others[f"{nm:g}"] = summary(*fitted(data.select(wavelength_nm=nm), texts, []))
     panel = measured("spectralon_rsg_blacklab", "brdf_nadir_view.csv").select(wavelength_nm=SPECTRALON_NM)
     predicted = jaxink.predict_at(
         result.sample, panel.theta_i_deg, panel.theta_o_deg, panel.phi_deg, WAVELENGTH_NM, accuracy=1e-3
@@ -190,8 +211,9 @@ def main() -> None:
     for name, texts in MODELS.items():
         if name in kept and name not in sys.argv[1:]:
             continue
-        result, starts = fitted(data.select(wavelength_nm=WAVELENGTH_NM), texts)
-        kept[name] = summary(result, starts)
+        smaller = [{n: v for n, (v, *_) in one["parameters"].items()} for one in kept.values()]
+        result, chi_squares = fitted(data.select(wavelength_nm=WAVELENGTH_NM), texts, smaller)
+        kept[name] = summary(result, chi_squares)
         if name == LARGEST:
             kept[name]["further"] = further(result, data)
         print(name, kept[name], flush=True)

@@ -86,7 +86,7 @@ def step_table(diagnosis: "Diagnosis") -> Table:
     for head in ("effect", "strength(s.e.)", "unit", *_DELTAS, "held-out gain", words[-1]):
         table.add_column(head, justify="left" if head in words else "right", no_wrap=head != words[-1])
     for s in diagnosis.steps:
-        strength = with_uncertainty(s.strength, s.standard_error)
+        strength = with_uncertainty(s.shown, s.standard_error)
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
         deltas = (f"{s.predicted_delta_chi_square:.4g}", f"{s.actual_delta_chi_square:.4g}")
         table.add_row(s.effect, strength, s.unit, *deltas, gain, ", ".join(s.members[1:]))

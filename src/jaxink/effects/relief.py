@@ -17,10 +17,11 @@ from jaxink.surfaces.relief import facet_averages, mirrored_once, reflected_once
 class Relief(UnevenSurface):
     """An opaque ink has a relief of facets that are large against the distances that light travels in it."""
 
-    name, usual, scales = "relief", 0.05, True
+    # Not ``scales``: a face mirrors light into lobes that widen with the variance.
+    name = "relief"
     statement = "the surface of the ink is a relief of facets, each of which reflects as the ink does"
     terms = terms_of("relief")
-    settings = tuple({"relief.slope_variance": variance} for variance in (0.03, 0.2))
+    settings = tuple({"relief.slope_variance": variance} for variance in (0.005, 0.03, 0.2))
 
     @classmethod
     def forms(cls, case: Case):

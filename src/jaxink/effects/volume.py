@@ -196,12 +196,14 @@ class SurfaceLayer(DividingEffect):
 
     layer: str
 
-    name = "surface_layer"
-    changes_structure = True
+    name, usual = "surface_layer", 0.3
+    changes_structure, scales = True, True
     statement = "the ink scatters differently next to its face"
     terms = terms_of("surface_layer")
-    # The derivative by the optical thickness, for lobes that differ.
-    settings = tuple({"surface_layer.asymmetry_parameter": g} for g in (-0.4, 0.3, 0.7))
+    settings = tuple(
+        {"surface_layer.optical_thickness": 0.1, "surface_layer.asymmetry_parameter": g}
+        for g in (-0.4, 0.3, 0.7)
+    )
 
     @classmethod
     def forms(cls, case: Case):

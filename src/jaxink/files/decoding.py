@@ -5,6 +5,7 @@ import json
 import math
 import types
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 from jaxink.errors import InputRefusedError
@@ -107,7 +108,7 @@ class _Decoder:
         return kind(value)
 
     def _instance(self, kind: Any, value: Any, key: str) -> Any:
-        table, hints, needed = _table(value, key), get_type_hints(kind), _needed(kind)
+        table, hints, needed = _table(value, key), _hints(kind), _needed(kind)
         for name in table:
             if name not in needed:
                 raise InputRefusedError(
@@ -162,6 +163,12 @@ def _table(value: Any, key: str) -> dict[str, Any]:
     return value
 
 
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
+@cache
 def _needed(kind: Any) -> dict[str, bool]:
     """Fields of a type, and whether each is required."""
     if is_typeddict(kind):

@@ -113,7 +113,7 @@ def steps(diagnosis: "Diagnosis") -> Section | None:
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
         others = ", ".join(s.members[1:]) or NONE
         terms = ", ".join(f"{name} = {plain(value)}" for name, value in s.terms.items())
-        strength = _with_unit(with_uncertainty(s.strength, s.standard_error), s.unit)
+        strength = _with_unit(with_uncertainty(s.shown, s.standard_error), s.unit)
         rows.append(
             [str(i + 1), s.effect, s.form.statement, strength, terms, others]
             + [number(s.predicted_delta_chi_square), number(s.actual_delta_chi_square), gain]

@@ -41,7 +41,7 @@ def _cells(figures: Figures) -> list[str]:
 
 def _step_table(steps: tuple[Step, ...]) -> CardTable:
     rows = [
-        [step.effect, with_uncertainty(step.strength, step.standard_error), step.unit]
+        [step.effect, with_uncertainty(step.shown, step.standard_error), step.unit]
         + [f"{step.actual_delta_chi_square:.4g}", ", ".join(step.members[1:])]
         for step in steps
     ]

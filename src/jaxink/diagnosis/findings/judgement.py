@@ -193,7 +193,7 @@ def _named(step: Step) -> str:
     others = (
         f"; these data cannot distinguish it from {', '.join(step.members[1:])}" if step.members[1:] else ""
     )
-    return f"{step.form.statement} ({step.effect}, {step.strength:.4g}{error}{unit}{others})"
+    return f"{step.form.statement} ({step.effect}, {step.shown:.4g}{error}{unit}{others})"
 
 
 def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdict:

@@ -9,6 +9,7 @@ from jaxink.diagnosis.statistics.candidate import ScreenResult
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.display.brief import brief_repr
 from jaxink.effects import Effect
+from jaxink.effects.constants import DeclaredConstant
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,3 +64,9 @@ class Step:
     terms: dict[str, float]
     term_errors: dict[str, float | None]
     refit: Refit | None
+
+    @property
+    def shown(self) -> float:
+        """What a reader is told of the first term: its value; of a declared constant, the difference."""
+        is_difference = isinstance(self.form, DeclaredConstant)
+        return self.strength if is_difference else self.strength + self.form.neutral
