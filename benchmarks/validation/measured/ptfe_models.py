@@ -2,8 +2,8 @@
 
 python -m benchmarks.validation.measured.ptfe_models [NAME ...]
 
-Each model is fitted from several starts and from the solutions of smaller ones, and the lowest fit counts. The
-largest one is also fitted without each incidence in turn and at the other wavelengths, and it predicts
+Each model is fitted from several starts and from the solutions of smaller ones; the lowest fit counts. The
+largest is also fitted without each incidence in turn and at the other wavelengths, and it predicts
 Spectralon. Models that are named are fitted anew; the section is written from all that is kept. No measured
 value is kept.
 """
