@@ -43,7 +43,7 @@ wavelength_nm = 550
 name = "ink"
 kind = "scattering"
 phase_function = "henyey_greenstein"
-refractive_index = 1.3
+refractive_index = 1.0
 thickness_um = "opaque"
 single_scattering_albedo = { value = 0.99, free = true, min = 0.5, max = 1.0 }
 asymmetry_parameter = { value = 0.5, free = true, min = -0.9, max = 0.95 }
@@ -82,7 +82,7 @@ def _thin_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
 
 
 def _opaque_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
-    """An opaque ink without a plate, in and out of the plane of incidence."""
+    """An opaque ink without a plate or a face, in and out of the plane of incidence."""
     rows = [
         (incidence, polar, azimuth, 550.0, 0.0)
         for incidence in (0.0, 30.0, 60.0)
