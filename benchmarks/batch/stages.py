@@ -201,7 +201,7 @@ def first_results(work: Path) -> dict:
 
 def scaling(work: Path) -> dict:
     """Warm fits per second by one and by two workers, in turns, and the load of the machine meanwhile."""
-    plan, found = jaxink.load_plan(write_sheets(work / "good", GOOD)), {1: [], 2: []}
+    plan, found = jaxink.load_plan(write_sheets(work / "two_hundred", SHEETS)), {1: [], 2: []}
     for _ in range(3):
         for n in (1, 2):
             times = []
