@@ -36,6 +36,12 @@ def test_block_media(indices, scattering, free, expected):
     assert block_media(indices, [s == "s" for s in scattering], [f == "f" for f in free]) == expected
 
 
+def test_media_of_one_source_share_a_block():
+    free, scatters = [False, True, True, False], [False, True, True, False]
+    assert block_media([1.0, 1.5, 1.5, 1.0], scatters, free) == (0, 1, 2)
+    assert block_media([1.0, 1.5, 1.5, 1.0], scatters, free, ["air", "ink", "ink", "air"]) == (0, 1)
+
+
 @pytest.mark.parametrize("exposed", [False, True])
 def test_channels_are_a_quadrature_of_etendue(exposed):
     grid = ChannelGrid(jnp.array([1.0, 1.4, 1.5]), jnp.array([False, False, True]), (6, 4, 3), exposed)

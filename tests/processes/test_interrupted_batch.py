@@ -14,7 +14,9 @@ from tests.samples import GOOD_SAMPLE
 
 PLAN = 'schema_version = 1\nsample = "sample.toml"\n[measurements]\nfiles = "*.csv"\n'
 SLOWLY, AT_ONCE = "tests.batches.functions:slowly", "tests.batches.functions:answered"
-RUN = f"import sys, jaxink; jaxink.batch(*sys.argv[1:], workers=2, function={SLOWLY!r})"
+# A shell that runs the tests in the background lets them ignore Ctrl-C.
+HEEDED = "signal.signal(signal.SIGINT, signal.default_int_handler)"
+RUN = f"import signal, sys, jaxink; {HEEDED}; jaxink.batch(*sys.argv[1:], workers=2, function={SLOWLY!r})"
 N_SHEETS, WAIT_S = 12, 60.0
 
 

@@ -6,7 +6,15 @@ import json
 import pytest
 
 from jaxink.data import simulated_example
-from jaxink.sample import Population, load_sample, parse_sample, sample_from_dict, sample_to_dict
+from jaxink.sample import (
+    Parameter,
+    ParameterTable,
+    Population,
+    load_sample,
+    parse_sample,
+    sample_from_dict,
+    sample_to_dict,
+)
 from tests.samples import edited
 
 GOOD = """\
@@ -94,9 +102,20 @@ def test_values_at_a_wavelength(sample):
 def test_what_may_change(sample):
     assert not sample.varies("plate.refractive_index")
     assert sample.varies("ink.binder_absorption_per_mm")
-    assert sample.varies("ink.filler.particle_index")
+    # Tied to a constant.
+    assert not sample.varies("ink.filler.particle_index")
     free = sample.parameters.replace("plate.refractive_index.a", free=True, minimum=1.4, maximum=1.5)
     assert dataclasses.replace(sample, parameters=free).varies("plate.refractive_index")
+
+
+def test_a_tied_quantity_varies_as_what_it_is_tied_to():
+    ties = {"a": None, "b": "a", "c": "b", "d": "2 * c"}
+    table = ParameterTable([Parameter(name, 1.0, maximum=9.0, tie=tie) for name, tie in ties.items()])
+    sample = dataclasses.replace(parse_sample(GOOD), parameters=table)
+    assert [table.source(name) for name in "abcd"] == ["a", "a", "a", "d"]
+    assert [sample.varies(name) for name in "abcd"] == [False] * 4
+    free = table.replace("a", free=True, minimum=0.0, maximum=2.0)
+    assert all(dataclasses.replace(sample, parameters=free).varies(name) for name in "abcd")
 
 
 def test_plain_data_and_back(sample):

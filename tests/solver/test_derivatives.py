@@ -136,3 +136,23 @@ def test_32_bits_raise_a_sentence_instead_of_losing_digits(refused):
     stack = Stack((ScatteringLayer(1.5, 1.0, 0.9, HenyeyGreenstein(0.5)),), 1.0, 1.0)
     with jax.enable_x64(False), refused("64", kind=PrecisionError):
         jax.grad(lambda s: jnp.sum(diffuse_bsdf(stack, DIRECTIONS, CONFIG)) * s)(1.0)
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_an_empty_block_of_channels_has_no_slope(level):
+    # Two media whose index is the same number and free: between them is a block of no width, whose cosine the
+    # compiler may round to a tiny number instead of 0.
+    def stack(index):
+        upper = ScatteringLayer(index, 0.3, 0.999, HenyeyGreenstein(0.8))
+        return Stack((upper, ScatteringLayer(index, 50.0, 0.999, HenyeyGreenstein(0.4))), 1.0, 1.0)
+
+    plan = plan_channels(stack(1.02), free=[1, 2])
+    assert plan.block_media == (0, 1, 2)
+    options = {"xla_backend_optimization_level": level, "xla_cpu_use_fusion_emitters": False}
+
+    def bsdf(index):
+        return diffuse_bsdf(stack(index), DIRECTIONS, CONFIG, plan)
+
+    slope = jax.jit(jax.jacfwd(bsdf), compiler_options=options)
+    found = [slope(index) for index in np.random.default_rng(8).uniform(1.01, 1.6, 40)]
+    assert np.isfinite(found).all()

@@ -79,7 +79,7 @@ class ForwardModel(eqx.Module):
         points = points_of(cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission)
         require_predictable(sample, points)
         media = media_of(sample, points)
-        plan = plan_media(media.indices, media.scatters, media.free, sample.backing is not None)
+        plan = plan_media(*media, has_backing=sample.backing is not None)
         builder = stack_builder(sample, points.wavelengths_nm, media)
         if config is None:
             config = model_sizes(builder, plan, {}, accuracy, layer_method)

@@ -18,11 +18,14 @@ class Media(NamedTuple):
         Whether each scatters.
     free
         Whether its index is free or varies with wavelength.
+    sources
+        Name of the parameter that gives its index: media of one name have the same index at all its values.
     """
 
     indices: list[float]
     scatters: list[bool]
     free: list[bool]
+    sources: list[str]
 
 
 def media_of(sample: Sample, points: Points) -> Media:
@@ -41,6 +44,7 @@ def media_of(sample: Sample, points: Points) -> Media:
         [max(float(values[n]) for values in each) for n in names],
         [False, *(layer.scatters for layer in sample.layers), False],
         [sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names],
+        [sample.parameters.source(n) for n in names],
     )
     index_front, index_back = media.indices[0], media.indices[-1]
     in_contact = sample.backing is not None and sample.backing.contact

@@ -124,7 +124,11 @@ def _nodes_of(index, scatters, nodes_per_block, exposed):
         close = close.at[0].set(False)
     reference = jnp.where(close, denser, index)
     starts = jnp.concatenate([jnp.zeros(1), index[:-1]])
-    end, start = (propagating_cosine(1 - (kappa / reference) ** 2) for kappa in (index, starts))
+    # Exactly 0 where kappa is the reference itself, however the compiler rounds.
+    end, start = (
+        propagating_cosine((reference - kappa) * (reference + kappa) / reference**2)
+        for kappa in (index, starts)
+    )
     units = [gauss_legendre_unit(n_nodes) for n_nodes in nodes_per_block]
     block = np.repeat(np.arange(len(units)), nodes_per_block)
     unit_node, unit_weight = (np.concatenate(parts) for parts in zip(*units, strict=True))

@@ -190,9 +190,12 @@ class Sample(Presented):
         return Card(title, backing, (layers, self.parameters.table()))
 
     def varies(self, name: str) -> bool:
-        """Whether a quantity, given by its plain name, is free, tied or dependent on the wavelength."""
+        """Whether a quantity, given by its plain name, may take several values.
+
+        It does if it is free, depends on the wavelength, or is tied to what does.
+        """
         return any(
-            p.free or p.tie is not None or "@" in p.name
+            p.free or "@" in p.name or any(self.varies(other) for other in self.parameters.tied_to(p.name))
             for p in self.parameters.values()
             if p.name.split("@")[0] == name or p.name.startswith(f"{name}.")
         )

@@ -208,6 +208,16 @@ class ParameterTable(NamedRows[Parameter]):
             values[name] = _told(name, evaluate_tie, self._by_name[name].tie, values)
         return {name: values[name] for name in self._by_name}
 
+    def tied_to(self, name: str) -> frozenset[str]:
+        """Names of the parameters that the tie of a parameter uses; none if it has no tie."""
+        tie = self[name].tie
+        return frozenset() if tie is None else frozenset(names_in(tie) & self._by_name.keys())
+
+    def source(self, name: str) -> str:
+        """Name of the parameter that one is tied to be equal to, directly or by others; its own if none."""
+        tie = self[name].tie if name in self else None
+        return name if tie is None or tie not in self else self.source(tie)
+
     def without_values(self, names: Collection[str]) -> "ParameterTable":
         """The table without the values of some parameters, and without ranges; no parameter is free.
 

@@ -43,7 +43,9 @@ def phase_matrices(
     table = associated_legendre(n_moments, n_orders, cosine)
     inside = cosine > 0
     safe_cosine = jnp.where(inside, cosine, 1.0)
-    scale = jnp.where(inside, jnp.sqrt(jnp.where(inside, weight, 1.0) / safe_cosine), 0.0)
+    # A channel of no width has no weight, of which the square root has no slope.
+    carries = inside & (weight > 0)
+    scale = jnp.where(carries, jnp.sqrt(jnp.where(carries, weight, 1.0) / safe_cosine), 0.0)
     factors = (2 * jnp.arange(n_moments) + 1) * truncated.phase_moments
     parity = (jnp.arange(n_orders)[:, None] + jnp.arange(n_moments)[None, :]) % 2
     even_table = jnp.where(parity[..., None] == 0, table, 0.0)

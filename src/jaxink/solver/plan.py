@@ -112,15 +112,19 @@ def plan_channels(stack: Stack, free: Collection[int] = ()) -> ChannelPlan:
     indices = [float(index) for index in stack.indices]
     scatters = [k - 1 in stack.scattering for k in range(len(indices))]
     varies = [k in free for k in range(len(indices))]
-    return plan_media(indices, scatters, varies, stack.backing is not None)
+    return plan_media(indices, scatters, varies, has_backing=stack.backing is not None)
 
 
 def plan_media(
-    indices: Sequence[float], scatters: Sequence[bool], free: Sequence[bool], has_backing: bool = False
+    indices: Sequence[float],
+    scatters: Sequence[bool],
+    free: Sequence[bool],
+    sources: Sequence[str] | None = None,
+    has_backing: bool = False,
 ) -> ChannelPlan:
     """`plan_channels` from the arguments of `block_media`, and whether there is a diffuse backing."""
     # A backing also sends light in all directions.
-    chosen = block_media(indices, [*scatters[:-1], has_backing], free)
+    chosen = block_media(indices, [*scatters[:-1], has_backing], free, sources)
     lowest = chosen[0]
     exposed = any(
         scatters[k] and not free[k] and abs(indices[k] / indices[lowest] - 1) < _EQUAL
@@ -134,7 +138,10 @@ def plan_media(
 
 
 def block_media(
-    indices: Sequence[float], scattering: Sequence[bool], free: Sequence[bool]
+    indices: Sequence[float],
+    scattering: Sequence[bool],
+    free: Sequence[bool],
+    sources: Sequence[str] | None = None,
 ) -> tuple[int, ...]:
     """Choose which media end the blocks of channels.
 
@@ -144,12 +151,14 @@ def block_media(
         Refractive indices of front, layers and back.
     scattering, free
         Whether each scatters, and whether its index is a free parameter.
+    sources
+        What gives each index; media of the same source are of one index at all its values.
 
     Returns
     -------
     tuple[int, ...]
-        Positions by ascending index. Equal fixed indices appear once; indices above the largest of a
-        scattering medium are left out, as no light is scattered there.
+        Positions by ascending index. Equal fixed indices, and those of one source, appear once; indices above
+        the largest of a scattering medium are left out, as no light is scattered there.
     """
     largest = max(n for n, scatters in zip(indices, scattering, strict=True) if scatters)
     chosen: list[int] = []
@@ -157,7 +166,8 @@ def block_media(
         if indices[medium] > largest * (1 + 1e-9) and not free[medium]:
             continue
         same = any(
-            abs(indices[medium] / indices[other] - 1) < _EQUAL and not free[medium] and not free[other]
+            (sources is not None and sources[medium] == sources[other])
+            or (abs(indices[medium] / indices[other] - 1) < _EQUAL and not free[medium] and not free[other])
             for other in chosen
         )
         if not same:
