@@ -14,7 +14,7 @@ from tests.samples import GOOD_SAMPLE
 
 PLAN = 'schema_version = 1\nsample = "sample.toml"\n[measurements]\nfiles = "*.csv"\n'
 SLOWLY, AT_ONCE = "tests.batches.functions:slowly", "tests.batches.functions:answered"
-# A shell that runs the tests in the background lets them ignore Ctrl-C.
+# Processes that a shell starts in the background ignore Ctrl-C, and so do their children.
 HEEDED = "signal.signal(signal.SIGINT, signal.default_int_handler)"
 RUN = f"import signal, sys, jaxink; {HEEDED}; jaxink.batch(*sys.argv[1:], workers=2, function={SLOWLY!r})"
 N_SHEETS, WAIT_S = 12, 60.0

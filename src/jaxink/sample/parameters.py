@@ -214,7 +214,7 @@ class ParameterTable(NamedRows[Parameter]):
         return frozenset() if tie is None else frozenset(names_in(tie) & self._by_name.keys())
 
     def source(self, name: str) -> str:
-        """Name of the parameter that one is tied to be equal to, directly or by others; its own if none."""
+        """Name of the parameter that one equals by its tie or a chain of ties; its own name without a tie."""
         tie = self[name].tie if name in self else None
         return name if tie is None or tie not in self else self.source(tie)
 

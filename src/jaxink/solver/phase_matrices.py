@@ -43,7 +43,7 @@ def phase_matrices(
     table = associated_legendre(n_moments, n_orders, cosine)
     inside = cosine > 0
     safe_cosine = jnp.where(inside, cosine, 1.0)
-    # A channel of no width has no weight, of which the square root has no slope.
+    # A channel of no width has weight 0, where the square root has no finite derivative.
     carries = inside & (weight > 0)
     scale = jnp.where(carries, jnp.sqrt(jnp.where(carries, weight, 1.0) / safe_cosine), 0.0)
     factors = (2 * jnp.arange(n_moments) + 1) * truncated.phase_moments
