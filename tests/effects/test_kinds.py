@@ -7,6 +7,7 @@ import pytest
 
 from jaxink.effects import (
     CATALOGUE,
+    AddedLight,
     AreaWithOtherSample,
     AreaWithOtherValues,
     Effect,
@@ -19,9 +20,9 @@ from jaxink.effects import (
     UnevenSurface,
 )
 from jaxink.effects.instrument import AngleOffset, Gain, IncidenceAngle
-from jaxink.effects.waves import Polarisation
 
 KINDS = (
+    AddedLight,
     SampleEffect,
     AreaWithOtherSample,
     AreaWithOtherValues,
@@ -61,14 +62,13 @@ def test_a_class_is_complete_or_a_base(cls):
     # A name makes it an effect that a catalogue can hold.
     is_leaf = not any(issubclass(one, cls) for one in CLASSES if one is not cls)
     assert hasattr(cls, "name") == is_leaf
-    if is_leaf and cls is not Polarisation:
+    if is_leaf:
         assert not inspect.isabstract(cls)
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
 def test_every_effect_is_of_one_kind(effect):
-    # There is no vector solver, so nothing computes polarisation.
-    assert sum(issubclass(effect, kind) for kind in KINDS) == (effect is not Polarisation)
+    assert sum(issubclass(effect, kind) for kind in KINDS) == 1
     assert effect.group in {
         "instrument",
         "surface",

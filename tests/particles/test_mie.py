@@ -6,7 +6,9 @@ import pytest
 
 from jaxink.particles.mie import mie_coefficients, mie_sphere
 from jaxink.particles.mie_series import mie_orders
+from jaxink.particles.mixture import Population, mixture_matrix
 from jaxink.particles.phase_function import Rayleigh
+from jaxink.particles.size_distribution import monodisperse
 
 COSINES = np.cos(np.deg2rad(np.linspace(0, 180, 181)))
 SIZE_PARAMETERS = (0.05, 0.3, 1.0, 2.7, 6.0, 10.3, 15.0, 40.0)
@@ -244,3 +246,20 @@ def test_outside_the_range_a_traced_sphere_is_not_a_number():
 def test_wrong_values_are_refused_with_a_sentence(make, named, refused):
     with refused(named):
         make()
+
+
+def test_the_scattering_matrix_is_that_of_miepython():
+    index, x = 1.8, 4.2
+    spheres = (Population(monodisperse(x / (2 * np.pi * 1.5 / 550.0)), 1.5 * index, 0.1),)
+    found = mixture_matrix(spheres, 1.5, 550.0, 10.0).elements(COSINES)
+    s_1, s_2 = miepython.S1_S2(index, x, COSINES, norm="4pi")
+    f_11, f_12, f_33 = found
+    np.testing.assert_allclose(f_11, (np.abs(s_1) ** 2 + np.abs(s_2) ** 2) / 2, rtol=1e-8)
+    np.testing.assert_allclose(f_12, (np.abs(s_2) ** 2 - np.abs(s_1) ** 2) / 2, atol=1e-8)
+    np.testing.assert_allclose(f_33, np.real(s_1 * np.conj(s_2)), atol=1e-8)
+
+
+def test_small_spheres_scatter_as_dipoles():
+    spheres = (Population(monodisperse(0.5), 2.5, 0.1),)
+    found = mixture_matrix(spheres, 1.5, 550.0, 1.0).elements(COSINES)
+    np.testing.assert_allclose(found, Rayleigh().matrix().elements(COSINES), atol=1e-3)

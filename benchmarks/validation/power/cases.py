@@ -111,19 +111,33 @@ def _drawn(rows, sample) -> tuple[jaxink.GonioData, jaxink.Sample]:
 
 def _dense_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
     """The directions of `white_ink_mie`, of an ink with three tenths of small particles of known material."""
+    return _white_ink(radius_nm=120.0, volume_fraction=0.3, particle_index=2.5)
+
+
+def _dilute_ink() -> tuple[jaxink.GonioData, jaxink.Sample]:
+    """The same with few large particles, an optical thickness of about 1."""
+    return _white_ink(radius_nm=300.0, volume_fraction=0.003, particle_index=2.7)
+
+
+def _white_ink(**known: float) -> tuple[jaxink.GonioData, jaxink.Sample]:
+    """Particles that do not absorb, of which the radius and the fraction are free."""
     data, sample = _filed("white_ink_mie")
-    known = {"ink.radius_nm": 120.0, "ink.volume_fraction": 0.3, "ink.particle_index": 2.5}
-    known |= {"ink.particle_absorption_index": 0.0}
+    values = {f"ink.{key}": value for key, value in (known | {"particle_absorption_index": 0.0}).items()}
     free = ("ink.radius_nm", "ink.volume_fraction")
     parameters = [
-        dataclasses.replace(p, value=known.get(n, p.value), free=n in free)
+        dataclasses.replace(p, value=values.get(n, p.value), free=n in free)
         for n, p in sample.parameters.items()
     ]
     sample = dataclasses.replace(sample, parameters=ParameterTable(parameters))
     return _drawn(np.stack([*data.directions], axis=1), sample)
 
 
-MADE: dict[str, Callable] = {"thin_ink": _thin_ink, "dense_ink": _dense_ink, "opaque_ink": _opaque_ink}
+MADE: dict[str, Callable] = {
+    "thin_ink": _thin_ink,
+    "dense_ink": _dense_ink,
+    "dilute_ink": _dilute_ink,
+    "opaque_ink": _opaque_ink,
+}
 # Accuracy of the discretisation, where it is not the default: so coarse that its errors are seen.
 ACCURACY = {"coarse_plain_hg": 0.02}
 

@@ -13,6 +13,7 @@ from jaxink.effects.case import Case
 from jaxink.effects.catalogue import CATALOGUE, CATALOGUE_VERSION, Listed, effects_for
 from jaxink.effects.declared import declare, declared_effects, settled, with_values
 from jaxink.effects.kinds import (
+    AddedLight,
     AreaWithOtherSample,
     AreaWithOtherValues,
     DividingEffect,
@@ -29,6 +30,7 @@ from jaxink.effects.validity import invalidity
 __all__ = [
     "CATALOGUE",
     "CATALOGUE_VERSION",
+    "AddedLight",
     "AreaWithOtherSample",
     "AreaWithOtherValues",
     "AugmentedModel",

@@ -15,6 +15,7 @@ from jaxink.display.brief import brief_repr
 from jaxink.effects.declared import declared_effects, in_order, is_of_catalogue
 from jaxink.effects.emission import Emission, emission_of
 from jaxink.effects.kinds import (
+    AddedLight,
     AreaWithOtherSample,
     AreaWithOtherValues,
     DividingEffect,
@@ -183,10 +184,13 @@ class AugmentedModel(eqx.Module):
 
     def _mixed(self, values):
         """BSDF in all directions and regular power, averaged over the areas of the sample."""
+        added = [effect for effect in self.effects if isinstance(effect, AddedLight)]
         with_regular = Surroundings.PLANES in self.surroundings or self.hemisphere is not None
 
         def of(model, given, emissions):
-            everywhere = sum((emission.bsdf(given) for emission in emissions), start=model.bsdf(given))
+            light = [emission.bsdf(given) for emission in emissions]
+            light += [given[effect.strength.name] * effect.added(model, given) for effect in added]
+            everywhere = sum(light, start=model.bsdf(given))
             return everywhere, model.regular(given) if with_regular else jnp.zeros_like(everywhere)
 
         mixing = (effect for effect in self.effects if isinstance(effect, AreaWithOtherValues))

@@ -14,7 +14,7 @@ from jaxink.effects.surfaces import SURFACES
 from jaxink.effects.volume import VOLUME
 from jaxink.effects.waves import WAVES
 
-CATALOGUE_VERSION = 2
+CATALOGUE_VERSION = 3
 # Effects act in this order; the report lists them in it.
 CATALOGUE: tuple[type[Effect], ...] = (
     *INSTRUMENT,

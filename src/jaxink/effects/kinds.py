@@ -17,6 +17,7 @@ from jaxink.effects.case import Case
 from jaxink.effects.plane import PlaneSample
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.errors import InputRefusedError
+from jaxink.model.forward import ForwardModel
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.config import SolverConfig
 
@@ -309,6 +310,30 @@ class EmittingEffect(Effect):
     @abc.abstractmethod
     def couplings(self, values: Mapping[str, Any]) -> Couplings:
         """Couplings of the wavelengths, from the values of all parameters."""
+
+
+class AddedLight(Effect):
+    """Light that the solver leaves out is added to its BSDF; the strength is the share that is added."""
+
+    scales: ClassVar[bool] = True
+
+    @property
+    @final
+    def program(self) -> str:
+        """Its own program."""
+        return str(self)
+
+    @abc.abstractmethod
+    def added(self, model: ForwardModel, values: Mapping[str, Any]) -> Float[Array, " points"]:
+        """The light at a share of 1, in 1/sr.
+
+        Parameters
+        ----------
+        model
+            Forward model of the sample.
+        values
+            Of all parameters, by name.
+        """
 
 
 class UnevenSurface(Effect):

@@ -7,9 +7,10 @@ import numpy as np
 
 from jaxink.effects.case import Case
 from jaxink.effects.fluorescence import Fluorescence
-from jaxink.effects.kinds import Effect, ReadingEffect, SampleEffect
+from jaxink.effects.kinds import AddedLight, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import ink_of, with_parameters
 from jaxink.errors import InputRefusedError
+from jaxink.model.polarised import why_not_polarised
 from jaxink.sample import Dispersion, Parameter, Sample
 from jaxink.sample.effect_schema import terms_of
 
@@ -43,15 +44,31 @@ class CoherentBackscatter(ReadingEffect):
         return predicted * (1 + values[self.terms[0].name] * line)
 
 
-class Polarisation(Effect):
-    """Light is polarised, but the solver is scalar; this effect has no kind, because nothing computes it."""
+@dataclasses.dataclass(frozen=True)
+class Polarisation(AddedLight):
+    """Scattering and interfaces polarise light, which the solver neglects.
 
-    name, group, sign = "polarisation", "wave optics", 0
-    statement = "polarisation matters"
+    A strength of 1 is the theory of light scattered twice at most. As higher orders go on in the same sense,
+    a thick layer has a larger one.
+    """
+
+    name, group, usual = "polarisation", "wave optics", 1.0
+    statement = "the scatterers and the interfaces polarise light"
+    terms = terms_of("polarisation")
+    settings = ({"polarisation.share": 1.0},)
 
     @classmethod
     def forms(cls, case: Case):
-        return "the solver is scalar; a vector solver would be needed"
+        return why_not_polarised(case.sample) or (cls(),)
+
+    @classmethod
+    def of_sample(cls, sample):
+        if reason := why_not_polarised(sample):
+            raise InputRefusedError(f"[effects.polarisation] does not suit this sample: {reason}.")
+        return cls()
+
+    def added(self, model, values):
+        return model.polarised_excess(values)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,8 +13,9 @@ from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.model.media import Media, index_behind
 from jaxink.model.mie_sizes import MieSizes, mie_sizes
-from jaxink.model.volume import LayerCoefficients, layer_optics
+from jaxink.model.volume import LayerCoefficients, layer_optics, scattering_matrix
 from jaxink.numerics.batches import at_each
+from jaxink.optics.scattering_matrix import ScatteringMatrix
 from jaxink.sample import Roughness, Sample
 from jaxink.solver.lateral import LateralField
 from jaxink.solver.stack import Stack
@@ -93,6 +94,14 @@ class StackBuilder(eqx.Module):
             None if sample.backing is None else values["backing.reflectance"],
             lateral,
         )
+
+    def scattering_matrices(self, values: Mapping, wavelength_nm) -> dict[int, ScatteringMatrix]:
+        """Scattering matrix of each scattering layer by its position, from the arguments of `stack`."""
+        return {
+            k: scattering_matrix(layer, values, wavelength_nm, self.mie_sizes)
+            for k, layer in enumerate(self.sample.layers)
+            if layer.scatters
+        }
 
     def coefficients(self, values: Mapping) -> dict[str, LayerCoefficients]:
         """Scattering and absorption of each scattering layer by name, from the result of `values`."""

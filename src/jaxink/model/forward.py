@@ -17,6 +17,7 @@ from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
 from jaxink.model.media import media_of
 from jaxink.model.points import Points, points_of
+from jaxink.model.polarised import excess_at
 from jaxink.model.resolution import model_sizes
 from jaxink.model.tables import Table, rough_tables, tabulated_interface
 from jaxink.model.volume import LayerCoefficients
@@ -172,6 +173,27 @@ class ForwardModel(eqx.Module):
 
         def at_wavelength(wavelength_nm, values):
             return self._regular_peak(self.builder.stack(values, wavelength_nm))
+
+        return self._at_points(at_wavelength, free_values)
+
+    def polarised_excess(self, free_values: Mapping | None = None) -> Float[Array, " points"]:
+        """BSDF of polarised light minus that of the scalar theory at the points, to second order.
+
+        Parameters
+        ----------
+        free_values
+            See `bsdf`.
+
+        Returns
+        -------
+        Float[Array, " points"]
+            In 1/sr, averaged over the cones of the instrument; see `jaxink.solver.two_orders`.
+        """
+        require_float64()
+        rays = self.points.rays
+
+        def at_wavelength(wavelength_nm, values):
+            return rays.average(excess_at(self.builder, values, wavelength_nm, rays.directions))
 
         return self._at_points(at_wavelength, free_values)
 

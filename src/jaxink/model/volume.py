@@ -13,8 +13,9 @@ from jaxink.errors import InputRefusedError
 from jaxink.model.mie_sizes import MieSizes
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
+from jaxink.optics.scattering_matrix import ScatteringMatrix
 from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.mixture import Population, mixture_coefficients
+from jaxink.particles.mixture import Population, mixture_coefficients, mixture_matrix
 from jaxink.particles.phase_function import (
     HenyeyGreenstein,
     PhaseFunction,
@@ -128,6 +129,23 @@ def volume_scattering(
     return VolumeScattering(_phase_function(layer, get), scattering, absorption)
 
 
+def scattering_matrix(
+    layer: Layer, values: Mapping[str, Float[ArrayLike, ""]], wavelength_nm, sizes: MieSizes = _SMALL
+) -> ScatteringMatrix:
+    """Scattering matrix of a layer of Rayleigh or Mie particles.
+
+    The arguments are those of `volume_scattering`.
+    """
+    if layer.phase_function == "rayleigh":
+        return Rayleigh().matrix()
+    binder_index = values[f"{layer.name}.refractive_index"]
+    populations = _populations(layer, values, sizes)
+    matrix = mixture_matrix(populations, binder_index, wavelength_nm, sizes.max_size_parameter)
+    if f"{layer.name}.structure_factor_weight" not in values:
+        return matrix
+    return matrix.with_phase_function(volume_scattering(layer, values, wavelength_nm, sizes).phase_function)
+
+
 def check_phase_table(layer: Layer) -> None:
     """Reject an invalid table of a phase function; compiled predictions cannot check its numbers.
 
@@ -176,14 +194,7 @@ def _mie(layer: Layer, values, wavelength_nm, sizes: MieSizes) -> VolumeScatteri
             max_size_parameter=sizes.max_size_parameter,
         )
     else:
-        populations = tuple(
-            Population(
-                _size_distribution(kind, table, values, dict(sizes.n_sizes)),
-                _particle_index(kind, values),
-                values[f"{kind}.volume_fraction"],
-            )
-            for kind, table in layer.particles.items()
-        )
+        populations = _populations(layer, values, sizes)
         found = mixture_coefficients(
             populations, binder_index, wavelength_nm, weight, sizes.max_size_parameter
         )
@@ -192,6 +203,17 @@ def _mie(layer: Layer, values, wavelength_nm, sizes: MieSizes) -> VolumeScatteri
     if binder is not None:
         absorption += (1 - sum(values[f"{kind}.volume_fraction"] for kind in layer.particles)) * binder
     return VolumeScattering(phase_function, scattering, absorption)
+
+
+def _populations(layer: Layer, values, sizes: MieSizes) -> tuple[Population, ...]:
+    return tuple(
+        Population(
+            _size_distribution(kind, table, values, dict(sizes.n_sizes)),
+            _particle_index(kind, values),
+            values[f"{kind}.volume_fraction"],
+        )
+        for kind, table in layer.particles.items()
+    )
 
 
 def _particle_index(kind: str, values):

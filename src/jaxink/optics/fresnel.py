@@ -22,6 +22,26 @@ def refracted_cosine(
 
 
 @jax.jit
+def polarised_reflectance(
+    index_1: Float[Array, "*#shape"],
+    index_2: Float[Array, "*#shape"],
+    cosine_1: Float[Array, "*shape"],
+    cosine_2: Float[Array, "*shape"],
+) -> tuple[Float[Array, "*shape"], Float[Array, "*shape"]]:
+    """Power reflectance of a smooth interface for light polarised parallel and perpendicular to the plane.
+
+    Arguments and source are those of `fresnel_reflectance`.
+    """
+    s_1, s_2 = index_1 * cosine_1, index_2 * cosine_2
+    p_1, p_2 = index_2 * cosine_1, index_1 * cosine_2
+    # Both cosines vanish only for a channel that is grazing in equal media; it is transmitted.
+    both = (cosine_1 <= 0) & (cosine_2 <= 0)
+    r_s = (s_1 - s_2) / jnp.where(both, 1.0, s_1 + s_2)
+    r_p = (p_1 - p_2) / jnp.where(both, 1.0, p_1 + p_2)
+    return r_p**2, r_s**2
+
+
+@jax.jit
 def fresnel_reflectance(
     index_1: Float[Array, "*#shape"],
     index_2: Float[Array, "*#shape"],
@@ -41,10 +61,5 @@ def fresnel_reflectance(
     ----------
     Born, Wolf 1999 Principles of Optics, section 1.5.2.
     """
-    s_1, s_2 = index_1 * cosine_1, index_2 * cosine_2
-    p_1, p_2 = index_2 * cosine_1, index_1 * cosine_2
-    # Both cosines vanish only for a channel that is grazing in equal media; it is transmitted.
-    both = (cosine_1 <= 0) & (cosine_2 <= 0)
-    r_s = (s_1 - s_2) / jnp.where(both, 1.0, s_1 + s_2)
-    r_p = (p_1 - p_2) / jnp.where(both, 1.0, p_1 + p_2)
-    return (r_s**2 + r_p**2) / 2
+    parallel, perpendicular = polarised_reflectance(index_1, index_2, cosine_1, cosine_2)
+    return (parallel + perpendicular) / 2

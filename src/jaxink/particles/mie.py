@@ -94,16 +94,34 @@ class MieSphere(PhaseFunction):
         plus, minus
             pi_n + tau_n and pi_n - tau_n at the directions, for instance from `angular_quadrature`.
         """
+        plus, minus = self._amplitudes(plus, minus)
+        return jnp.sum(plus**2, axis=0) + jnp.sum(minus**2, axis=0)
+
+    def matrix_elements(
+        self, plus: Float[ArrayLike, "orders *points"], minus: Float[ArrayLike, "orders *points"]
+    ) -> Float[Array, "3 *points"]:
+        """Elements F11, F12 and F33 of the scattering matrix, with the factor and arguments of `intensity`.
+
+        References
+        ----------
+        Bohren, Huffman 1983, eq. 4.77.
+        """
+        plus, minus = self._amplitudes(plus, minus)
+        of_sum, of_difference = jnp.sum(plus**2, axis=0), jnp.sum(minus**2, axis=0)
+        return jnp.stack([of_sum + of_difference, -2 * jnp.sum(plus * minus, axis=0), of_sum - of_difference])
+
+    def _amplitudes(self, plus, minus):
+        """Real and imaginary parts of S_1 + S_2 and of S_1 - S_2, BH eq. 4.74."""
         a, b = self.electric_coefficients, self.magnetic_coefficients
         n = np.arange(1, a.shape[0] + 1)
         factor = (2 * n + 1) / (n * (n + 1))
-        total = 0.0
-        for coefficients, functions in ((a + b, plus), (a - b, minus)):
+
+        def series(coefficients, functions):
             weighted = factor * coefficients
             # Two real products, because the angular functions are real.
-            parts = jnp.stack([jnp.real(weighted), jnp.imag(weighted)])
-            total += jnp.sum(jnp.tensordot(parts, functions, 1) ** 2, axis=0)
-        return total
+            return jnp.tensordot(jnp.stack([jnp.real(weighted), jnp.imag(weighted)]), functions, 1)
+
+        return series(a + b, plus), series(a - b, minus)
 
     def _from_angular_functions(self, plus, minus):
         norm = self._scattering_sum

@@ -11,6 +11,7 @@ from jaxtyping import Array, Complex, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known, require
+from jaxink.optics.scattering_matrix import ScatteringMatrix
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MAX_RELATIVE_INDEX, mie_sphere
 from jaxink.particles.mie_series import angular_quadrature, mie_orders
 from jaxink.particles.phase_function import LegendreSeries
@@ -110,29 +111,37 @@ def mixture_coefficients(
     return _mixture(populations, binder_index, wavelength_nm, structure_factor_weight, max_size_parameter)
 
 
+@partial(jax.jit, static_argnums=3)
+def mixture_matrix(
+    populations: tuple[Population, ...],
+    binder_index,
+    wavelength_nm,
+    max_size_parameter: float = DEFAULT_MAX_SIZE_PARAMETER,
+) -> ScatteringMatrix:
+    """Scattering matrix of populations of spheres in one binder, which scatter independently.
+
+    The arguments are those of `mixture_coefficients`.
+    """
+    spheres, per_mm, _ = _spheres(populations, binder_index, wavelength_nm, max_size_parameter)
+    _, weights, plus, minus, polynomials = _quadrature(max_size_parameter)
+    elements = jax.vmap(lambda sphere: sphere.matrix_elements(plus, minus))(spheres)
+    elements = jnp.tensordot(per_mm / spheres.size_parameter**2, elements, 1)
+    scattering = elements[0] @ weights / 2
+    # As the phase function of `mixture_coefficients`: isotropic if nothing scatters.
+    isotropic = jnp.array([1.0, 0.0, 0.0])[:, None]
+    elements = jnp.where(scattering == 0, isotropic, elements / jnp.where(scattering == 0, 1.0, scattering))
+    return ScatteringMatrix((elements * weights / 2) @ polynomials)
+
+
 @partial(jax.jit, static_argnums=4)
 def _mixture(populations, binder_index, wavelength_nm, weight, max_size_parameter):
     wavenumber = 2 * jnp.pi * binder_index / wavelength_nm
-    fractions = jnp.stack([p.volume_fraction for p in populations])
-    total = jnp.sum(fractions)
-    # Without particles the coefficients still have a derivative, which needs a phase function.
-    parts = jnp.where(total > 0, fractions / jnp.where(total > 0, total, 1.0), 1 / len(populations))
-    radius = jnp.concatenate([p.sizes.radius_nm for p in populations])
-    share = jnp.concatenate([part * p.sizes.volume_share for part, p in zip(parts, populations, strict=True)])
-    index = jnp.concatenate(
-        [jnp.full(p.sizes.radius_nm.shape, p.particle_index / binder_index) for p in populations]
-    )
-    is_tail = jnp.concatenate([p.sizes.is_tail for p in populations])
-    x = wavenumber * radius
-    largest = max_size_parameter * jnp.minimum(1.0, MAX_RELATIVE_INDEX / jnp.real(index))
-    x = jnp.where(is_tail, jnp.minimum(x, largest), x)
-    spheres = jax.vmap(lambda x, m: mie_sphere(x, m, max_size_parameter))(x, index)
-    per_mm = 0.75 * share / (radius * 1e-6)
+    spheres, per_mm, total = _spheres(populations, binder_index, wavelength_nm, max_size_parameter)
     absorption = jnp.sum(per_mm * spheres.absorption_efficiency)
 
     nodes, weights, plus, minus, polynomials = _quadrature(max_size_parameter)
     intensity = jax.vmap(lambda sphere: sphere.intensity(plus, minus))(spheres)
-    intensity = (per_mm / x**2)[:, None] * intensity
+    intensity = (per_mm / spheres.size_parameter**2)[:, None] * intensity
     sizes = [p.sizes.radius_nm.shape[0] for p in populations]
     of_population = np.repeat(np.arange(len(sizes)), sizes)
     angular = jax.ops.segment_sum(intensity, of_population, len(sizes))
@@ -151,6 +160,25 @@ def _mixture(populations, binder_index, wavelength_nm, weight, max_size_paramete
         phase_function, left = interfering(moments, squared_phase, total, weight, n_nodes)
         scattering = scattering * left
     return MixtureCoefficients(phase_function, total * scattering, total * absorption)
+
+
+def _spheres(populations, binder_index, wavelength_nm, max_size_parameter):
+    """All spheres, their projected area per volume of particles in 1/mm, and the fraction of particles."""
+    fractions = jnp.stack([p.volume_fraction for p in populations])
+    total = jnp.sum(fractions)
+    # Without particles the coefficients still have a derivative, which needs a phase function.
+    parts = jnp.where(total > 0, fractions / jnp.where(total > 0, total, 1.0), 1 / len(populations))
+    radius = jnp.concatenate([p.sizes.radius_nm for p in populations])
+    share = jnp.concatenate([part * p.sizes.volume_share for part, p in zip(parts, populations, strict=True)])
+    index = jnp.concatenate(
+        [jnp.full(p.sizes.radius_nm.shape, p.particle_index / binder_index) for p in populations]
+    )
+    is_tail = jnp.concatenate([p.sizes.is_tail for p in populations])
+    x = 2 * jnp.pi * binder_index / wavelength_nm * radius
+    largest = max_size_parameter * jnp.minimum(1.0, MAX_RELATIVE_INDEX / jnp.real(index))
+    x = jnp.where(is_tail, jnp.minimum(x, largest), x)
+    spheres = jax.vmap(lambda x, m: mie_sphere(x, m, max_size_parameter))(x, index)
+    return spheres, 0.75 * share / (radius * 1e-6), total
 
 
 @lru_cache(maxsize=8)

@@ -10,6 +10,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series, moments_of_function
 from jaxink.numerics.validity import is_known, require
 from jaxink.optics.phase_function import PhaseFunction
+from jaxink.optics.scattering_matrix import ScatteringMatrix
 
 
 def _as_float(value) -> Array:
@@ -98,6 +99,10 @@ class Rayleigh(PhaseFunction):
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
         """1, 0, 1/10, then zeros."""
         return jnp.zeros(max(n_moments, 3)).at[0].set(1.0).at[2].set(0.1)[:n_moments]
+
+    def matrix(self) -> ScatteringMatrix:
+        """F12 = -3/4 (1 - cos^2) and F33 = 3/2 cos; Bohren, Huffman 1983, eq. 5.5."""
+        return ScatteringMatrix(jnp.array([[1.0, 0.0, 0.1], [-0.5, 0.0, 0.1], [0.0, 0.5, 0.0]]))
 
 
 class LegendreSeries(PhaseFunction):

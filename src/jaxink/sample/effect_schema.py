@@ -175,6 +175,13 @@ EFFECTS: dict[str, EffectKeys] = {
             "half_width_deg": Quantity("deg", 0.05, 2.5, 0.5, "log", meaning="w of 1 / (1 + psi / w)^2"),
         }
     ),
+    "polarisation": EffectKeys(
+        {
+            "share": Quantity(
+                "", 0.0, 4.0, meaning="of what polarisation changes in light scattered once and twice"
+            )
+        }
+    ),
     "dispersion": EffectKeys(
         {"b_um2": Quantity("um^2", -0.02, 0.04, meaning="Cauchy's B of the binder's refractive index")},
         {

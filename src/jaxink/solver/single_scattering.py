@@ -33,12 +33,17 @@ def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
     out, into = jnp.where(inside, cosine_out, 1.0), jnp.where(inside, cosine_in, 1.0)
     a, b = 1 / out, 1 / into
     reflected = -jnp.expm1(-optical_thickness * (a + b)) / (out + into)
-    difference = jnp.abs(a - b) * optical_thickness
-    near = difference < 1e-6
-    ratio = jnp.where(near, 1 - difference / 2, -jnp.expm1(-difference) / jnp.where(near, 1.0, difference))
     slow = optical_thickness * jnp.minimum(a, b)
-    transmitted = a * b * optical_thickness * jnp.exp(-slow) * ratio
+    mean = mean_attenuation(jnp.abs(a - b) * optical_thickness)
+    transmitted = a * b * optical_thickness * jnp.exp(-slow) * mean
     return jnp.where(inside, reflected, 0.0), jnp.where(inside, transmitted, 0.0)
+
+
+def mean_attenuation(optical_depth):
+    """Mean of exp(-t) for t from 0 to an optical depth of 0 or more."""
+    near = optical_depth < 1e-6
+    ratio = -jnp.expm1(-optical_depth) / jnp.where(near, 1.0, optical_depth)
+    return jnp.where(near, 1 - optical_depth / 2, ratio)
 
 
 def scattered_between_channels(
