@@ -1,5 +1,6 @@
 """A rough interface alone, against an independent Monte Carlo of its facets (simulated)."""
 
+import dataclasses
 import json
 
 import equinox as eqx
@@ -14,11 +15,12 @@ from jaxink.optics.fresnel import fresnel_reflectance
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import RoughSizes, rough_interface
 from jaxink.surfaces.slopes import LAWS, AnalyticSlopes, SlopeMixture, gaussian_slopes, slope_density
-from jaxink.surfaces.table import mixture_table, rough_table
+from jaxink.surfaces.table import FINE, mixture_table, rough_table
 
 AIR, GLASS = jnp.asarray(1.0), jnp.asarray(1.5)
 GRID = ChannelGrid(jnp.array([1.0, 1.5]), jnp.array([False, True]), (16, 12))
 SIZES = RoughSizes(FacetRule(72, 20), FacetRule(36, 8), 16, coarse_nodes=12)
+SIZES_OF_TABLE = dataclasses.replace(FINE, n_outer=16)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +83,7 @@ def test_no_light_is_lost_along_any_channel(response, sigma_deg):
 
 
 def test_table_of_angles_is_the_interface_itself():
-    table = rough_table(GRID, (AIR, GLASS), (LAWS["beckmann"], (2.0, 12.0)), 4, 16)
+    table = rough_table(GRID, (AIR, GLASS), (LAWS["beckmann"], (2.0, 12.0)), 4, SIZES_OF_TABLE)
     known = RoughSizes(FacetRule(72, 20), FacetRule(72, 16), 16, coarse_nodes=12)
     smooth_light = jnp.sqrt(GRID.squared_cosine(1.5))
 
@@ -104,7 +106,7 @@ def test_table_of_angles_is_the_interface_itself():
 def test_table_of_two_densities_is_the_interface_itself():
     """The densities are tabulated apart; light that meets several facets follows from what both do."""
     ranges = (LAWS["beckmann"], (2.0, 12.0)), (LAWS["ggx"], (10.0, 30.0))
-    table = mixture_table(GRID, (AIR, GLASS), ranges, 4, 16)
+    table = mixture_table(GRID, (AIR, GLASS), ranges, 4, SIZES_OF_TABLE)
     # Both widths in one quadrature need more nodes.
     known = RoughSizes(FacetRule(72, 20), FacetRule(72, 8), 16, coarse_nodes=12)
     smooth_light = jnp.sqrt(GRID.squared_cosine(1.5))

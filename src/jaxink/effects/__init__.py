@@ -7,6 +7,7 @@ from jaxink.effects.augmented import (
     extend,
     forward_model,
     model_at,
+    tabulated,
     undivided,
 )
 from jaxink.effects.case import Case
@@ -56,6 +57,7 @@ __all__ = [
     "invalidity",
     "model_at",
     "settled",
+    "tabulated",
     "undivided",
     "with_values",
 ]

@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Collection, Mapping
+from typing import TypeVar
 
 import equinox as eqx
 import jax
@@ -35,6 +36,8 @@ from jaxink.model.volume import LayerCoefficients
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
+
+Model = TypeVar("Model")
 
 
 class AugmentedModel(eqx.Module):
@@ -264,6 +267,25 @@ def model_at(
     if not sample.effects:
         return ForwardModel(sample, *directions, config, accuracy, layer_method)
     return AugmentedModel(sample, (), Scene.of(*directions, row=row), config, accuracy, layer_method)
+
+
+def tabulated(model: Model) -> Model:
+    """A model for thousands of evaluations, see `ForwardModel.tabulated`; others than jaxink's as they are.
+
+    The same holds for a model with areas of other values, which may be outside the ranges of a fit.
+    """
+    if isinstance(model, ForwardModel):
+        return model.tabulated()
+    if not isinstance(model, AugmentedModel) or any(
+        isinstance(e, AreaWithOtherValues) for e in model.effects
+    ):
+        return model
+
+    def models(augmented):
+        return augmented.main, tuple(other for _, other in augmented.others)
+
+    tables = model.main.tabulated(), tuple(other.tabulated() for _, other in model.others)
+    return eqx.tree_at(models, model, tables)
 
 
 def _blend(first, second, share):

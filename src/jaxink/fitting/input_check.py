@@ -275,9 +275,9 @@ class _Check:
     def _search(
         self, objective: Objective, start: np.ndarray, held: dict[int, float], is_thorough: bool
     ) -> Search:
-        engine = GradientSearch(objective, _JACOBIANS)
         if not is_thorough:
-            return engine.run(start, held)
+            return GradientSearch(objective, _JACOBIANS).run(start, held)
+        engine = GradientSearch(objective.tabulated(), _JACOBIANS)
         starts, _ = scan(engine, start, objective.free.index(self.rugged[0]))
         searches = [engine.run(there, held) for there in starts]
         return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)

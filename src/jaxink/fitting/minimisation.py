@@ -84,6 +84,8 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     objective = make_objective(
         data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
     )
+    scans_first = options.scans_first and any(p.multimodal for p in sample.parameters.free)
+    objective = objective.tabulated() if scans_first else objective
     budget = Budget(options.limits(len(objective.measured)))
     searches, scans = _search(objective, sample, options, budget, progress)
     best = _lowest(searches, sample)
@@ -92,6 +94,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
         if config is None or budget.is_spent(best.loss):
             break
         objective = make_objective(data, sample, options.objective, config, noise)
+        objective = objective.tabulated() if scans_first else objective
         method, follow = options.make_method().near_solution, _named(progress, "refinement")
         best = search(method, CompiledObjective(objective), best.unit, budget, follow)
         searches.append(_lowest([best], sample))

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
-from jaxink.effects import model_at
+from jaxink.effects import model_at, tabulated
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
@@ -121,6 +121,10 @@ class Objective(eqx.Module):
     n_scans: int = eqx.field(static=True)
     kind: str = eqx.field(static=True)
     free: tuple[str, ...] = eqx.field(static=True)
+
+    def tabulated(self) -> "Objective":
+        """The objective for a scan, which evaluates it thousands of times; see `ForwardModel.tabulated`."""
+        return eqx.tree_at(lambda o: o.model, self, tabulated(self.model))
 
     @property
     def variables(self) -> tuple[str | None, ...]:

@@ -19,7 +19,7 @@ from jaxink.model.media import media_of
 from jaxink.model.points import Points, points_of
 from jaxink.model.polarised import excess_at
 from jaxink.model.resolution import model_sizes
-from jaxink.model.tables import Table, rough_tables, tabulated_interface
+from jaxink.model.tables import Table, index_tables, rough_tables, tabulated_interface
 from jaxink.model.volume import LayerCoefficients
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
@@ -101,6 +101,16 @@ class ForwardModel(eqx.Module):
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
         """Wavelength of each point."""
         return np.array(self.wavelengths_nm)[self.points.wavelength_of_point]
+
+    def tabulated(self) -> "ForwardModel":
+        """The model for thousands of evaluations: rough faces beside a free refractive index are tabulated.
+
+        The model itself if there are none, or if several indices are free.
+        """
+        tables = index_tables(self.builder, self.plan, self.config)
+        if not any(tables):
+            return self
+        return eqx.tree_at(lambda m: m.rough_tables, self, tables, is_leaf=lambda leaf: leaf is None)
 
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """Wavelength of each of some parameters that affect no other one.

@@ -1,61 +1,165 @@
-"""Rough interfaces of a sample, tabulated beforehand if no refractive index is free."""
+"""Rough interfaces of a sample, tabulated beforehand."""
 
+import dataclasses
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from jaxink.model.build import StackBuilder
 from jaxink.model.media import index_names
 from jaxink.numerics.batches import at_each
+from jaxink.numerics.own_derivatives import by_own_inputs
 from jaxink.numerics.precision import computing
-from jaxink.sample import Roughness
+from jaxink.sample import Parameter, Roughness
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
-from jaxink.surfaces.interface import RoughInterface
-from jaxink.surfaces.table import MixtureTable, RoughTable, mixture_table, rough_table
+from jaxink.surfaces.index_table import IndexTable, Piece, pieces_of
+from jaxink.surfaces.interface import RoughInterface, RoughSizes
+from jaxink.surfaces.table import FINE, QUICK, AngleTable, Density, MixtureTable, mixture_table, rough_table
 
-Table = RoughTable[RoughInterface] | MixtureTable
+Table = AngleTable | IndexTable
+
+# Tables over an index are not made if they would be larger than this.
+_LARGEST_MB = 256
 
 
 def rough_tables(builder: StackBuilder, plan: ChannelPlan, config: SolverConfig) -> tuple[Table | None, ...]:
-    """Table of each interface at every wavelength; None if it is smooth or cannot be tabulated."""
-    return tuple(_rough_table(builder, plan, config, k) for k in range(len(builder.faces)))
+    """Table of each interface at every wavelength; None if it is smooth, or a refractive index is free."""
+    if not all(_is_fixed(builder, name) for name in index_names(builder.sample)):
+        return (None,) * len(builder.faces)
+    wavelengths = jnp.asarray(builder.wavelengths_nm)
+
+    def table(interface):
+        densities = _densities(builder, interface)
+        if densities is None:
+            return None
+        face = _Face(builder, plan, config, interface, densities, FINE)
+        # Evaluated to numbers even if the model is made inside a function that is being compiled.
+        with computing(), jax.ensure_compile_time_eval():
+            return at_each(face.table, wavelengths, builder.values({}))
+
+    return tuple(map(table, range(len(builder.faces))))
+
+
+def index_tables(builder: StackBuilder, plan: ChannelPlan, config: SolverConfig) -> tuple[Table | None, ...]:
+    """Table of each interface over a refractive index, if a single one is free; else None.
+
+    It takes as long as about a hundred Jacobians without it.
+    """
+    free = _free_index(builder)
+    if free is None:
+        return (None,) * len(builder.faces)
+    return tuple(_index_table(builder, plan, config, k, free) for k in range(len(builder.faces)))
 
 
 def tabulated_interface(table: Table, face: Roughness, values: Mapping) -> RoughInterface:
     """A rough interface from its table, at the values of all parameters at one wavelength by name."""
-    angle, second, weight = (
-        f"{face.name}.{key}" for key in ("sigma_deg", "second_sigma_deg", "second_weight")
-    )
-    if isinstance(table, MixtureTable):
-        return table.at(values[angle], values[second], values[weight])
-    return table.at(values[angle])
+    is_mixture = isinstance(table.at_nodes if isinstance(table, IndexTable) else table, MixtureTable)
+    keys = ("sigma_deg", "second_sigma_deg", "second_weight") if is_mixture else ("sigma_deg",)
+    at_angles = [values[f"{face.name}.{key}"] for key in keys]
+    if not isinstance(table, IndexTable):
+        return table.at(*at_angles)
+    # Otherwise each variable of a fit would read all of the table.
+    index = values[table.index]
+    return by_own_inputs(lambda table, index, angles: table.at(index).at(*angles), table, index, at_angles)
 
 
-def _rough_table(builder, plan, config, interface) -> Table | None:
-    face, parameters = builder.faces[interface], builder.sample.parameters
-    if face is None or not builder.laws[interface]:
+class _Face(NamedTuple):
+    """A rough face with facets."""
+
+    builder: StackBuilder
+    plan: ChannelPlan
+    config: SolverConfig
+    interface: int
+    densities: tuple[Density, ...]
+    sizes: RoughSizes
+
+    def table(self, wavelength_nm, values) -> AngleTable:
+        """The table over the angles at one wavelength, for fixed indices."""
+        stack = self.builder.stack(values, wavelength_nm)
+        outer, inner = (stack.indices[side] for side in stack.sides(self.interface))
+        n_outer = self.plan.n_outer(stack, self.interface, self.config)
+        given = self.plan.grid(stack, self.config), (outer, inner)
+        sizes = dataclasses.replace(self.sizes, n_outer=n_outer)
+        match self.densities:
+            case (one, other):
+                return mixture_table(*given, (one, other), self.config.n_orders, sizes)
+        return rough_table(*given, self.densities[0], self.config.n_orders, sizes)
+
+
+def _is_fixed(builder: StackBuilder, index: str) -> bool:
+    parameters = builder.sample.parameters.values()
+    return all(p.is_fixed for p in parameters if p.name.startswith(index))
+
+
+def _densities(builder: StackBuilder, interface: int) -> tuple[Density, ...] | None:
+    """Law and range of the angle of each density of facets; None if there is none, or an angle is tied."""
+    face, laws = builder.faces[interface], builder.laws[interface]
+    if face is None or not laws:
         return None
-    if any(not p.is_fixed and p.name.startswith(index_names(builder.sample)) for p in parameters.values()):
-        return None
-    laws = builder.laws[interface]
-    keys = ("sigma_deg", "second_sigma_deg")[: len(laws)]
-    angles = [parameters.get(f"{face.name}.{key}") for key in keys]
-    if any(angle is None or angle.tie is not None for angle in angles):
-        return None
-    spans = [(a.minimum, a.maximum) if a.free else (a.value, a.value) for a in angles]
-    densities = tuple(zip(laws, spans, strict=True))
+    densities = []
+    for law, key in zip(laws, ("sigma_deg", "second_sigma_deg"), strict=False):
+        angle = builder.sample.parameters.get(f"{face.name}.{key}")
+        if angle is None or angle.tie is not None:
+            return None
+        densities.append((law, (angle.minimum, angle.maximum) if angle.free else (angle.value,) * 2))
+    return tuple(densities)
 
-    def at_wavelength(wavelength_nm, values):
-        stack = builder.stack(values, wavelength_nm)
-        outer, inner = (stack.indices[side] for side in stack.sides(interface))
-        n_outer = plan.n_outer(stack, interface, config)
-        given = plan.grid(stack, config), (outer, inner)
-        if len(densities) == 2:
-            return mixture_table(*given, densities, config.n_orders, n_outer)
-        return rough_table(*given, densities[0], config.n_orders, n_outer)
 
-    # Evaluated to numbers even if the model is made inside a function that is being compiled.
+def _free_index(builder: StackBuilder) -> Parameter | None:
+    """The only parameter that gives a refractive index and may change, if it is the index itself."""
+    sample = builder.sample
+    names = [name for name in index_names(sample) if not _is_fixed(builder, name)]
+    sources = {sample.parameters.source(name) for name in names}
+    if len(sources) != 1:
+        return None
+    parameter = sample.parameters.get(sources.pop())
+    at_wavelengths = any(p.name.startswith(f"{name}@") for name in names for p in sample.parameters.values())
+    is_index = parameter is not None and parameter.name in names and parameter.free
+    return parameter if is_index and not at_wavelengths else None
+
+
+def _index_table(builder, plan, config, interface, free) -> IndexTable | None:
+    densities = _densities(builder, interface)
+    if densities is None:
+        return None
     with computing(), jax.ensure_compile_time_eval():
-        return at_each(at_wavelength, jnp.asarray(builder.wavelengths_nm), builder.values({}))
+        every = builder.values({})
+        pieces = [
+            _pieces(builder, plan, free, {name: float(value[k]) for name, value in every.items()})
+            for k in range(len(builder.wavelengths_nm))
+        ]
+        if len({len(own) for own in pieces}) > 1:
+            return None
+        counts = tuple(max(piece.n_nodes for piece in same) for same in zip(*pieces, strict=True))
+        face = _Face(builder, plan, config, interface, densities, QUICK)
+        at_wavelengths = []
+        for k, own in enumerate(pieces):
+            nodes = np.concatenate([p.nodes(n) for p, n in zip(own, counts, strict=True)])
+            tables = []
+            for node in nodes:
+                values = {name: value[k] for name, value in builder.values({free.name: node}).items()}
+                tables.append(face.table(jnp.asarray(builder.wavelengths_nm[k]), values))
+                if _megabytes(tables[0]) * len(nodes) * len(pieces) > _LARGEST_MB:
+                    return None
+            at_wavelengths.append(jax.tree.map(lambda *nodes: jnp.stack(nodes), *tables))
+        low, high = (jnp.asarray([[piece[i] for piece in own] for own in pieces], float) for i in (0, 1))
+        tables = jax.tree.map(lambda *waves: jnp.stack(waves), *at_wavelengths)
+    return IndexTable(tables, low, high, counts, free.name)
+
+
+def _pieces(
+    builder: StackBuilder, plan: ChannelPlan, free: Parameter, values: Mapping[str, float]
+) -> tuple[Piece, ...]:
+    names = index_names(builder.sample)
+    scatters = [False, *(layer.scatters for layer in builder.sample.layers), False]
+    own = [medium for medium, name in enumerate(names) if not _is_fixed(builder, name)]
+    others = [(values[names[m]], scatters[m]) for m in plan.block_media if m not in own]
+    return pieces_of((free.minimum, free.maximum), any(scatters[m] for m in own), others)
+
+
+def _megabytes(table: AngleTable) -> float:
+    return sum(values.nbytes for values in jax.tree.leaves(table)) / 1e6

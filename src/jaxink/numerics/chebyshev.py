@@ -2,10 +2,31 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 # Terms of a recursion that are computed in one pass over the samples.
 _AT_ONCE = 8
+
+
+def chebyshev_nodes(n_nodes: int) -> Float[np.ndarray, " nodes"]:
+    """Zeros of T_n in (-1, 1), descending."""
+    return np.cos(_angles(n_nodes))
+
+
+def node_weights(x: Float[Array, ""], n_nodes: int) -> Float[Array, " nodes"]:
+    """Weights of the values at `chebyshev_nodes` in their interpolation to x; differentiable in [-1, 1]."""
+    # The derivative of an angle arccos(x) is infinite at the ends.
+    polynomials = [jnp.ones_like(x), x]
+    while len(polynomials) < n_nodes:
+        polynomials.append(2 * x * polynomials[-1] - polynomials[-2])
+    degrees = np.arange(n_nodes)
+    share = jnp.stack(polynomials[:n_nodes]) * np.where(degrees == 0, 1.0, 2.0) / n_nodes
+    return share @ jnp.asarray(np.cos(np.outer(degrees, _angles(n_nodes))))
+
+
+def _angles(n_nodes: int) -> np.ndarray:
+    return (np.arange(n_nodes) + 0.5) * np.pi / n_nodes
 
 
 def chebyshev(x: Float[Array, "*points"], n_terms: int) -> Float[Array, "terms *points"]:

@@ -26,7 +26,7 @@ from jaxink.numerics.quadrature import (
 from jaxink.optics.fresnel import propagating_cosine
 
 # Relative index excess up to which a block takes its nodes from the next medium, if that scatters.
-_CLOSE = 3e-4
+CLOSE = 3e-4
 
 
 class ChannelGrid(eqx.Module):
@@ -119,7 +119,7 @@ class ChannelGrid(eqx.Module):
 def _nodes_of(index, scatters, nodes_per_block, exposed):
     """Media and cosines of the blocks, and medium, cosine and weight of the channels."""
     denser = jnp.append(index[1:], index[-1])
-    close = (denser < index * (1 + _CLOSE)) & jnp.append(scatters[1:], False)
+    close = (denser < index * (1 + CLOSE)) & jnp.append(scatters[1:], False)
     if exposed:
         close = close.at[0].set(False)
     reference = jnp.where(close, denser, index)
