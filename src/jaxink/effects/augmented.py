@@ -162,6 +162,10 @@ class AugmentedModel(eqx.Module):
         """As of `ForwardModel`."""
         return self.main.coefficients(values)
 
+    def polarised_excess(self, values: Mapping | None = None) -> Float[Array, " points"]:
+        """As of `ForwardModel`, of the sample with the effects that change it, not those of its areas."""
+        return self.main.polarised_excess(values)[: len(self.scene)]
+
     def bsdf(self, values: Mapping | None = None) -> Float[Array, " points"]:
         """Predicted BSDF at the points of the scene, 1/sr.
 

@@ -15,6 +15,7 @@ from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
+from jaxink.fitting.polarisation import neglected_polarisation
 from jaxink.fitting.programs import without_values
 from jaxink.fitting.result import DerivedQuantity, FitResult, PathSummary, ProfileCurve, SearchSummary
 from jaxink.fitting.uncertainty import Covariance, Profile
@@ -66,6 +67,8 @@ def assemble(
     if noise.known:
         whitened = np.asarray(objective.in_noise(best.predicted, objective.measured - best.predicted))
     config = objective.model.config
+    polarisation = neglected_polarisation(sample, objective, best)
+    said = () if polarisation is None else (polarisation.sentence,)
     return FitResult(
         sample=dataclasses.replace(sample, parameters=table),
         data=data,
@@ -92,7 +95,8 @@ def assemble(
         solver=dataclasses.asdict(config) | {"layer_method": layer_method(config.layer_method)},
         versions={name: installed_version(name) for name in _PACKAGES},
         seed=options.seed,
-        notes=(*data.notes, *_notes(sample, objective, options, found), *_rivals(objective, found)),
+        notes=(*data.notes, *_notes(sample, objective, options, found), *_rivals(objective, found), *said),
+        neglected_polarisation=polarisation,
     )
 
 

@@ -25,6 +25,7 @@ from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
+from jaxink.numerics.digits import percent
 from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
 from jaxink.sample import Sample, sample_to_dict
 from jaxink.solver.config import SolverConfig
@@ -112,6 +113,29 @@ class ProfileCurve:
     rise: tuple[float, ...]
 
 
+@dataclasses.dataclass(frozen=True)
+class NeglectedPolarisation:
+    """What the polarisation of light scattered once and twice would change in the prediction, relative to it.
+
+    Parameters
+    ----------
+    rms, largest
+        Root mean square, and largest absolute value, over the used points.
+    """
+
+    rms: float
+    largest: float
+
+    @property
+    def sentence(self) -> str:
+        """For the user."""
+        return (
+            "The model neglects polarisation, which for light scattered once and twice would change the "
+            f"prediction by {percent(self.rms)} rms and {percent(self.largest)} at most; "
+            "[effects.polarisation] takes it into account."
+        )
+
+
 class NoiseOrigin(TypedDict):
     """Origin of the noise, relative factor of each scan, and whether the noise is known at all."""
 
@@ -160,6 +184,9 @@ class FitResult(SavedInFolder, Presented):
         Remarks for the user.
     mistakes
         Mistakes in the input that were considered; see `jaxink.fitting.check_input`.
+    neglected_polarisation
+        The error of the scalar theory; None if the model takes polarisation into account, or its phase
+        functions say nothing of it.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -186,6 +213,7 @@ class FitResult(SavedInFolder, Presented):
     seed: int
     notes: tuple[str, ...]
     mistakes: tuple[Mistake, ...] = ()
+    neglected_polarisation: NeglectedPolarisation | None = None
 
     @cached_property
     def result_id(self) -> str:
