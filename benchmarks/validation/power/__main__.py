@@ -1,15 +1,16 @@
 """False alarms and power of the diagnosis; writes its part of docs/diagnosis.md.
 
-python -m benchmarks.validation.power [--loops N] [--effect-loops] [--case NAME] [--only EFFECT,...]
+python -m benchmarks.validation.power [--null N] [--loops N] [--effect-loops] [--case NAME]
+                                    [--only EFFECT,...]
 
 At twice the detection limit every data set is drawn from the model: its prediction with an effect at that
 strength, nonlinear, plus the declared noise with its scan factors; the declared model is fitted to it anew,
 and the residual screened: by the screen made at the fit to the case, or where fits go far after an effect, by
 one made at each fit. At the other multiples the linear model of the screen serves, noise added to the
 direction of the effect, unless refits find that its limit is not linear: then all are drawn from the model.
-Results are kept effect by effect in results.json, so that a run that was stopped goes on; --loops runs the
-whole procedure on null data sets, --effect-loops on one with each effect. The first case tells of all effects
-it can; --case NAME adds those that another sample has.
+Results are kept effect by effect in results.json, so that a run that was stopped goes on; --null screens so
+many null data sets, --loops runs the whole procedure on some, --effect-loops on one with each effect. The
+first case tells of all effects it can; --case NAME adds those that another sample has.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from pathlib import Path
 from benchmarks.pages import write_section
 from benchmarks.validation.power.drawing import Case
 from benchmarks.validation.power.page import page
-from benchmarks.validation.power.study import effect_loops, false_alarms, null_loops, power
+from benchmarks.validation.power.study import N_NULL, effect_loops, false_alarms, null_loops, power
 from jaxink.numerics.precision import computing
 
 MARK = "false alarms and power, by benchmarks.validation.power"
@@ -30,6 +31,7 @@ def main() -> None:
     """Go on where the last run stopped, and write the section."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", default="plain_hg")
+    parser.add_argument("--null", type=int, default=N_NULL)
     parser.add_argument("--loops", type=int, default=0)
     parser.add_argument("--effect-loops", action="store_true")
     parser.add_argument("--only", default="")
@@ -45,8 +47,8 @@ def main() -> None:
 
     with computing():
         case = Case(arguments.case)
-        if "null" not in store:
-            store["null"] = {"called": false_alarms(case)}
+        if store.get("null", {"sets": 0})["sets"] < arguments.null:
+            store["null"] = false_alarms(case, arguments.null)
             save()
         for name, reason in case.stage.listed.not_testable.items():
             effects.setdefault(name, {"reason": reason})

@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
+from scipy.stats import beta, binom
+
 from benchmarks.pages import filled, machine, table
 from benchmarks.validation.power.cases import ACCURACY
-from benchmarks.validation.power.study import FACTORS, LOOPED, N_NULL, N_SETS, TOO_WEAK
+from benchmarks.validation.power.study import FACTORS, LEVEL, LOOPED, N_SETS, TOO_WEAK
 from jaxink.diagnosis import VerdictCode
 from jaxink.effects import CATALOGUE
 
 
 def upper_limit(count: int, total: int) -> float:
     """One-sided 95 % upper confidence limit of a share (Clopper, Pearson 1934)."""
-    from scipy.stats import beta
-
     return 1.0 if count == total else float(beta.ppf(0.95, count + 1, total - count))
 
 
@@ -49,18 +49,22 @@ def reasons_of(store: dict, seen: dict) -> dict[str, str]:
     return reasons
 
 
+def null_line(name: str, sets: int, called: int) -> str:
+    """False alarms of a case."""
+    low, high = (int(binom.ppf(share, sets, LEVEL)) for share in (0.025, 0.975))
+    return (
+        f"- Without an effect, `{name}`: {called} of {sets} data sets have a candidate detected at the "
+        f"{100 * LEVEL:.0f} % level ({low} to {high} expected)."
+    )
+
+
 def page(store: dict) -> str:
     """The section."""
     seen = measured_effects(store)
     reasons = reasons_of(store, seen)
     names = [effect.name for effect in CATALOGUE]
     missing = [name for name in names if name not in reasons and name not in seen]
-    nulls = [
-        f"- Without an effect, `{name}`: {case['null']['called']} of {N_NULL} data sets have a candidate "
-        "detected at the 5 % level (4 to 16 expected)."
-        for name, case in store["cases"].items()
-        if "null" in case
-    ]
+    nulls = [null_line(name, **case["null"]) for name, case in store["cases"].items() if "null" in case]
     loops = [(name, code) for name, case in store["cases"].items() for code in case.get("loops", [])]
     misfits = [code for _, code in loops if code[0] != VerdictCode.NO_MISFIT]
     which = "; ".join(f"{code[0]} {', '.join(code[1:])}".strip() for code in misfits)

@@ -6,6 +6,8 @@ from benchmarks.validation.power.drawing import Case
 from jaxink.diagnosis import DiagnosisOptions, ScreenResult, SearchPolicy, Testability, diagnose
 
 N_SETS, N_NULL, FACTORS, SEED = 50, 200, (0.5, 1.0, 2.0, 4.0), 4711
+# Level of significance at which false alarms are counted.
+LEVEL = 0.05
 # The multiple at which data sets are drawn from the model itself; at others the screen's linear one serves.
 REFITTED = 2.0
 # The multiple at which the whole procedure runs on one data set.
@@ -24,11 +26,11 @@ def is_first(screened: ScreenResult, name: str) -> bool:
     return name in called and called[name] > max(called.values()) - SearchPolicy().class_delta_chi_square
 
 
-def false_alarms(case: Case) -> int:
-    """Number of data sets without an effect that have a candidate called."""
-    residuals = case.residuals(case.stage.solution.predicted_per_sr, N_NULL, np.random.default_rng(SEED))
+def false_alarms(case: Case, count: int) -> dict[str, int]:
+    """Number of data sets without an effect, and of those among them that have a candidate called."""
+    residuals = case.residuals(case.stage.solution.predicted_per_sr, count, np.random.default_rng(SEED))
     adjusted = case.prepared.p_values(residuals).adjusted
-    return int(np.sum(np.nanmin(adjusted, axis=1) <= 0.05))
+    return {"sets": count, "called": int(np.sum(np.nanmin(adjusted, axis=1) <= LEVEL))}
 
 
 def power(case: Case, position: int, name: str) -> dict:
