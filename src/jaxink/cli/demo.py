@@ -121,10 +121,13 @@ def _show_correction(to: Console, found: "Diagnosis", change: "TableComparison |
     if isinstance(change, str):
         to.print(change, soft_wrap=True)
     else:
+        from jaxink.ink.comparison import LARGEST_THETA_DEG
+
         of = change.of("R_II")
         to.print(
             f"The correction changes the BSDF inside the plate (R_II) by {of.rms_percent:.2g} % rms, by "
-            f"{of.largest_percent:+.3g} % at most.",
+            f"{of.largest_percent:+.3g} % at most, over directions up to {LARGEST_THETA_DEG:g} degrees "
+            "from the normal.",
             soft_wrap=True,
         )
     to.print()
