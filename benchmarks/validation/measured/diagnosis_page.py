@@ -123,7 +123,7 @@ def common_parts(name: str, report: dict) -> dict[str, str]:
 
 
 def interface_words(report: dict) -> str:
-    """What the found interface and the last effect mean."""
+    """What is known of the interface and of the last effect."""
     share = next(
         (s["terms"]["weak_interface.share"] for s in report["steps"] if s["effect"] == "weak_interface"), None
     )
@@ -134,8 +134,8 @@ def interface_words(report: dict) -> str:
     last = report["steps"][-1]
     if len(last["class"]) > 1:
         words += (
-            f" The last effect lowers chi-square by {last['actual_delta_chi_square']:.3g} only and is one of "
-            f"{len(last['class'])} that the data do not tell apart; it explains nothing."
+            f" The last effect lowers chi-square by {last['actual_delta_chi_square']:.4g} and is one of "
+            f"{len(last['class'])} that the data do not tell apart."
         )
     return words
 

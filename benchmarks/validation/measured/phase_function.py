@@ -31,7 +31,7 @@ from jaxink.solver.stack import Stack
 
 ANGLES_DEG = np.array([0.0, 20.0, 40.0, 60.0, 80.0, 105.0, 130.0, 155.0, 180.0])
 N_VALUES = ANGLES_DEG.size
-# Where the loop's two lobes are, so that the search begins at its answer.
+# Two lobes as a diagnosis without a surface layer in its catalogue found them, where the search begins.
 WEIGHT, ASYMMETRY, SECOND_ASYMMETRY, ALBEDO_LACK, INDEX = 0.09, 0.45, -0.21, 3e-5, 1.02
 CONFIG = SolverConfig(24, 16, 24, 16)
 
@@ -113,7 +113,7 @@ def main() -> None:
         # Values count over their mean: one of them is held.
         shape = (number < N_VALUES) & (number != N_VALUES // 2)
         cases = {
-            "the two lobes found, held": body,
+            "two lobes, held": body,
             "a phase function of any shape": body | shape,
             "of any shape, and an uneven surface": body | shape | relief,
         }
