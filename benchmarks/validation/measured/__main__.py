@@ -9,12 +9,9 @@ import jaxink
 from benchmarks.pages import data_folder, filled, machine, rms, section_after, table, write_page
 from benchmarks.validation.measured.diagnosis import SAMPLES
 from benchmarks.validation.measured.diagnosis_page import FOLDER, MARK
+from benchmarks.validation.measured.paint_models import VALID_AT_DEG, theory
 from jaxink.fitting import FitResult, predict_left_out, prepare_data
 from jaxink.measurement import symmetry_repeatability
-from jaxink.numerics.precision import computing
-from jaxink.surfaces.spectrum import KCorrelation
-from jaxink.surfaces.wave_power import validity
-from jaxink.surfaces.wave_surface import WaveSurface
 
 
 def fitted(data_file, sample_file: str, objective: str) -> FitResult:
@@ -147,14 +144,10 @@ def paint_section() -> str:
 
 def validity_sentence(result: FitResult) -> str:
     """What the theory of waves says of its own validity at the solution."""
-    get = {p.name.removeprefix("paint."): p.value for p in result.parameters.values()}
-    face = {key: get[f"front_roughness.{key}"] for key in ("height_rms_um", "length_b_um", "exponent")}
-    spectrum = KCorrelation(face["height_rms_um"] ** 2, face["length_b_um"], face["exponent"])
-    with computing():
-        surface = WaveSurface(spectrum, 1.0, get["refractive_index"], result.scans[0].wavelength_nm)
-        numbers = validity(surface, float(np.cos(np.deg2rad(50.0))))
+    numbers = theory(result)
+    assert numbers is not None
     return (
-        f"At {result.scans[0].wavelength_nm:g} nm and 50 degrees the phase by the heights is "
+        f"At {result.scans[0].wavelength_nm:g} nm and {VALID_AT_DEG:g} degrees the phase by the heights is "
         f"{numbers['a_sigma_reflection']:.1f} rad in reflection, the slope of the frequencies that scatter "
         f"{numbers['slope']:.2f} (the theory wants less than 0.3), and the theory by itself would send out "
         f"{100 * abs(numbers['power_error']):.0f} % {'more' if numbers['power_error'] > 0 else 'less'} than "

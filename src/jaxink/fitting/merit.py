@@ -71,7 +71,8 @@ class ScanMerit:
     mean_relative: float | None
 
 
-def _rms(values) -> float:
+def rms(values) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
@@ -105,15 +106,15 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         degrees_of_freedom=freedom,
         reduced_chi_square=square / freedom if square is not None and freedom and freedom > 0 else None,
         probability=float(chdtrc(freedom, square)) if freedom and freedom > 0 else None,
-        rmsd_absolute_pi=np.pi * _rms(measured - predicted),
-        rmsd_absolute_pi_percent=100 * _rms(measured - predicted) / float(np.max(measured)),
-        rmsd_absolute_intensity=_rms(cosine * (measured - predicted)),
+        rmsd_absolute_pi=np.pi * rms(measured - predicted),
+        rmsd_absolute_pi_percent=100 * rms(measured - predicted) / float(np.max(measured)),
+        rmsd_absolute_intensity=rms(cosine * (measured - predicted)),
         rmsd_absolute_intensity_percent=100
-        * _rms(cosine * (measured - predicted))
+        * rms(cosine * (measured - predicted))
         / float(np.max(cosine * measured)),
-        rmsd_relative=_rms(relative) if positive else None,
-        rmsd_logarithmic=_rms(_symmetric(log_m, log_s)) if positive else None,
-        relative_rms=_rms(predicted / measured - 1) if positive else None,
+        rmsd_relative=rms(relative) if positive else None,
+        rmsd_logarithmic=rms(_symmetric(log_m, log_s)) if positive else None,
+        relative_rms=rms(predicted / measured - 1) if positive else None,
     )
 
 
@@ -143,7 +144,7 @@ def merit_by_scan(
                 scan.side,
                 int(here.sum()),
                 None if whitened is None else float(np.sum(whitened[here] ** 2)),
-                None if ratio is None else _rms(ratio),
+                None if ratio is None else rms(ratio),
                 None if ratio is None else float(np.mean(ratio)),
             )
         )

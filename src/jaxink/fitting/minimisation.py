@@ -81,11 +81,14 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
         used = data.used
         scene = Scene.of(*data.used_directions, row=data.reading_order[used])
         sample = settled(sample, scene, data.bsdf_per_sr[used])
-    objective = make_objective(
-        data, sample, options.objective, options.config, noise, options.accuracy, options.layer_method
-    )
     scans_first = options.scans_first and any(p.multimodal for p in sample.parameters.free)
-    objective = objective.tabulated() if scans_first else objective
+
+    def objective_at(config: SolverConfig | None) -> Objective:
+        how = options.accuracy, options.layer_method
+        made = make_objective(data, sample, options.objective, config, noise, *how)
+        return made.tabulated() if scans_first else made
+
+    objective = objective_at(options.config)
     budget = Budget(options.limits(len(objective.measured)))
     searches, scans = _search(objective, sample, options, budget, progress)
     best = _lowest(searches, sample)
@@ -93,8 +96,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
         config = _larger_sizes(objective, best, options)
         if config is None or budget.is_spent(best.loss):
             break
-        objective = make_objective(data, sample, options.objective, config, noise)
-        objective = objective.tabulated() if scans_first else objective
+        objective = objective_at(config)
         method, follow = options.make_method().near_solution, _named(progress, "refinement")
         best = search(method, CompiledObjective(objective), best.unit, budget, follow)
         searches.append(_lowest([best], sample))

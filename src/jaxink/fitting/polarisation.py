@@ -7,9 +7,10 @@ import numpy as np
 
 from jaxink.effects import AugmentedModel
 from jaxink.effects.waves import Polarisation
+from jaxink.fitting.merit import rms
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Search
-from jaxink.fitting.programs import without_values
+from jaxink.fitting.programs import split
 from jaxink.fitting.result import NeglectedPolarisation
 from jaxink.model.forward import ForwardModel
 from jaxink.model.polarised import why_not_polarised
@@ -28,11 +29,10 @@ def neglected_polarisation(
         return None
     if why_not_polarised(sample) or Polarisation.name in (effect.name for effect in sample.effects):
         return None
-    arrays, static = eqx.partition(without_values(objective), eqx.is_array)
-    leaves, treedef = jax.tree.flatten(static)
-    excess = _program(treedef, tuple(leaves))(arrays, jnp.asarray(best.unit))
+    arrays, *static = split(objective)
+    excess = _program(*static)(arrays, jnp.asarray(best.unit))
     relative = np.asarray(excess) / best.predicted
-    return NeglectedPolarisation(float(np.sqrt(np.mean(relative**2))), float(np.max(np.abs(relative))))
+    return NeglectedPolarisation(rms(relative), float(np.max(np.abs(relative))))
 
 
 @WeakCache

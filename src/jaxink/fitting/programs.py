@@ -8,6 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.tree_util import PyTreeDef
 
 from jaxink.fitting.objective import Objective
 from jaxink.model.build import StackBuilder
@@ -60,14 +61,13 @@ def program_of(objective: Objective) -> Program:
     Plain `jax.jit` of the arrays alone: a call then costs microseconds; hashing the description of the sample
     at each call would cost milliseconds.
     """
-    arrays, static = _split(objective)
-    leaves, treedef = jax.tree.flatten(static)
-    return Program(_structure(treedef, tuple(leaves)), arrays)
+    arrays, *static = split(objective)
+    return Program(_structure(*static), arrays)
 
 
 def arrays_of(objective: Objective) -> Objective:
     """Arrays of an objective, the argument of a program of its structure."""
-    return _split(objective)[0]
+    return split(objective)[0]
 
 
 def without_values(objective: Objective) -> Objective:
@@ -82,5 +82,8 @@ def without_values(objective: Objective) -> Objective:
     return jax.tree.map(kept, objective, is_leaf=lambda x: isinstance(x, StackBuilder))
 
 
-def _split(objective: Objective):
-    return eqx.partition(without_values(objective), eqx.is_array)
+def split(objective: Objective) -> tuple[Objective, PyTreeDef, tuple]:
+    """Arrays of an objective, and the tree and the leaves of the rest, which identify its structure."""
+    arrays, static = eqx.partition(without_values(objective), eqx.is_array)
+    leaves, treedef = jax.tree.flatten(static)
+    return arrays, treedef, tuple(leaves)

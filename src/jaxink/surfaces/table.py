@@ -35,7 +35,6 @@ _ROUNDING = 1e-9
 # Nodes of the angle per factor of e in its range, and their largest and smallest number.
 _NODES_PER_E, _MOST_NODES, _FEWEST_NODES = 4, 24, 6
 
-
 # Quadratures over the facets of one table, and of one for each node of a refractive index, which take half as
 # long; both keep the BSDF within about 1e-3, most of it by the slopes of light that meets several facets.
 FINE = RoughSizes(FacetRule(72, 20), FacetRule(72, 16), coarse_nodes=12)
