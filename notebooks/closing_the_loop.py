@@ -161,18 +161,20 @@ single_scattering_albedo = { free = true, value = 0.99, min = 0.9, max = 1.0 }
 asymmetry_parameter = { free = true, value = 0.3, min = -0.5, max = 0.95 }
 """
 CORRECTED = f"""
-phase_function = "two_term_henyey_greenstein"
+phase_function = "henyey_greenstein"
 single_scattering_albedo = {{ free = true, value = {albedo}, min = 0.9, max = 1 }}
 asymmetry_parameter = {{ free = true, value = {found["ptfe.asymmetry_parameter"]}, min = -0.5, max = 0.95 }}
-second_asymmetry_parameter = {found["ptfe.second_asymmetry_parameter"]}
-second_weight = {{ free = true, value = {found["ptfe.second_weight"]}, min = 0, max = 1 }}
 
 [effects.weak_interface]
 share = {{ free = true, value = {found["weak_interface.share"]}, min = 0, max = 1 }}
 
-[effects.shadow_hiding]
-amplitude = {{ free = true, value = {found["shadow_hiding.amplitude"]}, min = 0, max = 1 }}
-width = {found["shadow_hiding.width"]}
+[effects.gain]
+relative = {{ free = true, value = {found["gain.relative"]}, min = -0.1, max = 0.1 }}
+
+[effects.surface_layer]
+optical_thickness = {{ free = true, value = {found["surface_layer.optical_thickness"]}, min = 0, max = 5 }}
+asymmetry_parameter = {found["surface_layer.asymmetry_parameter"]}
+single_scattering_albedo = {found["surface_layer.single_scattering_albedo"]}
 """
 # The noise is the one that the diagnosis estimated from pairs of rows at +phi and -phi.
 REST = """
@@ -216,12 +218,13 @@ jaxink.plots.residual_map(after, 532, "R")
 
 # %% [markdown]
 # In the measurement something remains (its verdict says so), and then standard errors from the noise alone
-# are too small: the diagnosis reports that none of these parameters is determined by the data.
+# are too small: the diagnosis reports which parameters the data do not determine.
 #
 # ## A black paint
 #
 # A smooth face of index 1.5 on an absorbing volume misses most of what a satin paint does. The diagnosis
-# found a face that scatters by the waves of its heights, over a binder of smaller index. Again its finding is
+# found a face that scatters by the waves of its heights, over a binder of smaller index. It calls the face an
+# imitation of another cause, as its heights are steeper than the theory of waves allows. Again its finding is
 # fitted, at one wavelength and with the index and the exponent as found.
 
 # %%
