@@ -70,7 +70,9 @@ def diagnosed(name: str, data, sample_file: str, options=MOST) -> tuple[jaxink.D
         row = {"theta_i_deg": angle, "points": int(here.sum())}
         for state, predicted in states.items():
             row[f"relative_rms_{state}"] = rms(predicted[here] / bsdf[here] - 1)
-            row[f"ln_rms_{state}"] = rms(np.log(predicted[here] / bsdf[here]))
+            # A prediction of 0 has no logarithm.
+            is_positive = predicted[here].min() > 0
+            row[f"ln_rms_{state}"] = rms(np.log(predicted[here] / bsdf[here])) if is_positive else None
         by_incidence.append(row)
     report["by_incidence"] = by_incidence
     return found, report

@@ -41,7 +41,7 @@ def steps_table(report: dict) -> str:
         "added",
         "class",
         "Δχ²",
-        "gain in held-out log density, per point",
+        "gain in log density of a held-out scan",
         "its terms when it was added",
     ]
     return table(header, rows) if rows else "Nothing was added."
@@ -194,10 +194,9 @@ def other_wavelengths_tables(report: dict) -> tuple[str, str]:
         for other in others
     ]
     angles = [f"{a:g} deg" for a, *_ in others[0]["by_incidence"]]
-    names = [name.split(".")[-1] for name in others[0]["parameters"]]
     return (
         table(["wavelength, nm", "chi-square / points", "all", *angles], misfits),
-        table(["wavelength, nm", *names], values),
+        table(["wavelength, nm", *others[0]["parameters"]], values),
     )
 
 
@@ -265,12 +264,12 @@ SECTIONS = {"ptfe": ptfe_section, "paint": paint_section, "diffuser": diffuser_s
 def write() -> None:
     """The section, from all that is there."""
     there = [name for name in SECTIONS if (REPORTS / f"{name}.json").exists()]
-    parts = [SECTIONS[name](read_report(REPORTS / f"{name}.json")) for name in there]
+    sections = "\n".join(SECTIONS[name](read_report(REPORTS / f"{name}.json")) for name in there)
     text = f"""## What the models lack
 
 `jaxink diagnose` on the measured samples, each declared as a textbook would
 (`python -m benchmarks.validation.measured.diagnosis {" ".join(there)}`, {machine()}; reports in
 benchmarks/validation/measured/reports).
 
-{"".join(parts)}"""
+{sections}"""
     write_section("measured.md", MARK, text)
