@@ -41,8 +41,7 @@ BAD = {
     "objects": (npy(head(descr="'|O'")), ""),
     "complex": (npy(head(descr="'<c16'")), ""),
     "table": (npy(head(descr="[('x', '<f8')]")), ""),
-    # NumPy warns of this type.
-    "old type of text": (npy(head(descr="'a8'")), ""),
+    "text": (npy(head(descr="'S8'")), ""),
     "no type": (npy(head(descr="'<q99'")), ""),
     "too many axes": (npy(head("(" + "1," * 70 + "12)")), ""),
     "nested": (npy("(" * 5000), ""),

@@ -71,6 +71,14 @@ def test_ties_are_arithmetic_only(expression, refused):
         evaluate_tie(expression, {"a": 1.0, "b": 1.0, "c": 1.0})
 
 
+def test_the_value_of_a_tied_parameter_does_not_matter():
+    one, other = (Parameter("a.b", value, tie="2 * c.d") for value in (math.nan, float("nan")))
+    assert one == other
+    assert len({one, other}) == 1
+    assert one != Parameter("a.b", math.nan, tie="3 * c.d")
+    assert Parameter("a.b", 1.0) != Parameter("a.b", 2.0)
+
+
 def test_tie_differentiates(sample):
     import jax
 

@@ -11,13 +11,15 @@ from jaxink.files.reading import read_bounded, utf8_text
 _MOST_BYTES = 4_000_000
 _DEEPEST = 30
 _LARGEST_INTEGER = 2**63
-# Strings and comments, complete even without their end, and the characters that nest or end a key.
+# Strings and comments, complete even without their end, and the characters that nest or end a key. Every
+# alternative for a string matches once it has begun, so that none is tried twice. Possessive quantifiers
+# would ensure it, too, but Python before 3.11.5 matches them wrongly.
 _SIGNS = re.compile(
-    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)'
-    r"|'''(?:[^']|'(?!''))*+(?:'''|\Z)"
-    r'|"(?:[^"\\\n]|\\.)*+"?'
-    r"|'[^'\n]*+'?"
-    r"|\#[^\n]*+"
+    r'"""(?:[^"\\]+|\\(?:.|\Z)|"(?!""))*(?:"""|\Z)'
+    r"|'''(?:[^']+|'(?!''))*(?:'''|\Z)"
+    r'|"(?:[^"\\\n]+|\\.)*"?'
+    r"|'[^'\n]*'?"
+    r"|\#[^\n]*"
     r"|[\[\]{}.,=\n]",
     re.DOTALL,
 )

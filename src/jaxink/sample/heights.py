@@ -62,6 +62,9 @@ def _npy_heights(content: bytes, path: str) -> Real[np.ndarray, "..."]:
             readers = np.lib.format.read_array_header_1_0, np.lib.format.read_array_header_2_0
             shape, by_columns, dtype = readers[version[0] - 1](file)
     # The header is a Python expression, which can fail in all the ways of Python's parser.
+    except (MemoryError, RecursionError):
+        nested = "is not a readable .npy file: its header is nested too deeply"
+        raise InputRefusedError(f"{path}: {nested}.") from None
     except Exception as problem:
         raise InputRefusedError(f"{path}: is not a readable .npy file ({problem}).") from None
     if dtype.kind not in "fiu" or len(shape) > 2 or min(shape, default=0) < 0:

@@ -3,6 +3,7 @@
 import dataclasses
 import graphlib
 import math
+import operator
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
@@ -51,7 +52,7 @@ class Smoothness:
     over_nm: float
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Parameter:
     """One number of the model.
 
@@ -118,10 +119,25 @@ class Parameter:
             )
         require_one_of(f"scale of {self.name}", self.scale, SCALES)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all is the same, except for the value of a tied parameter, which is not a number."""
+        return self._identity == other._identity if isinstance(other, Parameter) else NotImplemented
+
+    def __hash__(self) -> int:
+        """By all except for the value of a tied parameter."""
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple:
+        return None if self.tie is not None else self.value, _ALL_BUT_VALUE(self)
+
     @property
     def is_fixed(self) -> bool:
         """Whether it is neither free nor tied."""
         return not self.free and self.tie is None
+
+
+_ALL_BUT_VALUE = operator.attrgetter(*(f.name for f in dataclasses.fields(Parameter) if f.name != "value"))
 
 
 class ParameterTable(NamedRows[Parameter]):

@@ -17,9 +17,10 @@ _MOST_OPERATIONS = 100
 _LARGEST_EXPONENT = 100
 
 _NUMBER = r"(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])"
-_NAME = r"[^\W\d]\w*(?:\s*\.\s*[^\W\d]\w*)*"
+_WORD = r"[^\W\d]\w*(?!\w)"
+_NAME = rf"{_WORD}(?:\s*\.\s*{_WORD})*"
 # Anything else is rejected before Python's parser sees it, because that warns about some of it.
-_LANGUAGE = re.compile(rf"(?:\s|[-+*/()]|{_NUMBER}|{_NAME})*+")
+_LANGUAGE = re.compile(rf"(?:\s|[-+*/()]|{_NUMBER}|{_NAME})*")
 
 
 class _UnfitError(Exception):
