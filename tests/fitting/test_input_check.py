@@ -65,7 +65,7 @@ def test_a_mistake_is_named_and_not_repaired(name, inputs, coarsely, told):
 
 
 def test_what_fits_is_not_suspected(example_result):
-    assert check_input(example_result) == example_result
+    assert check_input(example_result) is example_result
 
 
 def test_a_thickness_a_thousand_times_too_small_is_named(inputs, coarsely):

@@ -246,7 +246,7 @@ def put(name, values):
         (put("theta_i_deg", lambda n: np.full(n, np.nan)), "theta_i_deg[0]"),
         (lambda file: file.attrs.pop("notes"), "notes"),
         (lambda file: file.attrs.modify("notes", "[1]"), "notes[0]"),
-        (lambda file: file.attrs.modify("notes", "[" * 5000), "notes"),
+        (lambda file: file.attrs.modify("notes", "[" * 60_000), "notes"),
         (lambda file: file.attrs.modify("attrs", "{"), "attrs"),
         (lambda file: file.attrs.__setitem__("schema_version", "one"), "schema_version"),
         (lambda file: file.attrs.__setitem__("schema", [1, 2]), "schema"),

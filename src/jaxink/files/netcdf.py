@@ -158,11 +158,11 @@ def read_dataset(
     """
     import xarray
 
-    content, name = BytesIO(read_bounded(path, largest_bytes, what)), shown_path(path)
+    content, name = read_bounded(path, largest_bytes, what), shown_path(path)
     try:
         _require_unchanged(content, name)
         _require_held(content, name)
-        with xarray.open_dataset(content, engine="h5netcdf", phony_dims="access") as opened:
+        with xarray.open_dataset(BytesIO(content), engine="h5netcdf", phony_dims="access") as opened:
             loaded = opened.load()
         # A damaged list of dimensions can be shorter than the axes, which xarray finds only when it is used.
         if any(len(variable.dims) != len(variable.shape) for variable in loaded.variables.values()):
@@ -179,29 +179,28 @@ def _checksum(content: memoryview) -> bytes:
     return _CHECKSUM + hashlib.sha256(content).hexdigest().encode()
 
 
-def _require_unchanged(content: BytesIO, name: str) -> None:
+def _require_unchanged(content: bytes, name: str) -> None:
     """Reject a file with a wrong checksum; files that another library has rewritten have none."""
     end = len(_checksum(memoryview(b"")))
-    view = content.getbuffer()
+    view = memoryview(content)
     if view[-end:].tobytes().startswith(_CHECKSUM) and view[-end:] != _checksum(view[:-end]):
         raise InputRefusedError(
             f"{name}: is damaged (its checksum does not match its content); use another copy."
         )
 
 
-def _require_held(content: BytesIO, name: str) -> None:
+def _require_held(content: bytes, name: str) -> None:
     """Reject a file whose variables claim far more memory than the file can fill."""
     import h5py
 
-    held = content.getbuffer().nbytes
-    claimed = 0
+    held, claimed = len(content), 0
 
     def add(_, item) -> None:
         nonlocal claimed
         if isinstance(item, h5py.Dataset):
             claimed += item.size * item.dtype.itemsize
 
-    with h5py.File(content, "r") as file:
+    with h5py.File(BytesIO(content), "r") as file:
         file.visititems(add)
     if claimed > _MOST_PACKED * held + _ALWAYS_ALLOWED_BYTES:
         raise InputRefusedError(

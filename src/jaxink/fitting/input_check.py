@@ -74,7 +74,7 @@ def check_input(result: FitResult, progress: Progress | None = None) -> FitResul
     if _is_doubtful(result):
         with computing():
             mistakes += _Check(result, progress or log_progress).mistakes(result.verdict.code)
-    return dataclasses.replace(result, mistakes=mistakes)
+    return dataclasses.replace(result, mistakes=mistakes) if mistakes or result.mistakes else result
 
 
 def _is_doubtful(result: FitResult) -> bool:
