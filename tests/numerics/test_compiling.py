@@ -29,6 +29,11 @@ def test_a_hasty_program_computes_the_same(problem, level):
     np.testing.assert_allclose(hasty, jax.jit(decay)(*problem), rtol=1e-12)
 
 
+@pytest.mark.parametrize("level", [0, 1])
+def test_the_level_is_known_to_every_xla(problem, level):
+    assert _options(level)["xla_backend_optimization_level"] == level
+
+
 def test_a_level_that_the_user_asks_for_stands(problem, monkeypatch):
     monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=2")
     assert _options(0) is None
