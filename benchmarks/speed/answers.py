@@ -5,7 +5,8 @@ python -m benchmarks.speed.answers [--before CHECKOUT] [--runs N] [COMMAND:NAME 
 Each command runs in a fresh process on a simulated measurement, first with nothing stored, then with the
 programs that the first run stored; and the library runs it twice in one process, of which the second run
 counts. Another checkout of jaxink takes turns with this one. A name with "+" is a design with a pattern of
-benchmarks.validation.outside, which no effect of the catalogue describes.
+benchmarks.validation.outside, which no effect of the catalogue describes. A name with "@init" has the sample
+file that `jaxink init` writes from the measurement alone.
 """
 
 import argparse
@@ -38,6 +39,7 @@ TASKS = (
     "diagnose:undeclared_rough_surface",
     "diagnose:undeclared_lateral_loss",
     "diagnose:plain_hg+ghost_reflex",
+    "diagnose:white_ink_mie@init",
     "diagnose:coloured_ink",
 )
 # What decides where programs are stored.
@@ -60,14 +62,23 @@ def python_speed() -> float:
     return time.perf_counter() - began
 
 
+def first_sample(measurement: Path) -> str:
+    """The sample file that `jaxink init` writes, with nothing known but the measurement."""
+    with tempfile.TemporaryDirectory() as scratch:
+        file = Path(scratch) / "sample.toml"
+        command = [sys.executable, "-m", "jaxink", "init", str(measurement), "--out", str(file)]
+        subprocess.run(command, check=True, capture_output=True, stdin=subprocess.DEVNULL)
+        return file.read_text()
+
+
 def timed(task: str, checkout: Path) -> dict:
     """Seconds of each kind for one checkout, and what was found."""
     command, name = task.split(":")
     with tempfile.TemporaryDirectory() as scratch:
         sample, out = Path(scratch) / "sample.toml", Path(scratch) / "out"
-        design, _, pattern = name.partition("+")
-        sample.write_text(declared_text(design))
+        design, _, pattern = name.removesuffix("@init").partition("+")
         measurement = data_file(design)
+        sample.write_text(first_sample(measurement) if name.endswith("@init") else declared_text(design))
         if pattern:
             measurement = Path(scratch) / "measurement.csv"
             write_csv(simulated(pattern, "weak")[0], measurement)
@@ -146,7 +157,9 @@ The first run traces and compiles every program, and stores them; the second one
 is that of the library, when the same process has done it before, without files. The last column shows how
 fast the machine was: it is a virtual one, whose share of the processor varies severalfold from hour to hour.
 A name with "+" is that design with a weak pattern that [no effect of the catalogue
-describes](outside-catalogue.md).
+describes](outside-catalogue.md). A name with "@init" has the sample file that `jaxink init` writes from
+the measurement alone: for `white_ink_mie`, an ink with Mie particles, it declares a Henyey-Greenstein phase
+function.
 
 {table(header, rows)}
 """

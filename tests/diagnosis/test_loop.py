@@ -10,6 +10,7 @@ import jaxink
 from jaxink.diagnosis import (
     DiagnosisOptions,
     Points,
+    SearchPolicy,
     Testability,
     VerdictCode,
     diagnose,
@@ -131,6 +132,18 @@ def test_two_effects_of_the_instrument_are_found_and_measured(pair):
     assert pair.before.fitted.reduced_chi_square > 3
     assert pair.after.fitted.probability > 0.001
     assert pair.after.held_out.chi_square < pair.before.held_out.chi_square
+
+
+def test_what_is_compared_need_not_converge_but_what_is_accepted_does(pair):
+    coarse = SearchPolicy(refit_jacobians=2, polish_decrement=1.0, held_out_decrement=0.1)
+    options = dataclasses.replace(OPTIONS, policy=coarse)
+    found = diagnose(pair.declared.data, parse_sample(SAMPLE), options)
+    assert found.verdict.effects == pair.verdict.effects
+    for step, same in zip(found.steps, pair.steps, strict=True):
+        assert step.refit.solution.search.outcome.converged
+        assert step.refit.solution.search.decrement < 1e-6 * pair.before.fitted.reduced_chi_square
+        assert abs(step.strength - same.strength) < 0.01 * same.standard_error
+        assert step.held_out_gain.mean == pytest.approx(same.held_out_gain.mean, rel=0.03)
 
 
 def test_no_more_parameters_are_freed_than_allowed(pair):

@@ -37,7 +37,7 @@ class SearchPolicy:
         Refits of effects of the particles: number of other minima of the declared fit from which they start,
         too, where its misfit has several along a parameter.
     refit_jacobians
-        Largest number of Jacobians for each start, before the leading refits are continued to convergence.
+        Largest number of Jacobians for each start, before the leading refits are continued.
     same_prediction
         Relative difference up to which two programs compute the same model.
     own_program_share, own_program_share_far
@@ -46,7 +46,13 @@ class SearchPolicy:
     most_own_programs
         Largest number of those effects that are refitted at one stage.
     polish_share, most_polished
-        Refits continued to convergence: those with at least this share of the best decrease, and how many.
+        Refits that are continued: those with at least this share of the best decrease, and how many.
+    polish_decrement, held_out_decrement
+        Continued refits, and fits without some of the points, end where a step promises to lower chi-square
+        by less than this, relative to chi-square per degree of freedom: they are compared by whole units of
+        chi-square, and a search along a flat valley would take dozens of Jacobians more.
+    held_out_jacobians
+        Largest number of Jacobians of a fit without some of the points; it starts at the fit of all points.
     enough_reduced_chi_square, enough_share
         Below this chi-square per point, or this share of the misfit, an effect is sufficient: neither pairs
         nor further effects with programs of their own are tried.
@@ -106,6 +112,9 @@ class SearchPolicy:
     most_own_programs: int = 4
     polish_share: float = 0.4
     most_polished: int = 6
+    polish_decrement: float = 1e-3
+    held_out_decrement: float = 1e-4
+    held_out_jacobians: int = 20
     enough_reduced_chi_square: float = 1.3
     enough_share: float = 0.01
     most_foreseen: int = 4

@@ -11,7 +11,8 @@ Singly scattered light is not displaced by reflections within a plate before or 
 
 References
 ----------
-Abramowitz, Stegun 1964 Handbook of Mathematical Functions, 9.1.18 and 9.1.20 (Bessel functions as integrals).
+Abramowitz, Stegun 1964 Handbook of Mathematical Functions, 9.1.18 and 9.1.20 (Bessel functions as integrals),
+9.2.5 (for large arguments).
 """
 
 from functools import cache
@@ -28,27 +29,36 @@ from jaxink.numerics.own_derivatives import point_by_point
 # to some thousandths if displacements are spread by a third or more, as those of scattered light are.
 _N_FREQUENCIES, _HIGHEST, _SPREAD, _RIDGE = 20, 14.0, 0.3, 1e-4
 # Displacements, over the radius of the field, at which the share is evaluated.
-_WAYS = np.append(0.0, np.geomspace(0.02, 100.0, 120))
-# Above this the first two terms of the asymptotic series are used.
-_LARGE_PHASE = 25.0
-_ANGLE_RAD = (np.arange(32) + 0.5) * np.pi / 64
+_WAYS = np.append(0.0, np.geomspace(0.02, 100.0, 48))
+# Radius of a disc over a displacement, by which the beam is blurred; the coefficients allow for it. A narrow
+# beam would otherwise cross the edge of the field at one displacement and azimuth after the other, in steps.
+_BLUR = 0.3
 _TURN_RAD = (np.arange(12) + 0.5) * np.pi / 6
-_CHORD_RAD = (np.arange(24) + 0.5) * np.pi / 24
+# Sides of the polygons in place of beams, as they are and blurred.
+_SIDES, _SIDES_IF_BLURRED = 64, 16
+# Above this Hankel's asymptotic expansion is used: its terms in cos and in sin, by powers of 1 / x^2.
+_LARGE_PHASE = 25.0
+_IN_COS = 1.0, -9 / 128, 3675 / 32768
+_IN_SIN = 1 / 8, -75 / 1024, 59535 / 262144
+_ANGLE_RAD = (np.arange(32) + 0.5) * np.pi / 64
 
 
-def bessel_j0(x: Float[ArrayLike, "*shape"], xp=jnp) -> Float[ArrayLike, "*shape"]:
-    """Bessel function J0 to 1e-5, by JAX or NumPy."""
+def bessel_j0(x: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
+    """Bessel function J0 to 1e-9."""
     is_small = x < _LARGE_PHASE
-    small, large = xp.where(is_small, x, 0.0), xp.where(is_small, _LARGE_PHASE, x)
-    integral = xp.mean(xp.cos(small[..., None] * np.cos(_ANGLE_RAD)), axis=-1)
-    phase = large - np.pi / 4
-    series = (xp.cos(phase) + xp.sin(phase) / (8 * large)) * xp.sqrt(2 / (np.pi * large))
-    return xp.where(is_small, integral, series)
+    small, large = jnp.where(is_small, x, 0.0), jnp.where(is_small, _LARGE_PHASE, x)
+    integral = jnp.mean(jnp.cos(small[..., None] * np.cos(_ANGLE_RAD)), axis=-1)
+    phase, square = large - np.pi / 4, 1 / large**2
+    in_cos, in_sin = (a[0] + square * (a[1] + square * a[2]) for a in (_IN_COS, _IN_SIN))
+    series = (jnp.cos(phase) * in_cos + jnp.sin(phase) * in_sin / large) * jnp.sqrt(2 / (np.pi * large))
+    return jnp.where(is_small, integral, series)
 
 
 @cache
 def _sum_of_bessel_functions() -> tuple[np.ndarray, np.ndarray]:
     """Frequencies k_j, and the matrix from shares at `_WAYS` to the coefficients of J0(k_j s)."""
+    from scipy.special import j0, j1
+
     k = _HIGHEST * ((np.arange(_N_FREQUENCIES) + 0.5) / _N_FREQUENCIES) ** 2
     level, fine = np.log(_WAYS[1:]), np.linspace(np.log(_WAYS[1]), np.log(_WAYS[-1]), 4000)
 
@@ -59,7 +69,10 @@ def _sum_of_bessel_functions() -> tuple[np.ndarray, np.ndarray]:
         matrix[0, 0] = 1e3
         return matrix
 
-    rows = spread(fine) @ bessel_j0(np.outer(np.append(0.0, np.exp(fine)), k), np)
+    phase = np.outer(np.append(0.0, np.exp(fine)), k)
+    # 2 J1(x) / x is the Fourier transform of a disc; it is 1 at 0.
+    blur = np.maximum(_BLUR * phase, 1e-9)
+    rows = spread(fine) @ (j0(phase) * 2 * j1(blur) / blur)
     return k, np.linalg.solve(rows.T @ rows + _RIDGE * np.eye(k.size), rows.T @ spread(level))
 
 
@@ -106,7 +119,9 @@ class LateralField(eqx.Module):
         -------
         Float[Array, "*points"]
         """
-        return _overlap(along, across, cosine_incidence, self.beam_radius_mm, self.detector_radius_mm)
+        beam = jnp.broadcast_to(self.beam_radius_mm, jnp.shape(along))
+        lengths = along, across, beam / cosine_incidence, beam
+        return _overlap(*(x / self.detector_radius_mm for x in lengths), _SIDES)
 
     def coefficients(self, along, across, cosine_incidence):
         """Coefficients of J0(k_j s) in the share seen after a known displacement and one of length s.
@@ -127,33 +142,59 @@ class LateralField(eqx.Module):
 
 def _coefficients(along, across, beam_radius, cosine_incidence):
     """`LateralField.coefficients` for lengths in units of the radius of the field."""
+    long = beam_radius / cosine_incidence
 
     def share(way):
+        blur = _BLUR * way
         ways = along[:, None] + way * np.cos(_TURN_RAD), across[:, None] + way * np.sin(_TURN_RAD)
-        return jnp.mean(_overlap(*ways, cosine_incidence[:, None], beam_radius[:, None], 1.0), axis=1)
+        axes = (jnp.hypot(axis, blur)[:, None] for axis in (long, beam_radius))
+        return jnp.mean(_overlap(*ways, *axes, _SIDES_IF_BLURRED), axis=1)
 
     # Nothing of the beam is seen beyond this; about half of the displacements are.
-    reach = 1 + jnp.max(jnp.hypot(along, across) + beam_radius / cosine_incidence)
+    reach = (1 + jnp.max(jnp.hypot(along, across) + long)) / (1 - _BLUR)
 
     def share_within_reach(way):
         return jax.lax.cond(way < reach, share, lambda _: jnp.zeros_like(along), way)
 
-    return jax.lax.map(share_within_reach, jnp.asarray(_WAYS)).T @ _sum_of_bessel_functions()[1].T
+    undisplaced = _overlap(along, across, long, beam_radius, _SIDES)
+    displaced = jax.lax.map(share_within_reach, jnp.asarray(_WAYS[1:]))
+    return jnp.concatenate([undisplaced[None], displaced]).T @ _sum_of_bessel_functions()[1].T
 
 
-def _overlap(along, across, cosine_incidence, beam, field):
-    """Share of a beam inside a field of view; see `LateralField.seen_directly`."""
-    # Chords of both at common heights.
-    top, bottom = jnp.minimum(across + beam, field), jnp.maximum(across - beam, -field)
-    half_height = jnp.maximum(top - bottom, 0.0)[..., None] / 2
-    y = (top + bottom)[..., None] / 2 + half_height * np.cos(_CHORD_RAD)
-    half = _half_chord(beam[..., None], y - across[..., None]) / cosine_incidence[..., None]
-    reach = _half_chord(field, y)
-    both = jnp.minimum(along[..., None] + half, reach) - jnp.maximum(along[..., None] - half, -reach)
-    area = jnp.mean(jnp.maximum(both, 0.0) * half_height * np.sin(_CHORD_RAD), axis=-1)
-    return area * cosine_incidence / beam**2
+def _overlap(along, across, half_length, half_width, n_sides):
+    """Share of an ellipse inside the unit disc, with continuous derivatives.
+
+    By Green's theorem, the area of a polygon inside the disc is half the integral of the smaller of 1 and the
+    squared distance from the centre of the disc, over the angle at which its sides are seen from there.
+    """
+    corner_rad = np.arange(n_sides) * 2 * np.pi / n_sides
+    # The polygon has the area of the ellipse.
+    scale = np.sqrt(corner_rad[1] / np.sin(corner_rad[1]))
+    corner = (
+        along[..., None] + half_length[..., None] * scale * np.cos(corner_rad),
+        across[..., None] + half_width[..., None] * scale * np.sin(corner_rad),
+    )
+    side = tuple(jnp.roll(x, -1, axis=-1) - x for x in corner)
+    # Where the line of a side enters and leaves the disc. The integrand is continuous there, so that the
+    # derivatives do not depend on where that is.
+    length, half = _dot(side, side), _dot(corner, side)
+    root = jnp.sqrt(jnp.maximum(half**2 - length * (_dot(corner, corner) - 1), 0.0))
+    parts = (jnp.clip((sign * root - half) / length, 0.0, 1.0) for sign in (-1, 1))
+    enters, leaves, ends = (
+        tuple(x + part * d for x, d in zip(corner, side, strict=True))
+        for part in (*(jax.lax.stop_gradient(part) for part in parts), 1.0)
+    )
+    # The angles of the parts outside the disc, by a product of complex numbers.
+    first, last = ((_dot(p, q), _cross(p, q)) for p, q in ((corner, enters), (leaves, ends)))
+    real, imaginary = first[0] * last[0] - first[1] * last[1], first[0] * last[1] + first[1] * last[0]
+    is_centre = (real == 0) & (imaginary == 0)
+    angle = jnp.arctan2(imaginary, jnp.where(is_centre, 1.0, real))
+    return jnp.sum(angle + _cross(enters, leaves), axis=-1) / (2 * np.pi * half_length * half_width)
 
 
-def _half_chord(radius, height):
-    squared = radius**2 - height**2
-    return jnp.where(squared > 0, jnp.sqrt(jnp.where(squared > 0, squared, 1.0)), 0.0)
+def _dot(p, q):
+    return p[0] * q[0] + p[1] * q[1]
+
+
+def _cross(p, q):
+    return p[0] * q[1] - p[1] * q[0]

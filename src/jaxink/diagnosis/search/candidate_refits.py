@@ -12,6 +12,7 @@ from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.workbench import Solution
 from jaxink.effects import AreaWithOtherValues, Effect
+from jaxink.fitting.bounded import DECREMENT
 from jaxink.numerics.threads import in_threads
 
 _LOG = logging.getLogger("jaxink")
@@ -36,13 +37,21 @@ def best_refit(stage: Stage, directions: list[Direction]) -> Refit:
 
 
 def polished(stage: Stage, begun: Refit) -> Refit:
-    """The refit, continued to convergence."""
-    if begun.solution.search.outcome.converged:
+    """The refit, continued until chi-square is known well enough to compare it with others."""
+    if begun.is_polished or begun.solution.search.outcome.converged:
         return begun
-    found = begun.bench.fit(begun.solution.values, begun.solution.free)
-    done = dataclasses.replace(
-        begun, solution=found, delta_chi_square=stage.solution.chi_square - found.chi_square
-    )
+    return _continued(stage, begun, stage.setup.policy.polish_decrement)
+
+
+def converged(stage: Stage, begun: Refit) -> Refit:
+    """The refit, continued to convergence."""
+    return _continued(stage, begun, DECREMENT)
+
+
+def _continued(stage: Stage, begun: Refit, decrement: float) -> Refit:
+    found = begun.bench.fit(begun.solution.values, begun.solution.free, decrement=decrement)
+    lower = stage.solution.chi_square - found.chi_square
+    done = dataclasses.replace(begun, solution=found, delta_chi_square=lower, is_polished=True)
     stage.refits[begun.effect] = done
     return done
 

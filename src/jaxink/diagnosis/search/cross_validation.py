@@ -37,7 +37,7 @@ class CrossValidation:
             weights_of(setup.data, setup.sample)[np.unique(points.scan, return_index=True)[1]],
         )
         self.folds = _folds(points, setup.policy)
-        self._follow, self._allowance = setup.follow, setup.allowance
+        self._follow, self._allowance, self._policy = setup.follow, setup.allowance, setup.policy
         self._predictions: dict[tuple[Effect, ...], np.ndarray] = {}
 
     def predictions(self, stage: Stage) -> Float[np.ndarray, "folds points"] | None:
@@ -59,7 +59,13 @@ class CrossValidation:
                 if self._allowance.is_over:
                     return None
                 self._follow(what, StepOf(number, len(self.folds)), solution.chi_square)
-                fit = bench.fit(solution.values, solution.free, left_out=fold)
+                fit = bench.fit(
+                    solution.values,
+                    solution.free,
+                    left_out=fold,
+                    max_jacobians=self._policy.held_out_jacobians,
+                    decrement=self._policy.held_out_decrement,
+                )
                 predicted.append(fit.predicted_per_sr)
             self._predictions[effects] = np.stack(predicted)
         return self._predictions[effects]

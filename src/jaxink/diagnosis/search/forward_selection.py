@@ -10,7 +10,7 @@ from itertools import zip_longest
 import numpy as np
 
 from jaxink.diagnosis.search.allowance import Task
-from jaxink.diagnosis.search.candidate_refits import best_refit, polished
+from jaxink.diagnosis.search.candidate_refits import best_refit, converged, polished
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
@@ -129,12 +129,13 @@ class ForwardSelection:
         refits[name] = best_refit(stage, screening.directions[name])
 
     def _polish(self, screening: Screening) -> None:
-        """Continue the leading refits to convergence."""
+        """Continue the leading refits until they can be compared."""
         refits, policy = screening.refits, self.options.policy
         leading = sorted(refits, key=lambda name: -refits[name].penalised(self.n_points))
         for name in leading[: policy.most_polished]:
             refit, least = refits[name], policy.polish_share * refits[leading[0]].delta_chi_square
-            if refit.delta_chi_square < least or refit.solution.search.outcome.converged:
+            is_done = refit.is_polished or refit.solution.search.outcome.converged
+            if is_done or refit.delta_chi_square < least:
                 continue
             if screening.stage.setup.allowance.permits(Task.CONVERGENCE, [name]):
                 refits[name] = polished(screening.stage, refit)
@@ -210,7 +211,7 @@ class ForwardSelection:
                 screening.stage.setup.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
                 return None
             if gain.improves:
-                return _step(screening, best, members, gain)
+                return _step(screening, converged(screening.stage, best), members, gain)
         return None
 
 

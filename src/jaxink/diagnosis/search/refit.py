@@ -32,6 +32,8 @@ class Refit:
         The workbench of the fit.
     delta_chi_square
         Decrease in chi-square.
+    is_polished
+        Whether its search has been continued, so that it is as close to a minimum as it needs to be.
     """
 
     __repr__ = brief_repr
@@ -40,6 +42,7 @@ class Refit:
     solution: Solution
     bench: Workbench
     delta_chi_square: float
+    is_polished: bool = False
 
     @property
     def strength(self) -> float:

@@ -15,6 +15,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene, carriers
+from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.colouring import colours, points_affected
 from jaxink.fitting.exclusion import without
 from jaxink.fitting.gradient import GradientSearch
@@ -224,6 +225,7 @@ class Workbench:
         left_out: Bool[np.ndarray, " points"] | None = None,
         max_jacobians: int = 40,
         measured: Float[np.ndarray, " points"] | None = None,
+        decrement: float = DECREMENT,
     ) -> Solution:
         """Fit some parameters, all others at given values.
 
@@ -239,6 +241,8 @@ class Workbench:
             Limit of the search.
         measured
             Values to fit instead of the measured ones, 1/sr.
+        decrement
+            At which the search ends; see `jaxink.fitting.bounded.DECREMENT`.
         """
         objective, unit = self._with_slots(values, free, left_out)
         if measured is not None:
@@ -246,9 +250,9 @@ class Workbench:
         held = {i: 0.5 for i in range(len(free), self.n_slots)}
         search = self._pieces.once(
             "fit",
-            (objective, unit, held, max_jacobians),
+            (objective, unit, held, max_jacobians, decrement),
             SEARCH,
-            lambda: self._search(objective).run(unit, held, max_jacobians=max_jacobians),
+            lambda: self._search(objective).run(unit, held, max_jacobians=max_jacobians, decrement=decrement),
         )
         physical = objective.scale.to_physical(np.asarray(search.unit))
         found = dict(zip(objective.names, objective.constants.tolist(), strict=True))
