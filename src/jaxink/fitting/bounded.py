@@ -20,7 +20,8 @@ _RANK_TOLERANCE = 1e-11
 # Decrement at which a search ends, relative to the sum of squares per degree of freedom. The distance to the
 # minimum is then the root of it, 0.001 standard errors, in any units.
 DECREMENT = 1e-6
-_FIRST_DAMPING = 1e-3
+# Damping of the first step: from any start, and from one that a linear model has found.
+FIRST_DAMPING, NEAR_DAMPING = 1e-3, 1e-6
 # Share of the promised decrease that a step must bring to be accepted; below which it is corrected, and the
 # damping stays; and above which the damping falls quickly.
 _ACCEPTED, _POOR, _GOOD = 1e-4, 0.25, 0.75
@@ -216,6 +217,7 @@ def descend(
     upper: Float[np.ndarray, " parameters"],
     decrement: float = DECREMENT,
     follow: Callable[[], None] | None = None,
+    damping: float = FIRST_DAMPING,
 ) -> tuple[Linearised, Outcome]:
     """Search a minimum by damped Gauss-Newton steps; return where it ended, and how.
 
@@ -235,6 +237,8 @@ def descend(
         As of `DECREMENT`.
     follow
         Called after each trial point.
+    damping
+        Of the first step.
 
     References
     ----------
@@ -246,7 +250,7 @@ def descend(
     follow()
     if not np.isfinite(here.point.loss):
         return here, Outcome.NOT_FINITE
-    damping, growth, refusals, accepted = _FIRST_DAMPING, 2.0, 0, 0
+    growth, refusals, accepted = 2.0, 0, 0
     while refusals < _MOST_REFUSALS:
         if not np.all(np.isfinite(here.triangle)):
             return here, Outcome.NO_SLOPE
@@ -265,6 +269,15 @@ def descend(
         else:
             damping, growth, refusals = damping * growth, 2 * growth, refusals + 1
     return here, Outcome.STALLED
+
+
+def linear_minimum(
+    point: Point, lower: Float[np.ndarray, " parameters"], upper: Float[np.ndarray, " parameters"]
+) -> Float[np.ndarray, " parameters"]:
+    """Where the linear model at a point has its minimum within the box, or short of that if it is far."""
+    here = Linearised(point, lower, upper)
+    step = here.step(_damping_of_short_step(here, NEAR_DAMPING))
+    return np.clip(point.unit + step, lower, upper)
 
 
 def _damping_of_short_step(here: Linearised, damping: float) -> float:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.bounded import DECREMENT, descend
-from jaxink.fitting.compiled import CompiledObjective
+from jaxink.fitting.bounded import DECREMENT, FIRST_DAMPING, descend
+from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.method import WithJacobian, search
 from jaxink.fitting.objective import Objective
@@ -23,15 +23,24 @@ _SCAN_KEPT = 3
 _SCAN_DECREMENT = 0.1
 
 
+@dataclasses.dataclass(frozen=True)
 class Descent(WithJacobian):
-    """jaxink's own bounded Levenberg-Marquardt; see `jaxink.fitting.bounded`."""
+    """jaxink's own bounded Levenberg-Marquardt; see `jaxink.fitting.bounded`.
+
+    Parameters
+    ----------
+    damping
+        Of the first step.
+    """
 
     name, title = "gradient", "gradient method"
+
+    damping: float = FIRST_DAMPING
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
         box = watched.lower, watched.upper
-        _, outcome = descend(watched.linearised, start, *box, self.decrement, watched.step)
+        _, outcome = descend(watched.linearised, start, *box, self.decrement, watched.step, self.damping)
         return outcome
 
 
@@ -115,11 +124,9 @@ class GradientSearch:
         """Predicted BSDF at free parameters scaled to [0, 1], shape ``(points,)``, 1/sr."""
         return self.compiled.predicted(unit)
 
-    def linearised(self, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual ``(rows,)`` and Jacobian ``(rows, parameters)`` at free parameters scaled to [0, 1]."""
-        point = self.compiled.linearised(unit)
-        assert point.jacobian is not None
-        return point.residual, point.jacobian
+    def linearised(self, unit: np.ndarray) -> Point:
+        """Residual, prediction and Jacobian at free parameters scaled to [0, 1]."""
+        return self.compiled.linearised(unit)
 
     def run(
         self,
@@ -129,6 +136,7 @@ class GradientSearch:
         max_jacobians: int | None = None,
         within: Budget | None = None,
         decrement: float = DECREMENT,
+        damping: float = FIRST_DAMPING,
     ) -> Search:
         """Search from one start.
 
@@ -146,9 +154,12 @@ class GradientSearch:
             Limits of the fit that this search belongs to.
         decrement
             See `jaxink.fitting.bounded.DECREMENT`.
+        damping
+            Of the first step.
         """
         own = Limits(steps=max_jacobians or self.max_jacobians)
-        return search(Descent(decrement=decrement), self.compiled, start, within, progress, held, own)
+        method = Descent(decrement=decrement, damping=damping)
+        return search(method, self.compiled, start, within, progress, held, own)
 
 
 def scan(

@@ -185,10 +185,14 @@ class Objective(eqx.Module):
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
         """As `residual`, from the free parameters in their units."""
         predicted = self.model.bsdf(self.given(physical))
-        rows = self.weight * self._misfit(predicted)
+        rows = self.rows(predicted)
         declared = physical[: self.prior_weights.shape[1]]
         prior = (self.prior_mean - self.prior_weights @ declared) / self.prior_deviation
         return jnp.concatenate([rows, prior]), predicted
+
+    def rows(self, predicted: Float[ArrayLike, " points"]) -> Float[Array, " points"]:
+        """Weighted residual of each point for a prediction, 1/sr."""
+        return self.weight * self._misfit(predicted)
 
     def _misfit(self, predicted):
         measured = self.measured

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Int
 
 from jaxink.model.build import StackBuilder
 from jaxink.model.media import index_names
@@ -30,7 +31,6 @@ def rough_tables(builder: StackBuilder, plan: ChannelPlan, config: SolverConfig)
     """Table of each interface at every wavelength; None if it is smooth, or a refractive index is free."""
     if not all(_is_fixed(builder, name) for name in index_names(builder.sample)):
         return (None,) * len(builder.faces)
-    wavelengths = jnp.asarray(builder.wavelengths_nm)
 
     def table(interface):
         densities = _densities(builder, interface)
@@ -39,7 +39,10 @@ def rough_tables(builder: StackBuilder, plan: ChannelPlan, config: SolverConfig)
         face = _Face(builder, plan, config, interface, densities, FINE)
         # Evaluated to numbers even if the model is made inside a function that is being compiled.
         with computing(), jax.ensure_compile_time_eval():
-            return at_each(face.table, wavelengths, builder.values({}))
+            every = jnp.asarray(builder.wavelengths_nm), builder.values({})
+            first, same = _distinct(builder, every[1])
+            tables = at_each(face.table, *jax.tree.map(lambda column: column[first], every))
+            return jax.tree.map(lambda column: column[same], tables)
 
     return tuple(map(table, range(len(builder.faces))))
 
@@ -88,6 +91,15 @@ class _Face(NamedTuple):
             case (one, other):
                 return mixture_table(*given, (one, other), self.config.n_orders, sizes)
         return rough_table(*given, self.densities[0], self.config.n_orders, sizes)
+
+
+def _distinct(
+    builder: StackBuilder, values: Mapping
+) -> tuple[Int[np.ndarray, " distinct"], Int[np.ndarray, " wavelengths"]]:
+    """Wavelengths with different indices, by which alone facets depend on it; which one each is equal to."""
+    indices = np.stack([np.asarray(values[name]) for name in index_names(builder.sample)])
+    _, first, same = np.unique(indices, axis=1, return_index=True, return_inverse=True)
+    return first, same.reshape(-1)
 
 
 def _is_fixed(builder: StackBuilder, index: str) -> bool:

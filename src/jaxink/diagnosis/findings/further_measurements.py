@@ -77,11 +77,11 @@ def further_measurements(
     sigma_old = np.asarray(setup.noise.sigma_per_sr, float)
     relative = float(np.median(sigma_old / np.abs(data.bsdf_per_sr[used])))
     sigma = np.concatenate([sigma_old, relative * expected[item > 0]])
-    rival = bench(second, expected, sigma)
-    found = []
+    rival, found = bench(second, expected, sigma), []
+    start = rival.linearised(second.solution.values, second.solution.free)
     for number, name in enumerate(menu, start=1):
         left_out = (item > 0) & (item != number)
-        solution = rival.fit(second.solution.values, second.solution.free, left_out=left_out)
+        solution = rival.fit_without(start, left_out)
         found.append(FurtherMeasurement((first.effect.name, second.effect.name), name, solution.chi_square))
     return tuple(sorted(found, key=lambda f: -f.chi_square))
 

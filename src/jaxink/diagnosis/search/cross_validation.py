@@ -55,17 +55,13 @@ class CrossValidation:
     def _made(self, effects: tuple[Effect, ...], bench: Workbench, solution: Solution) -> np.ndarray | None:
         if effects not in self._predictions:
             predicted, what = [], f"held out with {' and '.join(e.name for e in effects) or 'no effect'}"
+            start = bench.linearised(solution.values, solution.free)
             for number, fold in enumerate(self.folds, start=1):
                 if self._allowance.is_over:
                     return None
                 self._follow(what, StepOf(number, len(self.folds)), solution.chi_square)
-                fit = bench.fit(
-                    solution.values,
-                    solution.free,
-                    left_out=fold,
-                    max_jacobians=self._policy.held_out_jacobians,
-                    decrement=self._policy.held_out_decrement,
-                )
+                policy = self._policy
+                fit = bench.fit_without(start, fold, policy.held_out_jacobians, policy.held_out_decrement)
                 predicted.append(fit.predicted_per_sr)
             self._predictions[effects] = np.stack(predicted)
         return self._predictions[effects]

@@ -19,6 +19,7 @@ import jax
 import jaxlib
 import numpy as np
 
+from jaxink.fitting.compiled import Point
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.fitting.programs import program_of
@@ -116,10 +117,7 @@ def _name(kind: str, objective: Objective, *about: Any) -> str | None:
 
 
 ARRAY = Form(lambda array: {"array": np.asarray(array)}, lambda arrays: arrays["array"])
-ARRAYS = Form(
-    lambda several: {f"array_{i}": np.asarray(array) for i, array in enumerate(several)},
-    lambda arrays: tuple(arrays[f"array_{i}"] for i in range(len(arrays))),
-)
+POINT = Form(lambda point: point._asdict(), lambda arrays: Point(**arrays))
 _SEARCH_ARRAYS = "start", "unit", "triangle", "gradient", "predicted"
 _PATH_ARRAYS = tuple(field.name for field in dataclasses.fields(SearchPath))
 

@@ -12,12 +12,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxink.diagnosis.search.pieces import ARRAY, ARRAYS, SEARCH, Pieces
+from jaxink.diagnosis.search.pieces import ARRAY, POINT, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene, carriers
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.colouring import colours, points_affected
-from jaxink.fitting.exclusion import without
+from jaxink.fitting.compiled import Point
+from jaxink.fitting.exclusion import fit_without, without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, compose
 from jaxink.fitting.outcome import Search
@@ -94,6 +95,14 @@ class Linearisation(NamedTuple):
     residual: Float[np.ndarray, " rows"]
 
 
+class Start(NamedTuple):
+    """An objective of all points, linearised, from which it is fitted without some of them."""
+
+    objective: SlotObjective
+    end: Point
+    free: tuple[str, ...]
+
+
 class _Slotted(NamedTuple):
     """An objective with its slots assigned, and their values."""
 
@@ -168,9 +177,7 @@ class Workbench:
         """Measured BSDF at the used points, 1/sr."""
         return self.objective.measured
 
-    def _with_slots(
-        self, values: dict[str, float], free: tuple[str, ...], left_out: Bool[np.ndarray, " points"] | None
-    ) -> _Slotted:
+    def _with_slots(self, values: dict[str, float], free: tuple[str, ...]) -> _Slotted:
         whole = self.start | {k: v for k, v in values.items() if k in self.start}
         chosen = [self.terms[name] for name in free]
         chosen += [_UNUSED] * (self.n_slots - len(free))
@@ -183,8 +190,6 @@ class Workbench:
             constants=np.array([whole[n] for n in self._index]),
             position=np.array(position),
         )
-        if left_out is not None:
-            objective = without(objective, left_out)
         return _Slotted(objective, np.clip(scale.to_unit(physical), 0.0, 1.0))
 
     def _search(self, objective: SlotObjective) -> GradientSearch:
@@ -196,7 +201,7 @@ class Workbench:
     def prepare(self, values: dict[str, float], free: tuple[str, ...]) -> None:
         """Compile the program of fits, in a thread of its own if so wished."""
         if not self._pieces.is_replaying:
-            objective, unit = self._with_slots(values, free, None)
+            objective, unit = self._with_slots(values, free)
             self._search(objective).compiled.prepare(unit, jacobian=True)
 
     def release(self) -> None:
@@ -213,7 +218,7 @@ class Workbench:
 
     def predict(self, values: dict[str, float]) -> Float[np.ndarray, " points"]:
         """Predicted BSDF at the used points, 1/sr."""
-        objective, unit = self._with_slots(values, (), None)
+        objective, unit = self._with_slots(values, ())
         return self._pieces.once(
             "prediction", (objective, unit), ARRAY, lambda: self._search(objective).predicted(unit)
         )
@@ -222,7 +227,6 @@ class Workbench:
         self,
         values: dict[str, float],
         free: tuple[str, ...],
-        left_out: Bool[np.ndarray, " points"] | None = None,
         max_jacobians: int = 40,
         measured: Float[np.ndarray, " points"] | None = None,
         decrement: float = DECREMENT,
@@ -235,8 +239,6 @@ class Workbench:
             Start.
         free
             Parameters to fit; those of the declared sample first.
-        left_out
-            Points to ignore.
         max_jacobians
             Limit of the search.
         measured
@@ -244,20 +246,62 @@ class Workbench:
         decrement
             At which the search ends; see `jaxink.fitting.bounded.DECREMENT`.
         """
-        objective, unit = self._with_slots(values, free, left_out)
+        objective, unit = self._with_slots(values, free)
         if measured is not None:
             objective = dataclasses.replace(objective, measured=measured)
-        held = {i: 0.5 for i in range(len(free), self.n_slots)}
+        held = self._unused(free)
         search = self._pieces.once(
             "fit",
             (objective, unit, held, max_jacobians, decrement),
             SEARCH,
             lambda: self._search(objective).run(unit, held, max_jacobians=max_jacobians, decrement=decrement),
         )
+        return self._solution(objective, free, search)
+
+    def fit_without(
+        self,
+        start: Start,
+        left_out: Bool[np.ndarray, " points"],
+        max_jacobians: int = 40,
+        decrement: float = DECREMENT,
+    ) -> Solution:
+        """Fit without some of the points.
+
+        Parameters
+        ----------
+        start
+            From `linearised`, at the fit of all points as a rule.
+        left_out
+            Points to ignore.
+        max_jacobians, decrement
+            As of `fit`.
+        """
+        objective, end, free = start
+        held = self._unused(free)
+        search = self._pieces.once(
+            "fit without points",
+            (without(objective, left_out), end.unit, held, max_jacobians, decrement),
+            SEARCH,
+            lambda: fit_without(
+                self._search(objective), objective, end, left_out, held, max_jacobians, decrement
+            ),
+        )
+        return self._solution(objective, free, search)
+
+    def _unused(self, free: tuple[str, ...]) -> dict[int, float]:
+        """Values of the slots that stand for no parameter."""
+        return {i: 0.5 for i in range(len(free), self.n_slots)}
+
+    def _solution(self, objective: SlotObjective, free: tuple[str, ...], search: Search) -> Solution:
         physical = objective.scale.to_physical(np.asarray(search.unit))
         found = dict(zip(objective.names, objective.constants.tolist(), strict=True))
         found |= dict(zip(free, physical.tolist(), strict=False))
         return Solution(found, free, search.loss, search.predicted, search)
+
+    def linearised(self, values: dict[str, float], free: tuple[str, ...]) -> Start:
+        """Start of fits of some parameters without some of the points."""
+        objective, unit = self._with_slots(values, free)
+        return Start(objective, self._linearised(objective, unit), free)
 
     def jacobian(self, values: dict[str, float], free: tuple[str, ...]) -> Linearisation:
         """Derivatives with respect to some parameters, all others at given values."""
@@ -270,19 +314,19 @@ class Workbench:
         found: dict[str, np.ndarray] = {}
         for batch in batches:
             names = (*fixed, *batch)
-            objective, unit = self._with_slots(values, names, None)
-            value, jacobian = self._linearised(objective, unit)
+            objective, unit = self._with_slots(values, names)
+            here = self._linearised(objective, unit)
             slope = objective.scale.slope(unit)
             for i, name in enumerate(names):
-                found[name] = -jacobian[:, i] / slope[i]
-            residual = value
+                found[name] = -here.jacobian[:, i] / slope[i]
+            residual = here.residual
         columns = [found[name] for name in free]
         return Linearisation(np.stack(columns, axis=1), residual)
 
-    def _linearised(self, objective: SlotObjective, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual and Jacobian in the slots."""
+    def _linearised(self, objective: SlotObjective, unit: np.ndarray) -> Point:
+        """Residual, prediction and Jacobian in the slots."""
         return self._pieces.once(
-            "linearisation", (objective, unit), ARRAYS, lambda: self._search(objective).linearised(unit)
+            "linearisation", (objective, unit), POINT, lambda: self._search(objective).linearised(unit)
         )
 
     def whiten(
