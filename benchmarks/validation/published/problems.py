@@ -88,6 +88,11 @@ class BothFaces(eqx.Module):
         """Wavelength of each point."""
         return np.concatenate([model.wavelength_of_point_nm for model in self.models])
 
+    @property
+    def n_stacks(self) -> int:
+        """Number of stacks that one prediction solves."""
+        return sum(model.n_stacks for model in self.models)
+
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """See `ForwardModel.own_wavelengths`."""
         return self.models[0].own_wavelengths(names)

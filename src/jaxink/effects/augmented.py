@@ -142,6 +142,11 @@ class AugmentedModel(eqx.Module):
         """As of `ForwardModel`."""
         return self.scene.wavelength_nm
 
+    @property
+    def n_stacks(self) -> int:
+        """As of `ForwardModel`, of all models together."""
+        return self.main.n_stacks + sum(model.n_stacks for _, model in self.others)
+
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """As of `ForwardModel`; none if an effect mixes wavelengths, or one of a user's own might."""
         if any(self.emissions):

@@ -12,12 +12,14 @@ from jaxtyping import Float
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.programs import Structure, arrays_of, program_of
-from jaxink.numerics.compiling import Tiered, hastily
+from jaxink.numerics.compiling import LITTLE, NONE, Tiered, hastily
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 
 # Number of runs above which optimised compilation pays: of Jacobians, and of residuals alone.
 _MANY_JACOBIANS, _MANY_RESIDUALS = 1000, 3000
+# Number of stacks above which a little optimisation pays for the few residuals of a screen.
+_MANY_STACKS = 10
 
 
 class Point(NamedTuple):
@@ -77,7 +79,8 @@ class CompiledPrograms:
         keys = [structure.key and fingerprint(structure.key, name) for name in ("with_slopes", "alone")]
         self.with_slopes = Tiered(with_slopes, _MANY_JACOBIANS, keys[0], (evaluate,))
         self.alone = Tiered(alone, _MANY_RESIDUALS, keys[1], (evaluate,))
-        self.once = hastily(alone, key=keys[1], calls=(evaluate,))
+        level = LITTLE if structure.n_stacks > _MANY_STACKS else NONE
+        self.once = hastily(alone, level, keys[1], (evaluate,))
 
 
 _programs = WeakCache(CompiledPrograms)

@@ -68,6 +68,10 @@ class FittedModel(Protocol):
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
         """Wavelength of each point."""
 
+    @property
+    def n_stacks(self) -> int:
+        """Number of stacks that one prediction solves."""
+
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
         """See `ForwardModel.own_wavelengths`."""
 

@@ -27,10 +27,13 @@ class Structure:
         `Objective.residual`.
     key
         Identifies it in every process; None if it contains what has no name there, such as a user's effect.
+    n_stacks
+        Number of stacks that one residual solves.
     """
 
     residual: Callable
     key: str | None
+    n_stacks: int
 
 
 class Program(NamedTuple):
@@ -52,7 +55,7 @@ class Program(NamedTuple):
 def _structure(treedef, leaves):
     static = jax.tree.unflatten(treedef, leaves)
     residual = jax.jit(lambda arrays, unit: eqx.combine(arrays, static).residual(unit))
-    return Structure(residual, fingerprint(static))
+    return Structure(residual, fingerprint(static), static.model.n_stacks)
 
 
 def program_of(objective: Objective) -> Program:

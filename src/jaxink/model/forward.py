@@ -27,6 +27,7 @@ from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
 from jaxink.solver.config import SolverConfig
+from jaxink.solver.lateral import N_FREQUENCIES
 from jaxink.solver.plan import ChannelPlan, plan_media
 from jaxink.solver.stack import Stack
 
@@ -101,6 +102,12 @@ class ForwardModel(eqx.Module):
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
         """Wavelength of each point."""
         return np.array(self.wavelengths_nm)[self.points.wavelength_of_point]
+
+    @property
+    def n_stacks(self) -> int:
+        """Number of stacks that one prediction solves, which takes most of its time."""
+        each = 1 if self.sample.beam_diameter_mm is None else N_FREQUENCIES
+        return each * len(self.wavelengths_nm)
 
     def tabulated(self) -> "ForwardModel":
         """The model for thousands of evaluations: rough faces beside a free refractive index are tabulated.

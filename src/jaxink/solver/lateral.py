@@ -27,7 +27,7 @@ from jaxink.numerics.own_derivatives import point_by_point
 
 # Frequencies times the radius of the field. The sum is exact without displacement. Elsewhere it is accurate
 # to some thousandths if displacements are spread by a third or more, as those of scattered light are.
-_N_FREQUENCIES, _HIGHEST, _SPREAD, _RIDGE = 20, 14.0, 0.3, 1e-4
+N_FREQUENCIES, _HIGHEST, _SPREAD, _RIDGE = 20, 14.0, 0.3, 1e-4
 # Displacements, over the radius of the field, at which the share is evaluated.
 _WAYS = np.append(0.0, np.geomspace(0.02, 100.0, 48))
 # Radius of a disc over a displacement, by which the beam is blurred; the coefficients allow for it. A narrow
@@ -59,7 +59,7 @@ def _sum_of_bessel_functions() -> tuple[np.ndarray, np.ndarray]:
     """Frequencies k_j, and the matrix from shares at `_WAYS` to the coefficients of J0(k_j s)."""
     from scipy.special import j0, j1
 
-    k = _HIGHEST * ((np.arange(_N_FREQUENCIES) + 0.5) / _N_FREQUENCIES) ** 2
+    k = _HIGHEST * ((np.arange(N_FREQUENCIES) + 0.5) / N_FREQUENCIES) ** 2
     level, fine = np.log(_WAYS[1:]), np.linspace(np.log(_WAYS[1]), np.log(_WAYS[-1]), 4000)
 
     def spread(at):
