@@ -15,11 +15,11 @@ from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
-from jaxink.effects import invalidity
+from jaxink.effects import Effect, invalidity
 from jaxink.numerics.progress import StepOf
 from jaxink.numerics.threads import in_threads
 
@@ -64,7 +64,13 @@ class ForwardSelection:
         own = sorted((n for n in promise if directions[n][0].effect.own_program), key=lambda n: -promise[n])
         shared = [name for name in promise if name not in own]
         likely_share = policy.own_program_share_far if stage.is_far else policy.own_program_share
-        with _prepared(stage, directions, promise, likely_share):
+
+        def may_be_worth(name: str) -> bool:
+            # A copy: refits are added meanwhile.
+            drops = [refit.delta_chi_square for refit in list(screening.refits.values())]
+            return promise[name] >= likely_share * max(drops + list(promise.values()))
+
+        with _prepared(stage, [directions[name][0].effect for name in own], may_be_worth):
             for name in shared:
                 self._refit(screening, name, len(promise))
             self._polish(screening)
@@ -216,20 +222,23 @@ class ForwardSelection:
 
 
 @contextmanager
-def _prepared(
-    stage: Stage, directions: dict[str, list[Direction]], promise: dict[str, float], share: float
-) -> Iterator[None]:
-    """Compile the program of the most promising effect meanwhile, if it is one that will be refitted."""
-    own = [name for name in promise if directions[name][0].effect.own_program]
-    leading = max(own, key=lambda name: promise[name], default=None)
-    others = [promise[name] for name in promise if name not in own]
-    if leading is None or not others or promise[leading] < share * max(others):
+def _prepared(stage: Stage, effects: list[Effect], may_be_worth: Callable[[str], bool]) -> Iterator[None]:
+    """Meanwhile, compile the programs of effects that may be refitted, one after the other.
+
+    The last one may go on afterwards, beside the refits that wait for it.
+    """
+
+    def prepare(effect: Effect) -> None:
+        if may_be_worth(effect.name):
+            stage.prepare(effect)
+
+    pool = ThreadPoolExecutor(1)
+    try:
+        for together in by_program(effects).values():
+            pool.submit(prepare, together[0])
         yield
-        return
-    with ThreadPoolExecutor(1) as pool:
-        made = pool.submit(stage.prepare, directions[leading][0].effect)
-        yield
-        made.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _step(screening: Screening, best: Refit, members: tuple[str, ...], gain: HeldOutGain) -> Step:
