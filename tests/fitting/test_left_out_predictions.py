@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.fitting import predict_left_out
+from jaxink.diagnosis import scan_folds
+from jaxink.fitting import exclusion, predict_left_out
+from jaxink.fitting.exclusion import fit_without, objective_of, solution_of, without
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.numerics.precision import computing
 
 
 def test_left_out_scan_is_predicted_as_by_a_fit_without_it(example_result, coarse):
@@ -23,3 +27,34 @@ def test_left_out_scan_is_predicted_as_by_a_fit_without_it(example_result, coars
     seen, unseen = (np.sum(((p - measured) / sigma)[fold] ** 2) for p in (result.predicted_per_sr, predicted))
     assert unseen > seen
     assert predicted[fold] == pytest.approx(result.predicted_per_sr[fold], rel=0.05)
+
+
+def test_jacobian_of_all_points_serves_for_the_first_step_of_every_fold(example_result):
+    objective = objective_of(example_result)
+    with computing():
+        search, start = GradientSearch(objective), solution_of(objective, example_result)
+        end, efforts = search.linearised(start), []
+        for fold in scan_folds(objective.scan):
+            found = fit_without(search, objective, end, fold)
+            anew = search.on(without(objective, fold)).run(start)
+            assert found.outcome.converged
+            # As close to the minimum as the search from the solution, whose end criterion is 1e-6.
+            assert found.loss == pytest.approx(anew.loss, abs=2e-6)
+            efforts.append((found.jacobians, anew.jacobians))
+    mine, plain = np.mean(efforts, axis=0)
+    assert mine <= 2 < plain
+
+
+def test_a_first_step_that_leads_nowhere_is_not_made(example_result, monkeypatch):
+    objective = objective_of(example_result)
+    fold = np.asarray(objective.scan) == 0
+    with computing():
+        search = GradientSearch(objective)
+        end = search.linearised(solution_of(objective, example_result))
+        expected = fit_without(search, objective, end, fold)
+        monkeypatch.setattr(
+            exclusion, "linear_minimum", lambda point, lower, upper: np.full_like(lower, 0.99)
+        )
+        found = fit_without(search, objective, end, fold)
+    np.testing.assert_array_equal(found.start, end.unit)
+    np.testing.assert_allclose(found.unit, expected.unit, atol=1e-5)

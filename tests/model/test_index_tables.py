@@ -1,4 +1,4 @@
-"""Rough faces beside a free refractive index, tabulated over it for a scan."""
+"""Rough faces tabulated: over a free refractive index for a scan, and at each of several fixed ones."""
 
 import itertools
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from jaxink.model import tables
 from jaxink.numerics.precision import computing
 from jaxink.solver.config import SolverConfig
 from jaxink.surfaces.index_table import IndexTable, pieces_of
@@ -112,6 +113,28 @@ def test_two_densities_and_several_wavelengths():
 def test_two_free_indices_are_not_tabulated():
     plain = model(plate="{ free = true, value = 1.5, min = 1.45, max = 1.55 }")
     assert plain.tabulated() is plain
+
+
+def test_wavelengths_with_the_same_indices_share_a_table(monkeypatch):
+    made = []
+
+    def counted(function, wavelengths, values, original=tables.at_each):
+        made.append(np.asarray(wavelengths).tolist())
+        return original(function, wavelengths, values)
+
+    with computing():
+        with monkeypatch.context() as patched:
+            patched.setattr(tables, "at_each", counted)
+            together = model(
+                index="{ per_wavelength = true, value = [1.52, 1.48, 1.52] }", waves=(450, 550, 650)
+            )
+        # Each has the face between its own indices nevertheless.
+        assert made == [[550.0, 450.0]]
+        first, other, last = np.split(np.asarray(bsdf(together, {})), 3)
+        np.testing.assert_allclose(first, last, rtol=1e-12)
+        np.testing.assert_allclose(first, bsdf(model(index="1.52"), {}), rtol=1e-10)
+        np.testing.assert_allclose(other, bsdf(model(index="1.48"), {}), rtol=1e-10)
+    assert np.max(np.abs(other / first - 1)) > 1e-2
 
 
 @eqx.filter_jit
