@@ -1,6 +1,7 @@
 """The whole procedure on small simulated cases: nothing where nothing is, and the effect where one is."""
 
 import dataclasses
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,7 +18,12 @@ from jaxink.diagnosis import (
     scan_folds,
     transfer,
 )
+from jaxink.diagnosis.search.candidate_refits import polished
 from jaxink.diagnosis.search.direction import Direction
+from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import AugmentedModel, Case, ReadingEffect, Scene
 from jaxink.effects.constants import PlateAbsorption
 from jaxink.effects.geometry import ThinPatches
@@ -25,6 +31,7 @@ from jaxink.effects.instrument import AngleOffset, Drift, Gain, StrayLight
 from jaxink.effects.surfaces import RoughInk
 from jaxink.fitting import predict_left_out
 from jaxink.fitting.objective import weights_of
+from jaxink.fitting.outcome import Outcome, Search
 from jaxink.measurement import GonioData
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, parse_sample
@@ -144,6 +151,26 @@ def test_what_is_compared_need_not_converge_but_what_is_accepted_does(pair):
         assert step.refit.solution.search.decrement < 1e-6 * pair.before.fitted.reduced_chi_square
         assert abs(step.strength - same.strength) < 0.01 * same.standard_error
         assert step.held_out_gain.mean == pytest.approx(same.held_out_gain.mean, rel=0.03)
+
+
+@pytest.mark.parametrize(("each", "rounds"), [(0.1, 1), (0.5, 4), (0.0, 1)])
+def test_a_refit_is_continued_as_long_as_that_lowers_chi_square_noticeably(each, rounds):
+    searched = Mock(Search, outcome=Outcome.MAX_STEPS)
+    asked = []
+
+    def fit(values, free, max_jacobians, decrement):
+        asked.append(max_jacobians)
+        return Solution({}, (), 100.0 - each * len(asked), np.zeros(1), searched)
+
+    declared = Solution({}, (), 120.0, np.zeros(1), searched)
+    stage = Mock(Stage, setup=Mock(Setup, policy=SearchPolicy()), refits={}, solution=declared)
+    effect = StrayLight()
+    begun = Refit(effect, dataclasses.replace(declared, chi_square=100.0), Mock(Workbench, fit=fit), 20.0)
+    done = polished(stage, begun)
+    assert asked == [10] * rounds
+    assert done is stage.refits[effect]
+    assert done.delta_chi_square == pytest.approx(20 + rounds * each)
+    assert polished(stage, done) is done
 
 
 def test_no_more_parameters_are_freed_than_allowed(pair):

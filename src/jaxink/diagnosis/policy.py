@@ -47,6 +47,11 @@ class SearchPolicy:
         Largest number of those effects that are refitted at one stage.
     polish_share, most_polished
         Refits that are continued: those with at least this share of the best decrease, and how many.
+    polish_jacobians, polish_rounds, polish_gain
+        They are continued by so many Jacobians at a time, at most so often, and as long as each time lowers
+        chi-square by this.
+    converged_jacobians
+        Largest number of Jacobians with which the accepted refit is continued to convergence.
     polish_decrement, held_out_decrement
         Continued refits, and fits without some of the points, end where a step promises to lower chi-square
         by less than this, relative to chi-square per degree of freedom: they are compared by whole units of
@@ -112,6 +117,10 @@ class SearchPolicy:
     most_own_programs: int = 4
     polish_share: float = 0.4
     most_polished: int = 6
+    polish_jacobians: int = 10
+    polish_rounds: int = 4
+    polish_gain: float = 0.4
+    converged_jacobians: int = 40
     polish_decrement: float = 1e-3
     held_out_decrement: float = 1e-4
     held_out_jacobians: int = 20

@@ -38,18 +38,27 @@ def best_refit(stage: Stage, directions: list[Direction]) -> Refit:
 
 def polished(stage: Stage, begun: Refit) -> Refit:
     """The refit, continued until chi-square is known well enough to compare it with others."""
-    if begun.is_polished or begun.solution.search.outcome.converged:
+    policy, done = stage.setup.policy, begun
+    if begun.is_polished:
         return begun
-    return _continued(stage, begun, stage.setup.policy.polish_decrement)
+    for _ in range(policy.polish_rounds):
+        if done.solution.search.outcome.converged:
+            break
+        before = done
+        done = _continued(stage, before, policy.polish_decrement, policy.polish_jacobians)
+        if done.delta_chi_square - before.delta_chi_square < policy.polish_gain:
+            break
+    return done
 
 
 def converged(stage: Stage, begun: Refit) -> Refit:
     """The refit, continued to convergence."""
-    return _continued(stage, begun, DECREMENT)
+    return _continued(stage, begun, DECREMENT, stage.setup.policy.converged_jacobians)
 
 
-def _continued(stage: Stage, begun: Refit, decrement: float) -> Refit:
-    found = begun.bench.fit(begun.solution.values, begun.solution.free, decrement=decrement)
+def _continued(stage: Stage, begun: Refit, decrement: float, most: int) -> Refit:
+    values, free = begun.solution.values, begun.solution.free
+    found = begun.bench.fit(values, free, max_jacobians=most, decrement=decrement)
     lower = stage.solution.chi_square - found.chi_square
     done = dataclasses.replace(begun, solution=found, delta_chi_square=lower, is_polished=True)
     stage.refits[begun.effect] = done
