@@ -6,7 +6,7 @@ import pytest
 import jaxink
 from jaxink.diagnosis import scan_folds
 from jaxink.fitting import exclusion, predict_left_out
-from jaxink.fitting.exclusion import fit_without, objective_of, solution_of, without
+from jaxink.fitting.exclusion import fit_near, objective_of, solution_of, without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.numerics.precision import computing
 
@@ -35,7 +35,7 @@ def test_jacobian_of_all_points_serves_for_the_first_step_of_every_fold(example_
         search, start = GradientSearch(objective), solution_of(objective, example_result)
         end, efforts = search.linearised(start), []
         for fold in scan_folds(objective.scan):
-            found = fit_without(search, objective, end, fold)
+            found = fit_near(search, without(objective, fold), end)
             anew = search.on(without(objective, fold)).run(start)
             assert found.outcome.converged
             # As close to the minimum as the search from the solution, whose end criterion is 1e-6.
@@ -51,10 +51,10 @@ def test_a_first_step_that_leads_nowhere_is_not_made(example_result, monkeypatch
     with computing():
         search = GradientSearch(objective)
         end = search.linearised(solution_of(objective, example_result))
-        expected = fit_without(search, objective, end, fold)
+        expected = fit_near(search, without(objective, fold), end)
         monkeypatch.setattr(
             exclusion, "linear_minimum", lambda point, lower, upper: np.full_like(lower, 0.99)
         )
-        found = fit_without(search, objective, end, fold)
+        found = fit_near(search, without(objective, fold), end)
     np.testing.assert_array_equal(found.start, end.unit)
     np.testing.assert_allclose(found.unit, expected.unit, atol=1e-5)

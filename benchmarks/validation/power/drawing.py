@@ -72,7 +72,7 @@ class Case:
     def follows(self, name, predicted, factor) -> bool:
         """Whether fits follow an effect so far that the screen, made at their start, misjudges the rest."""
         direction, limit = self.limit(name)
-        fitted = self.stage.bench.fit(self.stage.solution.values, self.stage.free, measured=predicted)
+        fitted = self.stage.bench.fit_near(self.stage.linearised, measured=predicted)
         linear = (factor * limit * self.length(direction.column)) ** 2
         return abs(fitted.chi_square / linear - 1) > SERVED
 

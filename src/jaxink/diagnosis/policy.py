@@ -28,6 +28,9 @@ class SearchPolicy:
         Screen: above this degenerate fraction a candidate is hardly testable.
     limit_multiples
         Multiples of a linear detection limit at which refits verify it, the largest first.
+    limit_decrement
+        At which these refits end, relative to chi-square per degree of freedom. There is no noise in them, so
+        chi-square is small, and known to a share of this over the degrees of freedom.
     far_reduced_chi_square
         Above this reduced chi-square the linear screen is unreliable, and every testable candidate is
         refitted.
@@ -107,6 +110,7 @@ class SearchPolicy:
     ljung_box_lags: int = 10
     largest_degenerate_fraction: float = 0.98
     limit_multiples: tuple[float, ...] = (16.0, 8.0, 4.0, 2.0)
+    limit_decrement: float = 0.1
     far_reduced_chi_square: float = 3.0
     refit_starts: int = 2
     rival_minima: int = 2

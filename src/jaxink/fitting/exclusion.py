@@ -1,6 +1,7 @@
-"""Fits without some of the points, and their predictions of these points."""
+"""Fits to nearly the same data as another one, above all without some of the points."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import equinox as eqx
 import numpy as np
@@ -39,7 +40,7 @@ def predict_left_out(
         search, found = GradientSearch(objective), []
         end = search.compiled.linearised(solution_of(objective, result))
         for number, left_out in enumerate(np.asarray(folds, bool)):
-            found.append(fit_without(search, objective, end, left_out).predicted)
+            found.append(fit_near(search, without(objective, left_out), end).predicted)
             if progress is not None:
                 progress(number + 1)
     return np.array(found)
@@ -56,45 +57,42 @@ def solution_of(objective: Objective, result: FitResult) -> Float[np.ndarray, " 
     return objective.scale.to_unit(np.array([result.values[name] for name in objective.free]))
 
 
-def fit_without(
+def fit_near(
     search: GradientSearch,
     objective: Objective,
     end: Point,
-    left_out: Bool[np.ndarray, " points"],
     held: Mapping[int, float] | None = None,
     max_jacobians: int | None = None,
     decrement: float = DECREMENT,
 ) -> Search:
-    """Fit without some of the points, after a fit of all of them.
+    """Fit to some of the points, or to other measured values, after a fit to all of them.
 
-    The Jacobian at the end of that fit serves for the first step of every fit without some points, which is
-    then nearly always in the minimum after one or two Jacobians of its own.
+    The Jacobian at the end of that fit serves for the first step, which is nearly always so close to the
+    minimum that one or two further Jacobians do.
 
     Parameters
     ----------
     search
         Runs the programs of the objective.
     objective
-        Of all points.
+        As `search` minimised before, with other measured values or without some of the points.
     end
-        A point where it has been linearised, a minimum as a rule.
-    left_out
-        True for the points to ignore.
+        Where that has been linearised, a minimum as a rule.
     held, max_jacobians, decrement
         As of `GradientSearch.run`.
     """
-    rest = without(objective, left_out)
-    engine, n = search.on(rest), len(left_out)
-    residual, jacobian = np.array(end.residual), np.array(end.jacobian)
-    # Exact unless points within a scan are left out that has a common factor.
-    residual[:n][left_out] = jacobian[:n][left_out] = 0.0
+    engine, n = search.on(objective), len(objective.measured)
+    residual = np.concatenate([np.asarray(objective.rows(end.predicted)), end.residual[n:]])
+    jacobian = np.array(end.jacobian)
+    # Not exact if some of the points of a scan with a common factor are left out; what follows corrects it.
+    jacobian[:n][objective.weight == 0] = 0.0
     box = np.zeros_like(end.unit), np.ones_like(end.unit)
-    there = linear_minimum(Point(end.unit, residual, end.predicted, jacobian), *box)
-    found = engine.run(there, held, None, max_jacobians, None, decrement, NEAR_DAMPING)
-    here = np.concatenate([np.asarray(rest.rows(end.predicted)), end.residual[n:]])
-    if not found.loss_start <= here @ here:
+    near = linear_minimum(Point(end.unit, residual, end.predicted, jacobian), *box)
+    run = partial(engine.run, held=held, max_jacobians=max_jacobians, decrement=decrement)
+    found = run(near, damping=NEAR_DAMPING)
+    if not found.loss_start <= residual @ residual:
         # The model is not linear on so long a way.
-        found = engine.run(end.unit, held, None, max_jacobians, None, decrement)
+        found = run(end.unit)
     return found
 
 

@@ -81,7 +81,7 @@ def further_measurements(
     start = rival.linearised(second.solution.values, second.solution.free)
     for number, name in enumerate(menu, start=1):
         left_out = (item > 0) & (item != number)
-        solution = rival.fit_without(start, left_out)
+        solution = rival.fit_near(start, left_out)
         found.append(FurtherMeasurement((first.effect.name, second.effect.name), name, solution.chi_square))
     return tuple(sorted(found, key=lambda f: -f.chi_square))
 

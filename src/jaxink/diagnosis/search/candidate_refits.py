@@ -149,8 +149,8 @@ def limit_by_refits(stage: Stage, direction: Direction, limit: float, critical_z
     def left_at(step):
         there = terms | stage.solution.values | direction.setting | {name: effect.neutral + step * unit}
         truth = bench.predict(there)
-        # Fitted to convergence, or part of the misfit would be unfinished fitting.
-        return stage.bench.fit(stage.solution.values, stage.free, measured=truth).chi_square
+        decrement = stage.setup.policy.limit_decrement
+        return stage.bench.fit_near(stage.linearised, measured=truth, decrement=decrement).chi_square
 
     multiples = stage.setup.policy.limit_multiples
     steps = sorted({min(factor * limit, direction.largest) for factor in multiples}, reverse=True)

@@ -61,7 +61,8 @@ class CrossValidation:
                     return None
                 self._follow(what, StepOf(number, len(self.folds)), solution.chi_square)
                 policy = self._policy
-                fit = bench.fit_without(start, fold, policy.held_out_jacobians, policy.held_out_decrement)
+                limits = policy.held_out_jacobians, policy.held_out_decrement
+                fit = bench.fit_near(start, fold, None, *limits)
                 predicted.append(fit.predicted_per_sr)
             self._predictions[effects] = np.stack(predicted)
         return self._predictions[effects]

@@ -14,7 +14,7 @@ from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.direction import Direction, secants, tangents
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
-from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.search.workbench import Solution, Start, Workbench
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
@@ -90,6 +90,11 @@ class Stage:
         sigma = np.sqrt(np.diag(np.linalg.pinv(triangle.T @ triangle, hermitian=True)))
         near = np.minimum(sigma, 0.25)
         return np.where(unit <= near * _NEAR_BOUND, -1, np.where(unit >= 1 - near * _NEAR_BOUND, 1, 0))
+
+    @cached_property
+    def linearised(self) -> Start:
+        """Start of fits of the free parameters to nearly the same data."""
+        return self.bench.linearised(self.solution.values, self.free)
 
     @cached_property
     def projection(self) -> Projection:

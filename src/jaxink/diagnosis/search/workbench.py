@@ -18,7 +18,7 @@ from jaxink.effects import AugmentedModel, Effect, Scene, carriers
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.colouring import colours, points_affected
 from jaxink.fitting.compiled import Point
-from jaxink.fitting.exclusion import fit_without, without
+from jaxink.fitting.exclusion import fit_near, without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, compose
 from jaxink.fitting.outcome import Search
@@ -96,7 +96,7 @@ class Linearisation(NamedTuple):
 
 
 class Start(NamedTuple):
-    """An objective of all points, linearised, from which it is fitted without some of them."""
+    """An objective with a point where it has been linearised, to be fitted to nearly the same data."""
 
     objective: SlotObjective
     end: Point
@@ -228,7 +228,6 @@ class Workbench:
         values: dict[str, float],
         free: tuple[str, ...],
         max_jacobians: int = 40,
-        measured: Float[np.ndarray, " points"] | None = None,
         decrement: float = DECREMENT,
     ) -> Solution:
         """Fit some parameters, all others at given values.
@@ -241,14 +240,10 @@ class Workbench:
             Parameters to fit; those of the declared sample first.
         max_jacobians
             Limit of the search.
-        measured
-            Values to fit instead of the measured ones, 1/sr.
         decrement
             At which the search ends; see `jaxink.fitting.bounded.DECREMENT`.
         """
         objective, unit = self._with_slots(values, free)
-        if measured is not None:
-            objective = dataclasses.replace(objective, measured=measured)
         held = self._unused(free)
         search = self._pieces.once(
             "fit",
@@ -258,33 +253,38 @@ class Workbench:
         )
         return self._solution(objective, free, search)
 
-    def fit_without(
+    def fit_near(
         self,
         start: Start,
-        left_out: Bool[np.ndarray, " points"],
+        left_out: Bool[np.ndarray, " points"] | None = None,
+        measured: Float[np.ndarray, " points"] | None = None,
         max_jacobians: int = 40,
         decrement: float = DECREMENT,
     ) -> Solution:
-        """Fit without some of the points.
+        """Fit to some of the points, or to other measured values.
 
         Parameters
         ----------
         start
-            From `linearised`, at the fit of all points as a rule.
+            From `linearised`, at the fit to all of them as a rule.
         left_out
             Points to ignore.
+        measured
+            Values to fit instead of the measured ones, 1/sr.
         max_jacobians, decrement
             As of `fit`.
         """
         objective, end, free = start
-        held = self._unused(free)
+        if left_out is not None:
+            objective = without(objective, left_out)
+        if measured is not None:
+            objective = dataclasses.replace(objective, measured=measured)
+        limits = self._unused(free), max_jacobians, decrement
         search = self._pieces.once(
-            "fit without points",
-            (without(objective, left_out), end.unit, held, max_jacobians, decrement),
+            "fit nearby",
+            (objective, end.unit, *limits),
             SEARCH,
-            lambda: fit_without(
-                self._search(objective), objective, end, left_out, held, max_jacobians, decrement
-            ),
+            lambda: fit_near(self._search(objective), objective, end, *limits),
         )
         return self._solution(objective, free, search)
 
@@ -299,7 +299,7 @@ class Workbench:
         return Solution(found, free, search.loss, search.predicted, search)
 
     def linearised(self, values: dict[str, float], free: tuple[str, ...]) -> Start:
-        """Start of fits of some parameters without some of the points."""
+        """Start of fits of some parameters to nearly the same data."""
         objective, unit = self._with_slots(values, free)
         return Start(objective, self._linearised(objective, unit), free)
 
