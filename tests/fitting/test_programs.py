@@ -14,6 +14,7 @@ from jaxink.fitting.programs import program_of
 from jaxink.measurement import GonioData
 from jaxink.sample import parse_sample
 from jaxink.solver.config import SolverConfig
+from jaxink.solver.lateral import N_FREQUENCIES
 
 SMALL = SolverConfig(4, 4, 8, 2)
 HEAD = 'schema_version = 1\nwavelength_nm = {waves}\ntitle = "{title}"\n'
@@ -130,3 +131,17 @@ def test_a_further_sheet_of_a_batch_compiles_nothing(caplog):
 
     assert compiled(0)
     assert compiled(1) == []
+
+
+def test_number_of_stacks_tells_what_a_prediction_costs():
+    field = "\n[instrument]\nbeam_diameter_mm = 2\ndetector_diameter_mm = 6\n"
+    gap = "\n[effects.air_gap]\nshare = { free = true, value = 0.2, min = 0, max = 1 }\n"
+    found = {}
+    with jax.enable_x64(True):
+        for name, more in {"two wavelengths": "", "field of view": field, "two areas": gap}.items():
+            kind = "plate and ink" if more else "spheres, two wavelengths"
+            sample = parse_sample(KINDS[kind].format(**FIRST) + more)
+            objective = make_objective(data_at(sample.wavelengths_nm), sample, config=SMALL)
+            found[name] = program_of(objective).structure.n_stacks
+    # With a field of view, one stack for each frequency of the lateral displacement.
+    assert found == {"two wavelengths": 2, "field of view": N_FREQUENCIES, "two areas": 2}
