@@ -152,7 +152,8 @@ def write(kept: dict[str, dict[str, list[dict]]]) -> None:
 
 What a person waits for: the whole command, from its start to the last file, figures included
 (`python -m benchmarks.speed.answers`, {"; ".join(machines)}).
-Medians of the runs; in brackets those of an earlier version that took turns with this one.
+Medians of the runs; in brackets those of an earlier version that took turns with this one. Every run is kept,
+those of earlier states of this version as well.
 The first run traces and compiles every program, and stores them; the second one loads them. The third time
 is that of the library, when the same process has done it before, without files. The last column shows how
 fast the machine was: it is a virtual one, whose share of the processor varies severalfold from hour to hour.
