@@ -35,8 +35,9 @@ def test_jacobian_of_all_points_serves_for_the_first_step_of_every_fold(example_
         search, start = GradientSearch(objective), solution_of(objective, example_result)
         end, efforts = search.linearised(start), []
         for fold in scan_folds(objective.scan):
-            found = fit_near(search, without(objective, fold), end)
-            anew = search.on(without(objective, fold)).run(start)
+            rest = without(objective, fold)
+            found = fit_near(search.on(rest), rest, end)
+            anew = search.on(rest).run(start)
             assert found.outcome.converged
             # As close to the minimum as the search from the solution, whose end criterion is 1e-6.
             assert found.loss == pytest.approx(anew.loss, abs=2e-6)
@@ -49,12 +50,12 @@ def test_a_first_step_that_leads_nowhere_is_not_made(example_result, monkeypatch
     objective = objective_of(example_result)
     fold = np.asarray(objective.scan) == 0
     with computing():
-        search = GradientSearch(objective)
+        search, rest = GradientSearch(objective), without(objective, fold)
         end = search.linearised(solution_of(objective, example_result))
-        expected = fit_near(search, without(objective, fold), end)
+        expected = fit_near(search.on(rest), rest, end)
         monkeypatch.setattr(
             exclusion, "linear_minimum", lambda point, lower, upper: np.full_like(lower, 0.99)
         )
-        found = fit_near(search, without(objective, fold), end)
+        found = fit_near(search.on(rest), rest, end)
     np.testing.assert_array_equal(found.start, end.unit)
     np.testing.assert_allclose(found.unit, expected.unit, atol=1e-5)

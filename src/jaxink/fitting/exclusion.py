@@ -38,9 +38,10 @@ def predict_left_out(
     objective = objective_of(result)
     with computing():
         search, found = GradientSearch(objective), []
-        end = search.compiled.linearised(solution_of(objective, result))
+        end = search.linearised(solution_of(objective, result))
         for number, left_out in enumerate(np.asarray(folds, bool)):
-            found.append(fit_near(search, without(objective, left_out), end).predicted)
+            rest = without(objective, left_out)
+            found.append(fit_near(search.on(rest), rest, end).predicted)
             if progress is not None:
                 progress(number + 1)
     return np.array(found)
@@ -73,22 +74,22 @@ def fit_near(
     Parameters
     ----------
     search
-        Runs the programs of the objective.
+        Of the objective.
     objective
-        As `search` minimised before, with other measured values or without some of the points.
+        Without some of the points, or with other measured values.
     end
-        Where that has been linearised, a minimum as a rule.
+        Where the objective of all of them has been linearised, a minimum as a rule.
     held, max_jacobians, decrement
         As of `GradientSearch.run`.
     """
-    engine, n = search.on(objective), len(objective.measured)
+    n = len(objective.measured)
     residual = np.concatenate([np.asarray(objective.rows(end.predicted)), end.residual[n:]])
     jacobian = np.array(end.jacobian)
     # Not exact if some of the points of a scan with a common factor are left out; what follows corrects it.
     jacobian[:n][objective.weight == 0] = 0.0
     box = np.zeros_like(end.unit), np.ones_like(end.unit)
     near = linear_minimum(Point(end.unit, residual, end.predicted, jacobian), *box)
-    run = partial(engine.run, held=held, max_jacobians=max_jacobians, decrement=decrement)
+    run = partial(search.run, held=held, max_jacobians=max_jacobians, decrement=decrement)
     found = run(near, damping=NEAR_DAMPING)
     if not found.loss_start <= residual @ residual:
         # The model is not linear on so long a way.

@@ -60,9 +60,12 @@ class CrossValidation:
                 if self._allowance.is_over:
                     return None
                 self._follow(what, StepOf(number, len(self.folds)), solution.chi_square)
-                policy = self._policy
-                limits = policy.held_out_jacobians, policy.held_out_decrement
-                fit = bench.fit_near(start, fold, None, *limits)
+                fit = bench.fit_near(
+                    start,
+                    left_out=fold,
+                    max_jacobians=self._policy.held_out_jacobians,
+                    decrement=self._policy.held_out_decrement,
+                )
                 predicted.append(fit.predicted_per_sr)
             self._predictions[effects] = np.stack(predicted)
         return self._predictions[effects]

@@ -57,9 +57,9 @@ class Stage:
 
     Attributes
     ----------
-    bench, free, solution, jacobian, residual
+    bench, free, solution, linearised, jacobian, residual
         The workbench of all effects that share its program; the free parameters, their fit, and its
-        linearisation.
+        linearisation: as a start of fits to nearly the same data, and in the units of the parameters.
     refits
         Refits made so far, by the form of the effect.
     """
@@ -79,7 +79,8 @@ class Stage:
         self._own: dict[str, Workbench] = {}
         self.refits: dict[Effect, Refit] = {}
         self.solution, self._made = self._fitted(values)
-        self.jacobian, self.residual = self.bench.jacobian(self.solution.values, self.free)
+        self.linearised: Start = self.bench.linearised(self.solution.values, self.free)
+        self.jacobian, self.residual = self.linearised.derivatives
 
     @cached_property
     def at_bound(self) -> Int[np.ndarray, " parameters"]:
@@ -90,11 +91,6 @@ class Stage:
         sigma = np.sqrt(np.diag(np.linalg.pinv(triangle.T @ triangle, hermitian=True)))
         near = np.minimum(sigma, 0.25)
         return np.where(unit <= near * _NEAR_BOUND, -1, np.where(unit >= 1 - near * _NEAR_BOUND, 1, 0))
-
-    @cached_property
-    def linearised(self) -> Start:
-        """Start of fits of the free parameters to nearly the same data."""
-        return self.bench.linearised(self.solution.values, self.free)
 
     @cached_property
     def projection(self) -> Projection:

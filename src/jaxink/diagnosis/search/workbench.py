@@ -102,6 +102,14 @@ class Start(NamedTuple):
     end: Point
     free: tuple[str, ...]
 
+    @property
+    def derivatives(self) -> Linearisation:
+        """Derivatives with respect to the free parameters."""
+        n = len(self.free)
+        slope = self.objective.scale.slope(self.end.unit)[:n]
+        assert self.end.jacobian is not None
+        return Linearisation(-self.end.jacobian[:, :n] / slope, self.end.residual)
+
 
 class _Slotted(NamedTuple):
     """An objective with its slots assigned, and their values."""
@@ -301,7 +309,10 @@ class Workbench:
     def linearised(self, values: dict[str, float], free: tuple[str, ...]) -> Start:
         """Start of fits of some parameters to nearly the same data."""
         objective, unit = self._with_slots(values, free)
-        return Start(objective, self._linearised(objective, unit), free)
+        end = self._pieces.once(
+            "linearisation", (objective, unit), POINT, lambda: self._search(objective).linearised(unit)
+        )
+        return Start(objective, end, free)
 
     def jacobian(self, values: dict[str, float], free: tuple[str, ...]) -> Linearisation:
         """Derivatives with respect to some parameters, all others at given values."""
@@ -314,20 +325,10 @@ class Workbench:
         found: dict[str, np.ndarray] = {}
         for batch in batches:
             names = (*fixed, *batch)
-            objective, unit = self._with_slots(values, names)
-            here = self._linearised(objective, unit)
-            slope = objective.scale.slope(unit)
-            for i, name in enumerate(names):
-                found[name] = -here.jacobian[:, i] / slope[i]
-            residual = here.residual
+            jacobian, residual = self.linearised(values, names).derivatives
+            found |= zip(names, jacobian.T, strict=True)
         columns = [found[name] for name in free]
         return Linearisation(np.stack(columns, axis=1), residual)
-
-    def _linearised(self, objective: SlotObjective, unit: np.ndarray) -> Point:
-        """Residual, prediction and Jacobian in the slots."""
-        return self._pieces.once(
-            "linearisation", (objective, unit), POINT, lambda: self._search(objective).linearised(unit)
-        )
 
     def whiten(
         self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]
