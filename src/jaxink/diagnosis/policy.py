@@ -29,8 +29,8 @@ class SearchPolicy:
     limit_multiples
         Multiples of a linear detection limit at which refits verify it, the largest first.
     limit_decrement
-        At which these refits end, relative to chi-square per degree of freedom. There is no noise in them, so
-        chi-square is small, and known to a share of this over the degrees of freedom.
+        These refits end where a step promises to lower chi-square by less than this, relative to chi-square
+        per degree of freedom; their data have no noise.
     far_reduced_chi_square
         Above this reduced chi-square the linear screen is unreliable, and every testable candidate is
         refitted.
@@ -51,8 +51,8 @@ class SearchPolicy:
     polish_share, most_polished
         Refits that are continued: those with at least this share of the best decrease, and how many.
     polish_jacobians, polish_rounds, polish_gain
-        They are continued by so many Jacobians at a time, at most so often, and as long as each time lowers
-        chi-square by this.
+        A refit is continued by `polish_jacobians` at a time, for at most `polish_rounds`, and only while a
+        round lowers chi-square by at least `polish_gain`.
     converged_jacobians
         Largest number of Jacobians with which the accepted refit is continued to convergence.
     polish_decrement, held_out_decrement
