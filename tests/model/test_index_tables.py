@@ -110,6 +110,22 @@ def test_two_densities_and_several_wavelengths():
         np.testing.assert_allclose(bsdf(tabulated, values), bsdf(plain, values), rtol=3e-3)
 
 
+def test_wavelengths_with_the_same_plate_share_a_table_over_the_index(both, monkeypatch):
+    made = []
+
+    def counted(face, wavelength_nm, values, original=tables._Face.table):
+        made.append(float(wavelength_nm))
+        return original(face, wavelength_nm, values)
+
+    monkeypatch.setattr(tables._Face, "table", counted)
+    with computing():
+        together = model(waves=(450, 650)).tabulated()
+    assert set(made) == {450.0}
+    leaves, alone = map(jax.tree.leaves, (together.rough_tables, both[1].rough_tables))
+    for found, once in zip(leaves, alone, strict=True):
+        np.testing.assert_allclose(found, np.repeat(once, 2, axis=0), rtol=1e-12)
+
+
 def test_two_free_indices_are_not_tabulated():
     plain = model(plate="{ free = true, value = 1.5, min = 1.45, max = 1.55 }")
     assert plain.tabulated() is plain

@@ -140,26 +140,27 @@ def _index_table(builder, plan, config, interface, free) -> IndexTable | None:
         return None
     with computing(), jax.ensure_compile_time_eval():
         every = builder.values({})
+        first, same = _distinct(builder, every)
         pieces = [
             _pieces(builder, plan, free, {name: float(value[k]) for name, value in every.items()})
-            for k in range(len(builder.wavelengths_nm))
+            for k in first
         ]
         if len({len(own) for own in pieces}) > 1:
             return None
         counts = tuple(max(piece.n_nodes for piece in same) for same in zip(*pieces, strict=True))
         face = _Face(builder, plan, config, interface, densities, QUICK)
         at_wavelengths = []
-        for k, own in enumerate(pieces):
+        for k, own in zip(first, pieces, strict=True):
             nodes = np.concatenate([p.nodes(n) for p, n in zip(own, counts, strict=True)])
             tables = []
             for node in nodes:
                 values = {name: value[k] for name, value in builder.values({free.name: node}).items()}
                 tables.append(face.table(jnp.asarray(builder.wavelengths_nm[k]), values))
-                if _megabytes(tables[0]) * len(nodes) * len(pieces) > _LARGEST_MB:
+                if _megabytes(tables[0]) * len(nodes) * len(same) > _LARGEST_MB:
                     return None
             at_wavelengths.append(jax.tree.map(lambda *nodes: jnp.stack(nodes), *tables))
-        low, high = (jnp.asarray([[piece[i] for piece in own] for own in pieces], float) for i in (0, 1))
-        tables = jax.tree.map(lambda *waves: jnp.stack(waves), *at_wavelengths)
+        low, high = (jnp.asarray([[piece[i] for piece in pieces[k]] for k in same], float) for i in (0, 1))
+        tables = jax.tree.map(lambda *waves: jnp.stack(waves)[same], *at_wavelengths)
     return IndexTable(tables, low, high, counts, free.name)
 
 
