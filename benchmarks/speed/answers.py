@@ -4,7 +4,8 @@ python -m benchmarks.speed.answers [--before CHECKOUT] [--runs N] [COMMAND:NAME 
 
 Each command runs in a fresh process on a simulated measurement, first with nothing stored, then with the
 programs that the first run stored; and the library runs it twice in one process, of which the second run
-counts. Another checkout of jaxink takes turns with this one. A name with "+" is a design with a pattern of
+counts. Another checkout of jaxink takes turns with this one. A run is kept with the commit that last changed
+the source, and with the speed of the machine meanwhile. A name with "+" is a design with a pattern of
 benchmarks.validation.outside, which no effect of the catalogue describes. A name with "@init" has the sample
 file that `jaxink init` writes from the measurement alone.
 """
@@ -62,6 +63,16 @@ def python_speed() -> float:
     return time.perf_counter() - began
 
 
+def code_of(checkout: Path) -> str:
+    """The commit that last changed the source of a checkout; with a "+" if it was changed since."""
+
+    def git(*words: str) -> str:
+        command = ["git", "-C", str(checkout), *words, "--", "src"]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+    return git("log", "-1", "--format=%h") + ("+" if git("status", "--porcelain") else "")
+
+
 def first_sample(measurement: Path) -> str:
     """The sample file that `jaxink init` writes, with nothing known but the measurement."""
     with tempfile.TemporaryDirectory() as scratch:
@@ -94,14 +105,19 @@ def timed(task: str, checkout: Path) -> dict:
             return time.perf_counter() - began, done.stdout
 
         whole = ["-m", "jaxink", command, inputs[0], "--sample", inputs[1], "--out", str(out), "--quiet"]
-        found = {"cold_s": seconds(whole)[0], "stored_s": seconds(whole)[0]}
+        speeds, found = [python_speed()], {}
+        for kind in ("cold_s", "stored_s"):
+            found[kind] = seconds(whole)[0]
+            speeds.append(python_speed())
         found["again_s"] = float(seconds(["-c", TWICE, command, *inputs])[1])
+        speeds.append(python_speed())
         file = out / ("report.json" if command == "diagnose" else "result.json")
         verdict = json.loads(file.read_text())["verdict"]
     return found | {
         "verdict": " ".join([verdict["code"], *verdict.get("effects", [])]),
-        "python_s": python_speed(),
+        "python_s": float(np.median(speeds)),
         "machine": machine(),
+        "code": code_of(checkout),
     }
 
 
@@ -125,22 +141,25 @@ def main() -> None:
 
 
 def write(kept: dict[str, dict[str, list[dict]]]) -> None:
-    """The page: medians of the runs that are kept."""
-    rows, machines = [], dict.fromkeys(run["machine"] for v in kept.values() for r in v.values() for run in r)
+    """The page: medians of the runs of each state of the code."""
+    rows: list[list[str]] = []
+    machines: dict[str, None] = {}
     for task, versions in kept.items():
-        now, before = versions["now"], versions.get("before", [])
         command, name = task.split(":")
-        cells = []
-        for kind in KINDS:
-            middle = np.median([run[kind] for run in now])
-            earlier = f" ({np.median([run[kind] for run in before]):.3g})" if before else ""
-            cells.append(f"{middle:.3g}{earlier}")
-        verdicts = " / ".join(dict.fromkeys(run["verdict"] for run in now))
-        speed = f"{np.median([run['python_s'] for run in now]):.2f}"
-        rows.append([f"`{command}`", f"`{name}`", verdicts, *cells, f"{len(now)} ({len(before)})", speed])
+        states: dict[tuple[str, str], list[dict]] = {}
+        for version, runs in reversed(versions.items()):
+            for run in reversed(runs):
+                states.setdefault((version, run["code"]), []).append(run)
+                machines[run["machine"]] = None
+        for (version, code), runs in states.items():
+            medians = [f"{np.median([run[kind] for run in runs]):.3g}" for kind in KINDS]
+            speed = f"{np.median([run['python_s'] for run in runs]):.2f}"
+            verdicts = " / ".join(dict.fromkeys(run["verdict"] for run in runs))
+            state = code if version == "now" else f"earlier version {code}".strip()
+            rows.append([f"`{command}` `{name}`", state, verdicts, *medians, str(len(runs)), speed])
     header = [
         "command",
-        "simulated measurement",
+        "code",
         "verdict",
         "nothing stored, s",
         "programs stored, s",
@@ -152,11 +171,12 @@ def write(kept: dict[str, dict[str, list[dict]]]) -> None:
 
 What a person waits for: the whole command, from its start to the last file, figures included
 (`python -m benchmarks.speed.answers`, {"; ".join(machines)}).
-Medians of the runs; in brackets those of an earlier version that took turns with this one. Every run is kept,
-those of earlier states of this version as well.
+Medians of the runs of each state of the code, the newest first; it is named by the commit that last changed
+the source. An earlier version took turns with the state above it.
 The first run traces and compiles every program, and stores them; the second one loads them. The third time
 is that of the library, when the same process has done it before, without files. The last column shows how
-fast the machine was: it is a virtual one, whose share of the processor varies severalfold from hour to hour.
+fast the machine was before, between and after the runs: it is a virtual one, whose share of the processor
+varies severalfold from hour to hour, so that rows with different speeds cannot be compared.
 A name with "+" is that design with a weak pattern that [no effect of the catalogue
 describes](outside-catalogue.md). A name with "@init" has the sample file that `jaxink init` writes from
 the measurement alone: for `white_ink_mie`, an ink with Mie particles, it declares a Henyey-Greenstein phase
