@@ -172,7 +172,8 @@ def write(kept: dict[str, dict[str, list[dict]]]) -> None:
 What a person waits for: the whole command, from its start to the last file, figures included
 (`python -m benchmarks.speed.answers`, {"; ".join(machines)}).
 Medians of the runs of each state of the code, the newest first; it is named by the commit that last changed
-the source. An earlier version took turns with the state above it.
+the source; states before 084e1e5 by the commit with which their runs were kept. An earlier version took turns
+with the state above it.
 The first run traces and compiles every program, and stores them; the second one loads them. The third time
 is that of the library, when the same process has done it before, without files. The last column shows how
 fast the machine was before, between and after the runs: it is a virtual one, whose share of the processor

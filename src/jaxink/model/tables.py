@@ -147,7 +147,7 @@ def _index_table(builder, plan, config, interface, free) -> IndexTable | None:
         ]
         if len({len(own) for own in pieces}) > 1:
             return None
-        counts = tuple(max(piece.n_nodes for piece in same) for same in zip(*pieces, strict=True))
+        counts = tuple(max(piece.n_nodes for piece in alike) for alike in zip(*pieces, strict=True))
         face = _Face(builder, plan, config, interface, densities, QUICK)
         at_wavelengths = []
         for k, own in zip(first, pieces, strict=True):
