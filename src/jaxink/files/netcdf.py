@@ -1,6 +1,7 @@
 """Datasets as netCDF 4 files with a declared schema, written completely or not at all."""
 
 import hashlib
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
@@ -16,12 +17,16 @@ from jaxink.files.reading import read_bounded, shown_path
 from jaxink.files.writing import written_whole
 
 if TYPE_CHECKING:
+    import h5py
     import xarray
 
 _LARGEST_BYTES = 4_000_000_000
 # Largest ratio of unpacked to file size: jaxink does not compress, but other programs may.
 _MOST_PACKED = 100
 _ALWAYS_ALLOWED_BYTES = 16_000_000
+# jaxink writes a dozen variables, and one for each further column of a measurement.
+_MOST_VARIABLES = 10_000
+_NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 _CHECKSUM = b"jaxink sha256 "
 
 
@@ -190,20 +195,63 @@ def _require_unchanged(content: bytes, name: str) -> None:
 
 
 def _require_held(content: bytes, name: str) -> None:
-    """Reject a file whose variables claim far more memory than the file can fill."""
+    """Reject a file that has not all values of its variables inside, or claims far more than it can hold.
+
+    HDF5 would fetch values from any file of this machine that the content names, and put zeros in place of
+    those that it does not find. Only the top level is looked at, because jaxink has no groups there: to walk
+    through thousands of them, one in the other, takes minutes.
+    """
     import h5py
 
-    held, claimed = len(content), 0
-
-    def add(_, item) -> None:
-        nonlocal claimed
-        if isinstance(item, h5py.Dataset):
-            claimed += item.size * item.dtype.itemsize
-
     with h5py.File(BytesIO(content), "r") as file:
-        file.visititems(add)
-    if claimed > _MOST_PACKED * held + _ALWAYS_ALLOWED_BYTES:
+        variables = _variables(file, name)
+        claimed, held = sum(map(_bytes_to_read, variables.values())), len(content)
+        if claimed > _MOST_PACKED * held + _ALWAYS_ALLOWED_BYTES:
+            raise InputRefusedError(
+                f"{name}: its variables claim {claimed / 1e6:,.0f} MB, but the file has {held / 1e6:.3g} MB; "
+                "it is damaged or was not written by jaxink."
+            )
+        for called, variable in variables.items():
+            _require_complete(variable, called)
+
+
+def _variables(file: "h5py.File", name: str) -> dict[str, "h5py.Dataset"]:
+    """Variables of a file, by what messages call them."""
+    import h5py
+
+    if len(file) > _MOST_VARIABLES:
         raise InputRefusedError(
-            f"{name}: its variables claim {claimed / 1e6:,.0f} MB, but the file has {held / 1e6:.3g} MB; it "
-            "is damaged or was not written by jaxink."
+            f"{name}: has {len(file)} variables; jaxink reads files with at most {_MOST_VARIABLES}."
         )
+    variables = {}
+    for key in file:
+        called = f"{name}: {shown_path(key)}"
+        if not isinstance(file.get(key, getlink=True), h5py.HardLink):
+            raise InputRefusedError(f"{called} is a link to another place; write the values in its stead.")
+        if file.get(key, getclass=True) is not h5py.Dataset:
+            raise InputRefusedError(f"{called} is a group or a type; jaxink reads files of variables alone.")
+        variables[called] = file[key]
+    return variables
+
+
+def _bytes_to_read(variable: "h5py.Dataset") -> int:
+    # To read one value of a chunk, all of it is unpacked.
+    return max(variable.size, math.prod(variable.chunks or ())) * variable.dtype.itemsize
+
+
+def _require_complete(variable: "h5py.Dataset", called: str) -> None:
+    """Reject a variable whose values are in other files or nowhere."""
+    import h5py
+
+    if variable.external or variable.is_virtual:
+        raise InputRefusedError(
+            f"{called} has its values in other files, which jaxink does not open; write them into this one."
+        )
+    if variable.is_scale and h5py.h5ds.get_scale_name(variable.id).startswith(_NO_VARIABLE):
+        return
+    is_complete = variable.id.get_storage_size() > 0
+    if variable.chunks:
+        needed = math.prod(-(-n // c) for n, c in zip(variable.shape, variable.chunks, strict=True))
+        is_complete = variable.id.get_num_chunks() == needed
+    if variable.size and not is_complete:
+        raise InputRefusedError(f"{called} has no values in a part of the file; write the file again.")
