@@ -305,6 +305,9 @@ BAD_INPUTS = (
         edited(4, "bsdf_per_sr", "-1e308"),
         "row 4",
     ),
+    BadInput("largest_integer", edited(4, "bsdf_per_sr", "2147483648"), "row 4"),
+    BadInput("more_than_all_light", edited(2, "bsdf_per_sr", "5e9"), "row 2, column bsdf_per_sr"),
+    BadInput("absurd_sigma", edited(3, "sigma_per_sr", "4294967295"), "row 3, column sigma_per_sr"),
     BadInput(
         "below_any_measurement",
         edited(4, "sigma_per_sr", "1e-310"),

@@ -4,7 +4,9 @@ import pickle
 import numpy as np
 import pytest
 
+from jaxink.files.netcdf import write_dataset
 from jaxink.measurement import GonioData, MaskLimits, Scan, read, read_netcdf
+from tests.measurement.bad_inputs import HEADER
 
 
 def fields(**changes):
@@ -66,13 +68,34 @@ def test_arrays_are_frozen_copies():
         ({"theta_o_deg": [1, 2, 3, 90.5]}, "theta_o_deg"),
         ({"phi_deg": [0, -180, 0, 0]}, "phi_deg"),
         ({"wavelength_nm": [0, 1, 1, 1]}, "wavelength_nm"),
+        ({"wavelength_nm": [550, 550, 0.55, 550]}, "wavelength_nm[2]"),
+        ({"wavelength_nm": [550, 1e6, 550, 550]}, "wavelength_nm[1]"),
+        ({"bsdf_per_sr": [1, 2, 2147483648, 4]}, "bsdf_per_sr[2]"),
+        ({"bsdf_per_sr": [1, -5e9, 3, 4]}, "bsdf_per_sr[1]"),
         ({"sigma_per_sr": [1, 1, 1, 0]}, "sigma_per_sr"),
+        ({"sigma_per_sr": [1, 1, 1, 1e9]}, "sigma_per_sr[3]"),
         ({"extra": {"t": [1, 2]}}, "2"),
     ],
 )
 def test_invariants(changes, named, refused):
     with refused(named):
         GonioData(**fields(**changes))
+
+
+def test_absurd_values_of_a_netcdf_file_are_refused(tmp_path, refused):
+    dataset = full_data().to_dataset()
+    dataset["bsdf_per_sr"][1] = 5e9
+    write_dataset(dataset, tmp_path / "data.nc")
+    with refused("data.nc", "bsdf_per_sr[1]"):
+        read_netcdf(tmp_path / "data.nc")
+
+
+def test_values_divided_by_a_tiny_cosine_are_refused_by_their_row(tmp_path, refused):
+    rows = ["30,20,180,550,R,0.2,0.01", "30,89.9999,180,550,R,500,0.01"]
+    path = tmp_path / "horizon.csv"
+    path.write_text("\n".join([HEADER, *rows]))
+    with refused("row 3", "bsdf_per_sr"):
+        read(path, cosine_weighted=True)
 
 
 def test_scans():

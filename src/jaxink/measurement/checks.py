@@ -22,8 +22,12 @@ _SIDES = {
 }
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
-# Far beyond any measurement; squares and quotients of such values do not overflow.
-_MAGNITUDES_PER_SR = (1e-100, 1e12)
+_LARGEST_AZIMUTH_DEG = 1080.0
+# All of the incident light within 1e-8 sr, half an angle of 0.003 degrees: by diffraction, a beam of visible
+# light 1 cm wide spreads over as much. Specular peaks of laser goniometers reach 1e5 to 1e6 per sr.
+LARGEST_PER_SR = 1e8
+# Squares and quotients of larger values do not overflow.
+_SMALLEST_PER_SR = 1e-100
 
 
 def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
@@ -167,14 +171,31 @@ def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np
 
 
 def magnitudes(table: TextTable, values: np.ndarray, name: str) -> np.ndarray:
-    """Values in 1/sr of a magnitude that can be computed with."""
-    low, high = _MAGNITUDES_PER_SR
+    """Values in 1/sr of a magnitude that is physically possible."""
     size = np.abs(values)
-    bad = np.flatnonzero((size > high) | ((size < low) & (size > 0)))
+    bad = np.flatnonzero((size > LARGEST_PER_SR) | ((size < _SMALLEST_PER_SR) & (size > 0)))
     if bad.size:
-        text = f"{values[bad[0]]:g} is not plausible; its magnitude must be 0 or between "
-        raise refusal(table.source, f"{text}{low:g} and {high:g}", table.lines[bad[0]], name)
+        value = values[bad[0]]
+        raise refusal(table.source, f"{value:g} {impossible_per_sr(value)}", table.lines[bad[0]], name)
     return values
+
+
+def impossible_per_sr(value: float) -> str:
+    """What is wrong with a value in 1/sr beyond the limits, for a message."""
+    if abs(value) > LARGEST_PER_SR:
+        return f"exceeds {LARGEST_PER_SR:g} per sr, all of the light in a cone of 1e-8 sr; correct the value"
+    return f"is closer to 0 than {_SMALLEST_PER_SR:g}, which no instrument tells from 0; correct the value"
+
+
+def refuse_unwrapped(source: str, phi_deg: np.ndarray, lines: np.ndarray):
+    """Reject azimuths of exchange files that are beyond the sum or difference of any two, half a turn added.
+
+    Larger ones lose their digits when they are reduced.
+    """
+    bad = np.flatnonzero(np.abs(phi_deg) > _LARGEST_AZIMUTH_DEG)
+    if bad.size:
+        text = f"the azimuth is {phi_deg[bad[0]]:g} degrees; it must be within three turns"
+        raise refusal(source, text, lines[bad[0]], "phi_deg")
 
 
 def sigmas(table: TextTable, values: np.ndarray) -> np.ndarray:

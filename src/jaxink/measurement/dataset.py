@@ -15,6 +15,7 @@ from jaxink.display.card import Card, Presented
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import write_dataset
 from jaxink.measurement import netcdf
+from jaxink.measurement.checks import LARGEST_PER_SR, WAVELENGTH_RANGE_NM
 from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts, mask_names
 from jaxink.measurement.scans import SAME, Scan, scan_numbers
 from jaxink.measurement.summary import data_card
@@ -134,12 +135,15 @@ class GonioData(Presented):
         object.__setattr__(self, name, values)
 
     def _check_ranges(self):
+        low_nm, high_nm = WAVELENGTH_RANGE_NM
+        between, largest = f"between {low_nm:g} and {high_nm:g}", f"{LARGEST_PER_SR:g}"
         ranges = [
             ("theta_i_deg", "between 0 and 90", lambda x: (x >= 0) & (x <= 90)),
             ("theta_o_deg", "between 0 and 90", lambda x: (x >= 0) & (x <= 90)),
             ("phi_deg", "in (-180, 180]", lambda x: (x > -180) & (x <= 180)),
-            ("wavelength_nm", "positive", lambda x: x > 0),
-            ("sigma_per_sr", "positive", lambda x: x > 0),
+            ("wavelength_nm", between, lambda x: (x >= low_nm) & (x <= high_nm)),
+            ("bsdf_per_sr", f"of a magnitude up to {largest}", lambda x: np.abs(x) <= LARGEST_PER_SR),
+            ("sigma_per_sr", f"positive and at most {largest}", lambda x: (x > 0) & (x <= LARGEST_PER_SR)),
         ]
         for name, wanted, is_right in ranges:
             values = getattr(self, name)

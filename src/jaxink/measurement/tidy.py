@@ -60,14 +60,14 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     table, attrs = _one_sample(table, extra, stated.sample)
     angles = _angles(table, known, stated.signed_angles, notes)
     divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
-    bsdf = _per_sr(table, known, "bsdf_per_sr") / divided
-    sigma = _sigma(table, known, notes)
+    bsdf = _per_sr(table, known, "bsdf_per_sr", divided)
+    sigma = _sigma(table, known, divided, notes)
     data = GonioData(
         **angles,
         wavelength_nm=_wavelength(table, known, stated.wavelength_nm, notes),
         is_transmission=_side(table, known, stated.side, notes),
         bsdf_per_sr=bsdf,
-        sigma_per_sr=None if sigma is None else sigma / divided,
+        sigma_per_sr=sigma,
         extra={name: _extra(table.column(index)) for name, index in extra.items()},
         row=table.lines,
         mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
@@ -171,18 +171,18 @@ def _side(table: TextTable, known, given, notes) -> np.ndarray:
     return values
 
 
-def _sigma(table: TextTable, known, notes) -> np.ndarray | None:
+def _sigma(table: TextTable, known, divided, notes) -> np.ndarray | None:
     name = "sigma_per_sr"
     if name not in known:
         return None
     if not any(table.column(known[name])):
         notes.append("Column sigma_per_sr is empty and was ignored.")
         return None
-    return checks.sigmas(table, _per_sr(table, known, name))
+    return checks.sigmas(table, _per_sr(table, known, name, divided))
 
 
-def _per_sr(table: TextTable, known, name: str) -> np.ndarray:
-    return checks.magnitudes(table, checks.numbers(table, known[name], name), name)
+def _per_sr(table: TextTable, known, name: str, divided) -> np.ndarray:
+    return checks.magnitudes(table, checks.numbers(table, known[name], name) / divided, name)
 
 
 def _extra(cells: list[str]) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from jaxink.errors import InputRefusedError
+from jaxink.measurement.checks import LARGEST_PER_SR, impossible_per_sr
 from jaxink.measurement.table import refusal
 from jaxink.measurement.text_file import lines_of
 
@@ -28,9 +29,9 @@ class Content:
         """The lines of a text; the first one is row 1."""
         return lines_of(self.source, self.data, [])
 
-    def refusal(self, text: str, row: int | None = None) -> InputRefusedError:
-        """Error that names the file and the row."""
-        return refusal(self.source, text, row)
+    def refusal(self, text: str, row: int | None = None, column: int | None = None) -> InputRefusedError:
+        """Error that names the file, the row and the column."""
+        return refusal(self.source, text, row, column)
 
     def require_numbers(self, words: Sequence[str], what: str, rows: Iterable[int]) -> None:
         """Reject words of which one is not a number to compute with; ``rows`` has the row of each."""
@@ -49,13 +50,17 @@ class Words:
 
     def __init__(self, content: Content, first_row: int = 1):
         self.content = content
-        words, rows = [], []
+        words: list[str] = []
+        rows: list[int] = []
+        columns: list[int] = []
         for row, line in enumerate(content.lines[first_row - 1 :], first_row):
             if not line.lstrip().startswith("#"):
                 here = line.split()
                 words += here
                 rows += [row] * len(here)
-        self._words, self._rows, self._next = words, np.array(rows, int), 0
+                columns += range(1, len(here) + 1)
+        self._words, self._rows, self._columns = words, np.array(rows, int), np.array(columns, int)
+        self._next = 0
 
     @property
     def row(self) -> int:
@@ -100,16 +105,23 @@ class Words:
         return int(word)
 
     def numbers(self, n: int, what: str) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-        """The next words as finite numbers, and the row of each."""
+        """The next words as numbers that an angle, a share or a BSDF can be, and the row of each."""
         words = self._words[self._next : self._next + n]
         rows = self._rows[self._next : self._next + n]
         if len(words) < n:
             text = f"the file ends after {len(words)} of {n} values of {what}; it is incomplete"
             raise self.content.refusal(text, self.row)
         self.content.require_numbers(words, what, rows.tolist())
-        values = np.array([float(word) for word in words])
         self._next += n
+        values = np.array([float(word) for word in words])
+        for position in np.flatnonzero(np.abs(values) > LARGEST_PER_SR)[:1]:
+            text = f"{shown(words[position])} in {what} {impossible_per_sr(values[position])}"
+            raise self.content.refusal(text, int(rows[position]), int(self.last_columns(n)[position]))
         return values, rows
+
+    def last_columns(self, n: int) -> Int[np.ndarray, " n"]:
+        """Place of each of the last n words in its row, from 1."""
+        return self._columns[self._next - n : self._next]
 
 
 def _is_number(word: str) -> bool:

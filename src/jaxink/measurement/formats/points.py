@@ -116,6 +116,7 @@ def measurement(points: Points, source: str, choices: Choices, notes: list[str])
         for name in ("theta_i_deg", "theta_o_deg")
     )
     bsdf = checks.magnitudes(table, points.bsdf_per_sr, "bsdf_per_sr")
+    checks.refuse_unwrapped(source, points.phi_deg, points.row)
     data = GonioData(
         theta_i_deg=theta_i,
         theta_o_deg=theta_o,

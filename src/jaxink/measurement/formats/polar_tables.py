@@ -1,10 +1,12 @@
 """Tables over a polar angle and an azimuth: their directions, each once, and their total."""
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 # Angles of files are printed with fewer digits.
 _SAME_DEG = 1e-6
+# Tables with angles that resolve their lobes have no such step between one value and the next smaller one.
+_LONE_STEP = 100
 # Of the steps of a table, for its total.
 _PARTS = 8
 
@@ -64,6 +66,21 @@ def total(
     theta, _ = from_specular(specular_deg, polar[:, None], azimuth)
     power = between * np.maximum(np.cos(np.deg2rad(theta)), 0) * np.sin(np.deg2rad(polar))[:, None]
     return float(np.trapezoid(np.trapezoid(power, np.deg2rad(azimuth), axis=1), np.deg2rad(polar)))
+
+
+def lone_values(values: Float[np.ndarray, "*table"]) -> Int[np.ndarray, " lone"]:
+    """Places, in the flattened table, of a few values above 100 times every other one, and all others in sum.
+
+    On such values, typing errors for the most part, a table must not be scaled. A few are up to 1 % of the
+    table; values of 0 do not count.
+    """
+    size = np.abs(values).ravel()
+    order = np.argsort(size)[::-1]
+    larger, few = size[order], max(1, size.size // 100)
+    above, below, sums = larger[:few], larger[1 : few + 1], np.cumsum(larger)
+    steps = np.flatnonzero((below > 0) & (above[: below.size] > _LONE_STEP * below))
+    dwarfing = steps[sums[steps] > sums[-1] - sums[steps]]
+    return order[: dwarfing[0] + 1] if dwarfing.size else order[:0]
 
 
 def _divided(axis: np.ndarray) -> np.ndarray:

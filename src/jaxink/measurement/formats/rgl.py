@@ -10,6 +10,7 @@ from jaxtyping import Float
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.points import Points, joined
+from jaxink.measurement.formats.polar_tables import lone_values
 from jaxink.measurement.formats.tensor_file import SIGNATURE, read_fields
 from jaxink.measurement.formats.warp import interpolated, warped
 
@@ -74,6 +75,9 @@ def _checked(content: Content, fields: dict[str, np.ndarray]) -> dict[str, np.nd
             raise content.refusal(f"the field {name} has shape {fields[name].shape}; it must be a table")
     if (fields["vndf"] < 0).any() or (fields["vndf"].sum(axis=(-1, -2)) <= 0).any():
         raise content.refusal("the field vndf is no density: it must be positive")
+    # Its share of the total says which directions the values belong to.
+    if any(lone_values(table).size for table in fields["vndf"].reshape(-1, *fields["vndf"].shape[-2:])):
+        raise content.refusal("the field vndf has a value that exceeds all others together; it is damaged")
     if (fields["theta_i"] < 0).any() or (fields["theta_i"] > np.pi / 2).any():
         raise content.refusal("the field theta_i must be between 0 and pi / 2")
     return fields

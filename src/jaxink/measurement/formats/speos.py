@@ -15,13 +15,15 @@ from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
 from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, one_wavelength, without_cosine
-from jaxink.measurement.formats.polar_tables import distinct, total
+from jaxink.measurement.formats.polar_tables import distinct, lone_values, total
 
 _HEADER = re.compile(r"\s*OPTIS - (Anisotropic BSDF|brdf) surface file v(\d+)\.\d+", re.IGNORECASE)
 _VERSIONS = (7, 8)
 _DESCRIPTION_ROW = 5
 # A spectrum within this band is one wavelength.
 _BAND_NM = 2.0
+# The totals of measured files are uncertain, but not by more.
+_LARGEST_PERCENTAGE = 150.0
 # A total below is none.
 _SMALLEST = 1e-100
 _OWN_SIDE = re.compile(r"^light from side ([IA])\b")
@@ -38,6 +40,7 @@ class _Table:
     phi_deg: Float[np.ndarray, " phi"]
     values: Float[np.ndarray, "theta phi"]
     rows: Int[np.ndarray, "theta phi"]
+    columns: Int[np.ndarray, "theta phi"]
 
     def power(self, is_intensity: bool) -> float:
         """Integral of the values over the projected solid angle."""
@@ -104,9 +107,10 @@ def read_brdf(content: Content, choices: Choices, notes: list[str]) -> Points:
     for is_transmission in start.kinds:
         for theta_i in angles.tolist():
             for wavelength in wavelengths.tolist():
-                stated = words.number("the percentage of a table") / 100
+                row, percentage = words.row, words.number("the percentage of a table")
+                _require_percentages(content, np.array([percentage]), np.array([row]))
                 table = _table(content, words, theta_i, 0.0, is_transmission)
-                factors.append(_needed_factor(table.power(start.is_intensity), stated))
+                factors.append(_needed_factor(content, table, start.is_intensity, percentage / 100))
                 parts.append(_points(table, wavelength, factors[-1]))
     _end(content, words)
     if scaled := [factor for factor in factors if factor != 1]:
@@ -189,10 +193,19 @@ def _spectrum(content: Content, words: Words) -> _Spectrum:
     # A comment, which may be empty, follows.
     words.go_to(row + 2)
     n = words.count("the number of wavelengths of the spectrum")
-    cells = words.numbers(2 * n, "the spectrum")[0].reshape(n, 2)
+    cells, rows = words.numbers(2 * n, "the spectrum")
+    cells, rows = cells.reshape(n, 2), rows.reshape(n, 2)
     if (np.diff(cells[:, 0]) <= 0).any():
         raise content.refusal("the wavelengths of the spectrum must ascend", row)
+    _require_percentages(content, cells[:, 1], rows[:, 1])
     return _Spectrum(float(angles[0]), cells[:, 0], cells[:, 1] / 100)
+
+
+def _require_percentages(content: Content, values: np.ndarray, rows: np.ndarray) -> None:
+    bad = np.flatnonzero((values < 0) | (values > _LARGEST_PERCENTAGE))
+    if bad.size:
+        text = f"{values[bad[0]]:g} % of the incident light cannot leave the sample; correct the percentage"
+        raise content.refusal(text, int(rows[bad[0]]))
 
 
 def _wavelength(content: Content, spectra: list[_Spectrum], choices: Choices, notes: list[str]) -> float:
@@ -222,12 +235,11 @@ def _factor(
     """Factor that gives the table at the reference incidence the total of the spectrum."""
     stated = float(np.interp(wavelength_nm, spectrum.wavelength_nm, spectrum.total))
     reference = min(tables, key=lambda table: abs(table.theta_i_deg - spectrum.theta_i_deg))
-    found = reference.power(is_intensity)
     kind = "transmission" if reference.is_transmission else "reflection"
-    if found <= _SMALLEST or stated <= 0:
+    factor = _needed_factor(content, reference, is_intensity, stated)
+    if not reference.power(is_intensity) > _SMALLEST or stated <= 0:
         text = f"the {kind} at the reference incidence is zero, so its values have no scale"
         raise content.refusal(text, int(reference.rows[0, 0]))
-    factor = _needed_factor(found, stated)
     if factor == 1:
         return factor
     notes.append(
@@ -237,9 +249,18 @@ def _factor(
     return factor
 
 
-def _needed_factor(found: float, stated: float) -> float:
+def _needed_factor(content: Content, table: _Table, is_intensity: bool, stated: float) -> float:
     """Factor that gives values their stated total; 1 if they have it within the errors of integration."""
-    return stated / found if found > _SMALLEST and abs(found - stated) > TOTAL_TOLERANCE * stated else 1.0
+    found = table.power(is_intensity)
+    if abs(found - stated) <= TOTAL_TOLERANCE * stated:
+        return 1.0
+    for place in lone_values(table.values)[:1]:
+        text = (
+            f"{table.values.flat[place]:g} is more than all other values of the table together, whose scale "
+            "would depend on it alone; correct it, or give the table angles that resolve its peak"
+        )
+        raise content.refusal(text, int(table.rows.flat[place]), int(table.columns.flat[place]))
+    return stated / found if found > _SMALLEST else 1.0
 
 
 def _table(content: Content, words: Words, theta_i: float, rotation: float, is_transmission: bool) -> _Table:
@@ -248,16 +269,19 @@ def _table(content: Content, words: Words, theta_i: float, rotation: float, is_t
     n_phi = words.count("the number of azimuths of a table")
     phi, _ = words.numbers(n_phi, "the azimuths of a table")
     cells, rows = words.numbers(n_theta * (n_phi + 1), "a table of values")
-    cells, rows = cells.reshape(n_theta, n_phi + 1), rows.reshape(n_theta, n_phi + 1)
+    columns = words.last_columns(cells.size)
+    cells, rows, columns = (each.reshape(n_theta, n_phi + 1) for each in (cells, rows, columns))
     theta = cells[:, 0]
     low, high = (90, 180) if is_transmission else (0, 90)
-    if theta.min() < low or theta.max() > high or (np.diff(theta) <= 0).any() or (np.diff(phi) <= 0).any():
+    ascend = (np.diff(theta) > 0).all() and (np.diff(phi) > 0).all()
+    if theta.min() < low or theta.max() > high or not ascend or phi[-1] - phi[0] > 360 + 1e-6:
         kind = "transmission" if is_transmission else "reflection"
         text = (
-            f"polar angles of {kind} must ascend between {low} and {high} degrees, and azimuths must ascend"
+            f"polar angles of {kind} must ascend between {low} and {high} degrees, and azimuths within a turn"
         )
         raise content.refusal(f"{text}; the numbers of values may not agree with the table", row)
-    return _Table(theta_i, rotation, is_transmission, theta, phi, cells[:, 1:], rows[:, 1:])
+    below = cells[:, 1:], rows[:, 1:], columns[:, 1:]
+    return _Table(theta_i, rotation, is_transmission, theta, phi, *below)
 
 
 def _of_one_rotation(content: Content, tables: list[_Table], choices: Choices) -> list[_Table]:
