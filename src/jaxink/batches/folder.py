@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,13 +35,18 @@ class BatchFolder:
     Raises
     ------
     InputRefusedError
-        If it cannot be written.
+        If it cannot be written, or if the folders in it are links: what is replaced there would be
+        somebody else's.
     """
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
         require_folder(self.path)
         for folder in (self.path, self.path / RESULTS, self.path / ROWS):
+            if folder is not self.path and folder.is_symlink():
+                raise InputRefusedError(
+                    f"{folder}: is a symbolic link, and a batch removes old results there; remove the link."
+                )
             try:
                 folder.mkdir(parents=True, exist_ok=True)
             except OSError as problem:
@@ -52,7 +58,7 @@ class BatchFolder:
         if fcntl is None:
             yield
             return
-        with open(self.path / _LOCK, "wb") as lock:
+        with open(self._lock(), "rb") as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -61,6 +67,21 @@ class BatchFolder:
                     "another one."
                 ) from None
             yield
+
+    def _lock(self) -> int:
+        """The file that is locked; it is neither emptied nor, as a link, followed."""
+        file = self.path / _LOCK
+        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+        if file.is_symlink():
+            raise InputRefusedError(f"{file}: is a symbolic link; remove it.")
+        try:
+            descriptor = os.open(file, flags, 0o666)
+        except OSError as problem:
+            raise InputRefusedError(f"{file}: cannot be opened ({problem.strerror}); remove it.") from None
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            os.close(descriptor)
+            raise InputRefusedError(f"{file}: is not a regular file; remove it.")
+        return descriptor
 
     def row(self, name: str) -> Row | None:
         """The row of a measurement; None if there is none, or if its file is damaged."""
@@ -83,6 +104,8 @@ class BatchFolder:
         """Write the files of a measurement whole, and then its row, which says that they are there."""
         place = self.path / RESULTS / done.row.name
         # Of other inputs; without its page, an old row counts as absent.
+        if place.is_symlink() or place.is_file():
+            place.unlink()
         shutil.rmtree(place, ignore_errors=True)
         if done.files:
             with whole_folder(place) as folder:
@@ -109,6 +132,5 @@ class BatchFolder:
 
     def note_tries(self, tries: dict[str, int]) -> None:
         """Keep these numbers for the case that the process ends."""
-        part = self.path / f"{_RUNNING}.part"
-        part.write_text(json_text(tries), encoding="utf-8")
-        os.replace(part, self.path / _RUNNING)
+        with written_whole(self.path / _RUNNING) as part:
+            part.write_text(json_text(tries), encoding="utf-8")

@@ -3,7 +3,6 @@
 import dataclasses
 import enum
 import json
-import os
 import shutil
 from collections.abc import Sequence
 from contextlib import suppress
@@ -14,6 +13,7 @@ from jaxink.diagnosis.search.pieces import Pieces, code_version
 from jaxink.effects import CATALOGUE
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
+from jaxink.files.writing import written_whole
 from jaxink.fitting import FitResult, load_result
 from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import GonioData
@@ -109,11 +109,10 @@ class Unfinished:
 
     def _declare(self) -> None:
         """Write what the folder belongs to; without space there will be nothing to go on from."""
-        with suppress(OSError):
+        with suppress(OSError, InputRefusedError):
             self.folder.mkdir(parents=True, exist_ok=True)
-            part = self.folder / f"{_ABOUT}.part"
-            part.write_text(json.dumps(self._about), encoding="utf-8")
-            os.replace(part, self.folder / _ABOUT)
+            with written_whole(self.folder / _ABOUT) as part:
+                part.write_text(json.dumps(self._about), encoding="utf-8")
 
     def _origin(self) -> Origin:
         if self._about["input"] is None:
