@@ -1,6 +1,8 @@
 """Links that somebody has put into the folder of a batch: their targets are neither emptied nor removed."""
 
+import json
 import os
+import re
 import sys
 
 import pytest
@@ -78,3 +80,31 @@ def test_the_folder_itself_may_be_a_link(folder, tmp_path_factory):
     (folder / "out").symlink_to(place)
     assert len(values(run(folder))) == 3
     assert (place / "summary.csv").exists()
+
+
+ELSEWHERE = (
+    *("../own.html", "results/../own.html", "results/sheet_1/../../own.html", "results/sheet_9/fit.html"),
+    *("results/sheet_1\\..\\own.html", "/etc/passwd", "javascript:alert(1)", "https://example.org/fit.html"),
+    *("//example.org/fit.html", "file:///etc/passwd", "results/sheet_1", "results/sheet_1/."),
+)
+
+
+@pytest.mark.parametrize("pages", [ELSEWHERE[:3], ELSEWHERE[3:6], ELSEWHERE[6:9], ELSEWHERE[9:]])
+@pytest.mark.parametrize("outcome", ["done", "refused"])
+def test_rows_with_a_page_elsewhere_are_done_again_and_not_linked(outcome, pages, folder, planted):
+    run(folder)
+    for place in (folder, planted):
+        (place / "own.html").write_text(KEPT)
+    for file, page in zip(sorted((planted / "rows").iterdir()), pages, strict=True):
+        file.write_text(json.dumps(json.loads(file.read_text()) | {"page": page, "outcome": outcome}))
+    assert run(folder).kept == 0
+    linked = re.findall(r'<a href="([^#][^"]*)"', (planted / "report.html").read_text(encoding="utf-8"))
+    assert linked == [f"results/sheet_{i}/fit.html" for i in (1, 2, 3)]
+
+
+def test_a_page_that_is_a_link_is_no_page(folder, planted, own):
+    run(folder)
+    (planted / "results/sheet_1/fit.html").unlink()
+    (planted / "results/sheet_1/fit.html").symlink_to(own / "own.txt")
+    assert run(folder).kept == 2
+    assert not (planted / "results/sheet_1/fit.html").is_symlink()

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from jaxink.batches.answer import Done
-from jaxink.batches.row import Row, row_from_dict
+from jaxink.batches.row import RESULTS, Row, row_from_dict
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
 from jaxink.files.encoding import json_text
@@ -19,8 +19,7 @@ try:
 except ImportError:  # Windows: nothing keeps two batches apart.
     fcntl = None  # type: ignore[assignment]
 
-RESULTS, ROWS = "results", "rows"
-_LOCK, _RUNNING = ".lock", "running.json"
+ROWS, _LOCK, _RUNNING = "rows", ".lock", "running.json"
 _LARGEST_ROW_BYTES = 10_000_000
 
 
@@ -92,9 +91,14 @@ class BatchFolder:
             row = row_from_dict(read_json(file, _LARGEST_ROW_BYTES, "row"))
         except InputRefusedError:
             return None
-        if row.ended.has_result and not (self.path / row.page).is_file():
+        if row.name != name or (row.ended.has_result and not self._has_page(row)):
             return None
-        return row if row.name == name else None
+        return row
+
+    def _has_page(self, row: Row) -> bool:
+        """Whether the page is there, and not elsewhere by a link."""
+        page = self.path / row.page
+        return page.is_file() and page.resolve().is_relative_to(self.path.resolve() / RESULTS / row.name)
 
     def names(self) -> set[str]:
         """Names of all rows, also of those of an earlier plan."""

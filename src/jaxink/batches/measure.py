@@ -11,7 +11,7 @@ from typing import Any
 
 import jaxink
 from jaxink.batches.answer import Done, now, trouble
-from jaxink.batches.row import Row, RowOutcome, RowParameter
+from jaxink.batches.row import RESULTS, Row, RowOutcome, RowParameter
 from jaxink.batches.task import Task
 from jaxink.diagnosis import Diagnosis, DiagnosisOptions
 from jaxink.errors import JaxinkError
@@ -21,7 +21,7 @@ from jaxink.plots import FIGURE_FOLDER
 from jaxink.report import html
 from jaxink.sample.archive import sample_from_dict
 
-RESULTS, DIAGNOSIS = "results", "diagnosis"
+DIAGNOSIS = "diagnosis"
 # Options of the commands that have another name than the keyword of `jaxink.read`.
 _OPTIONS = {"sample": "--which"}
 FIT_PAGE, DIAGNOSIS_PAGE = "fit.html", "report.html"

@@ -2,6 +2,7 @@
 
 import dataclasses
 import enum
+import re
 from typing import Any
 
 from jaxink.errors import InputRefusedError, require_one_of
@@ -9,6 +10,9 @@ from jaxink.files.decoding import decode
 from jaxink.files.encoding import plain
 
 ROW_VERSION = 1
+# Folder of the results, within that of the batch.
+RESULTS = "results"
+_BELOW = re.compile(r"(/[\w-][\w.-]*)+", re.ASCII)
 
 
 class RowOutcome(enum.StrEnum):
@@ -94,7 +98,8 @@ class Row:
     host, finished
         Where, and when (UTC).
     page
-        Its own page, from the folder of the batch; empty if there is none.
+        Its own page, from the folder of the batch; empty if there is none. The report links it, so it must
+        be a file of the measurement's own folder in ``results``.
     """
 
     name: str
@@ -116,6 +121,9 @@ class Row:
 
     def __post_init__(self):
         require_one_of("outcome", self.outcome, tuple(RowOutcome))
+        own = f"{RESULTS}/{self.name}"
+        if self.page and not (self.page.startswith(own) and _BELOW.fullmatch(self.page.removeprefix(own))):
+            raise InputRefusedError(f"page is {self.page!r}; it must be a file within {own}.")
 
     @property
     def ended(self) -> RowOutcome:
