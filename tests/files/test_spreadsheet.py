@@ -9,6 +9,7 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
 from jaxink.files.spreadsheet import cell, comment
+from tests.samples import GOOD_SAMPLE
 
 FORMULAS = [
     "=cmd|' /C calc'!A0",
@@ -37,6 +38,33 @@ def test_formulas_get_an_apostrophe(text):
 )
 def test_numbers_and_harmless_text_stay(value):
     assert cell(value) is value
+
+
+def test_the_summary_of_a_batch_holds_no_formula_of_the_users(tmp_path):
+    """File names, messages and the columns of the plan's table are words of others."""
+    (tmp_path / "sample.toml").write_text(GOOD_SAMPLE)
+    plan = 'schema_version = 1\nsample = "sample.toml"\n[measurements]\ntable = "list.csv"\n'
+    (tmp_path / "plan.toml").write_text(plan)
+    texts = [text.strip() for text in FORMULAS]
+    with open(tmp_path / "list.csv", "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "file", "=note", "level"])
+        for number, text in enumerate(texts):
+            (tmp_path / f"{number}.csv").write_text("1")
+            writer.writerow([f"-{number}", f"{number}.csv", text, "-1.5"])
+        writer.writerow(["absent", "=1+1", "plain", "2"])
+    found = jaxink.batch(
+        tmp_path / "plan.toml", tmp_path / "out", workers=0, function="tests.batches.functions:answered"
+    )
+    assert len(found) == len(texts) + 1
+    with open(tmp_path / "out/summary.csv", encoding="utf-8", newline="") as file:
+        head, *rows = csv.reader(file)
+    for text in [*head, *(each for row in rows for each in row)]:
+        assert cell(text) == text
+    column = dict(zip(head, zip(*rows, strict=True), strict=True))
+    assert column["'=note"] == (*(cell(text) for text in texts), "plain")
+    assert set(column["level"]) == {"-1.5", "2"}
+    assert column["ink.scattering_per_mm"][0] == "1.0"
 
 
 def test_comments_are_cut_at_separators():

@@ -6,6 +6,7 @@ from typing import Any
 
 from jaxink.batches.page import report_page
 from jaxink.batches.result import REPORT_PAGE, SUMMARY_CSV, SUMMARY_PARQUET, Batch
+from jaxink.files.spreadsheet import cell
 from jaxink.files.writing import written_whole
 
 
@@ -23,7 +24,7 @@ def write_batch(batch: Batch) -> None:
         open(part, "w", encoding="utf-8", newline="") as file,
     ):
         table = csv.writer(file)
-        table.writerow(columns)
+        table.writerow(map(cell, columns))
         table.writerows(map(_cells, zip(*columns.values(), strict=True)))
     (batch.folder / SUMMARY_PARQUET).unlink(missing_ok=True)
     with suppress(ImportError):
@@ -36,7 +37,5 @@ def write_batch(batch: Batch) -> None:
         part.write_text(report_page(batch), encoding="utf-8")
 
 
-def _cells(values: tuple[Any, ...]) -> list[str]:
-    return [
-        "" if value is None else repr(value) if isinstance(value, float) else str(value) for value in values
-    ]
+def _cells(values: tuple[Any, ...]) -> list[Any]:
+    return ["" if v is None else repr(v) if isinstance(v, float) else cell(v) for v in values]
