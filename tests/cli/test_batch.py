@@ -1,10 +1,12 @@
 """``jaxink batch``: what it prints, its exit codes, and that Ctrl-C loses nothing."""
 
 import json
+from contextlib import contextmanager
 
 import pytest
 from typer.testing import CliRunner
 
+from jaxink.batches.on_dask import LostSchedulerError
 from jaxink.cli.app import app
 from tests.batches.functions import answered, interrupted_at_three
 from tests.samples import GOOD_SAMPLE
@@ -64,3 +66,25 @@ def test_a_bad_plan_is_one_sentence(folder, told):
     assert (done.exit_code, done.stdout) == (5, "")
     told(done.stderr, "jaxink: ", "'measurement'")
     assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize("n_answered", [0, 1])
+def test_a_lost_scheduler_is_a_sentence_after_the_summary(n_answered, folder, monkeypatch, told):
+    @contextmanager
+    def client(address):
+        yield address
+
+    def measured_by(client, tasks, *_):
+        for _, task in zip(range(n_answered), tasks, strict=False):
+            yield answered(task)
+        raise LostSchedulerError
+
+    monkeypatch.setattr("jaxink.batches.run.remote_client", client)
+    monkeypatch.setattr("jaxink.batches.run.measured_by", measured_by)
+    words = [str(folder / "plan.toml"), "--out", str(folder / "out"), "--scheduler", "tcp://127.0.0.1:8786"]
+    done = CliRunner().invoke(app, ["batch", *words])
+    assert done.exit_code == 6
+    told(done.stderr, "jaxink: ", f"{n_answered} of 3 measurements", "same command")
+    assert f"{3 - n_answered} measurements have no row yet" in " ".join(done.stdout.split())
+    assert (folder / "out/summary.csv").read_text(encoding="utf-8").startswith("name,")
+    assert f"{n_answered} of them done before" in batch(folder).stdout

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from jaxink.batches.plan import Plan, load_plan
-    from jaxink.batches.result import Batch
+    from jaxink.batches.result import Batch, UnfinishedBatchError
     from jaxink.batches.row import Row, RowOutcome
     from jaxink.batches.run import batch
 
@@ -20,11 +20,12 @@ _HOMES = {
     "Plan": "plan",
     "Row": "row",
     "RowOutcome": "row",
+    "UnfinishedBatchError": "result",
     "batch": "run",
     "load_plan": "plan",
 }
 
-__all__ = ["Batch", "Plan", "Row", "RowOutcome", "batch", "load_plan"]
+__all__ = ["Batch", "Plan", "Row", "RowOutcome", "UnfinishedBatchError", "batch", "load_plan"]
 
 
 def __getattr__(name: str) -> Any:

@@ -14,7 +14,7 @@ from jaxink.batches.answer import Done, trouble
 from jaxink.batches.child import Child, EndedError, Limits
 from jaxink.batches.row import RowOutcome
 from jaxink.batches.task import Task
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, JaxinkError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -28,6 +28,13 @@ _RECOUNT_S = 5.0
 # Of the thread of a worker: its process.
 _MINE = threading.local()
 _ALL: list[Child] = []
+
+
+class LostSchedulerError(JaxinkError):
+    """The scheduler is gone; what it had not answered is unknown, and nobody's fault."""
+
+    def __init__(self):
+        super().__init__("the connection to the Dask scheduler was lost.")
 
 
 @contextmanager
@@ -57,6 +64,8 @@ def remote_client(address: str) -> Iterator["Client"]:
         If there is none at the address, or a worker has another version of jaxink, or none.
     """
     distributed = _distributed()
+    from distributed.utils import silence_logging_cmgr
+
     try:
         client = distributed.Client(address, timeout=_CONNECT_S)
     except (OSError, ValueError, TypeError) as problem:
@@ -64,7 +73,8 @@ def remote_client(address: str) -> Iterator["Client"]:
             f"there is no Dask scheduler at {address} ({' '.join(str(problem).split())[:100]}); give the "
             "address that `dask scheduler` prints, such as tcp://192.168.0.10:8786."
         ) from None
-    with client:
+    # Of a lost scheduler, this process says one sentence; Dask would add its tracebacks.
+    with silence_logging_cmgr(logging.CRITICAL, root="distributed.client"), client:
         _require_same_version(client)
         yield client
 
@@ -114,6 +124,11 @@ def measured_by(
     devices
         Graphics processors, which the workers of a local cluster share out; empty: as the workers' own
         environment says.
+
+    Raises
+    ------
+    LostSchedulerError
+        If the scheduler ends, or the connection to it.
     """
     from distributed import as_completed, wait
 
@@ -142,6 +157,12 @@ def measured_by(
             if time.monotonic() - counted > _RECOUNT_S:
                 room, counted = _room(client), time.monotonic()
             waiting.update(submitted(room - len(sent)))
+    except Exception as problem:
+        # The client without its scheduler raises all sorts of exceptions.
+        is_lost = client.status != "running" or isinstance(problem, OSError | TimeoutError)
+        if isinstance(problem, JaxinkError) or not is_lost:
+            raise
+        raise LostSchedulerError from problem
     finally:
         _clear(client)
 
@@ -161,22 +182,29 @@ def _room(client: "Client") -> int:
 def _answer(future: Any, task: Task) -> Done:
     from distributed import KilledWorker
 
+    # Cancelled or lost, by nobody here.
+    if future.status not in ("finished", "error"):
+        raise LostSchedulerError
     try:
         return future.result()
     except KilledWorker:
         sentence = "its worker was lost again and again, so the scheduler gave it up."
         return trouble(task, RowOutcome.KILLED, sentence)
     except Exception as problem:
+        if future.status != "error":
+            raise LostSchedulerError from problem
         what = " ".join(str(problem).split())[:200]
         return trouble(task, RowOutcome.FAILED, f"the cluster failed ({type(problem).__name__}: {what}).")
 
 
 def _clear(client: "Client") -> None:
     """End the workers' processes, which would keep their memory."""
-    with suppress(Exception):
-        client.cancel(list(client.futures.values()), force=True)
-    with suppress(Exception):
-        client.run(_end_all)
+    # Without a scheduler, these would wait for one.
+    if client.status == "running":
+        with suppress(Exception):
+            client.cancel(list(client.futures.values()), force=True)
+        with suppress(Exception):
+            client.run(_end_all)
     _end_all()
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from jaxink.batches.listing import POSITION, Listed
 from jaxink.batches.row import Row, RowOutcome
 from jaxink.display.card import Card, CardTable, Presented
+from jaxink.errors import JaxinkError
 
 if TYPE_CHECKING:
     import pandas
@@ -26,9 +27,9 @@ class Batch(Presented):
     title
         Of the plan.
     rows
-        One for each measurement, in the order of the plan.
+        One for each measurement, in the order of the plan; of a batch that was cut off, those that there are.
     measurements
-        What the plan says of each.
+        What the plan says of each of them.
     folder
         Where everything is written.
     kept
@@ -37,6 +38,8 @@ class Batch(Presented):
         For each row that was there and was done again, the reason.
     others
         Number of rows in the folder that belong to an earlier plan.
+    missing
+        Number of measurements of the plan without a row, because the batch was cut off.
     """
 
     title: str
@@ -46,6 +49,7 @@ class Batch(Presented):
     kept: int = 0
     again: tuple[str, ...] = ()
     others: int = 0
+    missing: int = 0
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -120,6 +124,8 @@ class Batch(Presented):
             f"{n} {code.replace('_', ' ')}: {RowOutcome[code.upper()].meaning}."
             for code, n in self.outcomes.items()
         ]
+        if self.missing:
+            lines.append(f"{self.missing} measurements have no row yet; the same command goes on with them.")
         if self.others:
             lines.append(f"{self.others} rows of an earlier plan are kept in the folder, and not listed.")
         rows = [[row.name, row.outcome.replace("_", " "), row.sentence] for row in self.trouble[:_MOST_SHOWN]]
@@ -129,3 +135,23 @@ class Batch(Presented):
         tables = [CardTable(["verdict", "measurements"], verdicts)]
         tables.append(CardTable(["measurement", "outcome", "sentence"], rows, (0, 1, 2)))
         return Card(f"Batch: {self.title}", lines, tables, remarks)
+
+
+class UnfinishedBatchError(JaxinkError):
+    """A batch was cut off from its workers.
+
+    Parameters
+    ----------
+    why
+        What happened.
+    found
+        What there is, which has been written.
+    """
+
+    def __init__(self, why: str, found: Batch):
+        n_all = len(found) + found.missing
+        super().__init__(
+            f"{why.rstrip('.')}; {len(found)} of {n_all} measurements have a row in {found.folder}, and the "
+            "same command goes on with the others once a scheduler runs."
+        )
+        self.found = found

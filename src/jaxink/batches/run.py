@@ -9,8 +9,9 @@ from jaxink.batches.answer import Done, trouble
 from jaxink.batches.child import MEASURE, MOST_TRIES, Limits
 from jaxink.batches.child_main import named
 from jaxink.batches.folder import BatchFolder
+from jaxink.batches.on_dask import LostSchedulerError, local_client, measured_by, remote_client
 from jaxink.batches.plan import Plan, load_plan
-from jaxink.batches.result import Batch
+from jaxink.batches.result import Batch, UnfinishedBatchError
 from jaxink.batches.row import Row, RowOutcome
 from jaxink.batches.task import Task, Unreadable, task_of
 from jaxink.batches.writing import write_batch
@@ -59,6 +60,8 @@ def batch(
     ------
     InputRefusedError
         If the plan is invalid, the folder cannot be written or is in use, or there is no such scheduler.
+    UnfinishedBatchError
+        If the scheduler was lost; the summary of what there is has been written.
     """
     if workers is not None:
         require_integer("workers", workers, 0, 10_000)
@@ -69,21 +72,25 @@ def batch(
     plan = plan if isinstance(plan, Plan) else load_plan(plan)
     folder = BatchFolder(out)
     with folder.locked():
-        listing = _Listing(plan, folder, retry)
-        n_all = len(plan.measurements)
+        listing, lost = _Listing(plan, folder, retry), ""
+        left, n_all = listing.left(), len(plan.measurements)
         # Closed at once if this is interrupted, so that no process of a worker remains.
-        with closing(_answers(listing, workers, scheduler, devices, function)) as answers:
-            for done in answers:
-                folder.write(done)
-                listing.rows[done.row.name] = done.row
-                if follow is not None:
-                    follow(done.row, len(listing.rows), n_all)
-        rows = tuple(listing.rows[one.name] for one in plan.measurements)
-        others = len(folder.names() - {one.name for one in plan.measurements})
-        found = Batch(
-            plan.title, rows, plan.measurements, folder.path, listing.kept, tuple(listing.again), others
-        )
+        try:
+            with closing(_answers(listing, left, workers, scheduler, devices, function)) as answers:
+                for done in answers:
+                    folder.write(done)
+                    listing.rows[done.row.name] = done.row
+                    if follow is not None:
+                        follow(done.row, len(listing.rows), n_all)
+        except LostSchedulerError as problem:
+            lost = str(problem)
+            # Rows that are there, behind what was sent.
+            for _ in left:
+                pass
+        found = listing.batch()
         write_batch(found)
+        if lost:
+            raise UnfinishedBatchError(lost, found)
         return found
 
 
@@ -111,18 +118,36 @@ class _Listing:
                 self.again.append(f"{one.name} is done again: {why}.")
             yield task
 
+    def batch(self) -> Batch:
+        """What has a row now."""
+        plan = self.plan
+        listed = tuple(one for one in plan.measurements if one.name in self.rows)
+        return Batch(
+            title=plan.title,
+            rows=tuple(self.rows[one.name] for one in listed),
+            measurements=listed,
+            folder=self.folder.path,
+            kept=self.kept,
+            again=tuple(self.again),
+            others=len(self.folder.names() - {one.name for one in plan.measurements}),
+            missing=len(plan.measurements) - len(listed),
+        )
+
 
 def _answers(
-    listing: _Listing, workers: int | None, scheduler: str | None, devices: Sequence[str], function: str
+    listing: _Listing,
+    left: Iterator[Task | Unreadable],
+    workers: int | None,
+    scheduler: str | None,
+    devices: Sequence[str],
+    function: str,
 ) -> Generator[Done, None, None]:
-    tasks, refused = _Readable(listing.left()), RowOutcome.REFUSED
+    tasks, refused = _Readable(left), RowOutcome.REFUSED
     plan = listing.plan
     with ExitStack() as stack:
         if workers == 0:
             answers = _in_order(tasks, listing.folder, function)
         else:
-            from jaxink.batches.on_dask import local_client, measured_by, remote_client
-
             n_workers = workers or _n_cores()
             limits = Limits(plan.seconds, plan.memory_gib)
             if scheduler is None:

@@ -7,7 +7,7 @@ from typing import Any
 import typer
 
 import jaxink
-from jaxink.batches.result import REPORT_PAGE, SUMMARY_CSV
+from jaxink.batches.result import REPORT_PAGE, SUMMARY_CSV, UnfinishedBatchError
 from jaxink.batches.row import Row
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
@@ -26,6 +26,7 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
     plan = jaxink.load_plan(plan_file)
     session.prepare_jax()
     lines = _Lines(len(plan.measurements), is_quiet=output != "tables")
+    cut_off = None
     try:
         found = jaxink.batch(plan, out, **where, retry=retry, follow=lines)
     except KeyboardInterrupt:
@@ -35,6 +36,8 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
             err=True,
         )
         raise
+    except UnfinishedBatchError as problem:
+        found, cut_off = problem.found, problem
     if output == "json":
         typer.echo(json_text({"columns": plain(found.columns()), "again": list(found.again)}))
     elif output == "tables":
@@ -44,6 +47,9 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
         typer.echo(
             f"\nWritten: {out / SUMMARY_CSV}, {out / REPORT_PAGE}, and a folder of each in {out}/results."
         )
+    if cut_off is not None:
+        typer.echo(f"jaxink: {cut_off}", err=True)
+        return ExitCode.UNFINISHED
     return ExitCode.NOT_CONVERGED if found.trouble else ExitCode.FITTED
 
 
