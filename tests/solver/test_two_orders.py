@@ -140,3 +140,25 @@ def test_the_excess_is_differentiable_in_the_thickness():
     step = 1e-4
     expected = (excess(0.7 + step) - excess(0.7 - step)) / (2 * step)
     np.testing.assert_allclose(slope, expected, rtol=1e-5, atol=1e-8)
+
+
+@pytest.mark.parametrize("theta_i", [0.0, 1e-6, 30.0])
+@pytest.mark.parametrize("which", ["plate", "ink", "front", "back"])
+@pytest.mark.parametrize("index", [1.0, 1.3, 1.5])
+def test_the_excess_is_differentiable_in_every_index_along_the_normal_and_beside_it(theta_i, which, index):
+    """A fit carries the tangents of all indices, so that one without a derivative would spoil all others."""
+    theta_o = np.array([0.0, 1e-6, 20.0, 35.0, 70.0])
+    at = np.tile(theta_o, 4), np.repeat([0.0, 180.0], 10), np.tile(np.repeat([False, True], 5), 2)
+    there = Directions.from_degrees(np.full(20, theta_i), *at)
+    given = {"plate": 1.5, "ink": 1.5, "front": 1.0, "back": 1.0}
+
+    def excess(value):
+        n = given | {which: value}
+        ink = ScatteringLayer(n["ink"], 0.7, 0.9, Rayleigh())
+        stack = Stack((ClearLayer(n["plate"], 0.1), ink), n["front"], n["back"])
+        return polarised_excess(stack, {1: Rayleigh().matrix()}, there)
+
+    value, slope = jax.jvp(excess, (index,), (1.0,))
+    step = 1e-5
+    expected = (excess(index + step) - excess(index - step)) / (2 * step)
+    np.testing.assert_allclose(slope, expected, rtol=1e-5, atol=1e-7 * np.max(np.abs(value)))

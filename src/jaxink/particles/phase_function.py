@@ -1,6 +1,9 @@
 """Phase functions: Henyey-Greenstein, Rayleigh, Legendre series and tables."""
 
+from functools import partial
+
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.typing import ArrayLike
@@ -22,6 +25,19 @@ def _henyey_greenstein(g, cosine):
     forward = (1 - g) ** 2 + 2 * g * (1 - cosine)
     backward = (1 + g) ** 2 - 2 * g * (1 + cosine)
     return (1 - g) * (1 + g) / jnp.where(g >= 0, forward, backward) ** 1.5
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(1,))
+def _powers(base, n_powers: int):
+    """base^0 ... base^(n - 1), with derivatives of every order also at base 0."""
+    return jnp.power(base, np.arange(n_powers))
+
+
+@_powers.defjvp
+def _powers_jvp(n_powers, primals, tangents):
+    (base,), (d_base,) = primals, tangents
+    lower = jnp.pad(_powers(base, n_powers - 1), (1, 0))
+    return _powers(base, n_powers), np.arange(n_powers) * lower * d_base
 
 
 def _require_asymmetry(name: str, value) -> None:
@@ -51,8 +67,8 @@ class HenyeyGreenstein(PhaseFunction):
         return _henyey_greenstein(self.asymmetry_parameter, scattering_cosine)
 
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
-        """Powers g^l, differentiable also at g = 0."""
-        return jnp.power(self.asymmetry_parameter, np.arange(n_moments))
+        """Powers g^l."""
+        return _powers(self.asymmetry_parameter, n_moments)
 
 
 class TwoTermHenyeyGreenstein(PhaseFunction):
@@ -83,9 +99,8 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
 
     def moments(self, n_moments: int) -> Float[Array, " moments"]:
         """See `PhaseFunction.moments`."""
-        degrees = np.arange(n_moments)
-        first = jnp.power(self.asymmetry_parameter, degrees)
-        second = jnp.power(self.second_asymmetry_parameter, degrees)
+        first = _powers(self.asymmetry_parameter, n_moments)
+        second = _powers(self.second_asymmetry_parameter, n_moments)
         return first + self.second_weight * (second - first)
 
 

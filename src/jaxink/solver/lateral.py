@@ -15,7 +15,7 @@ Abramowitz, Stegun 1964 Handbook of Mathematical Functions, 9.1.18 and 9.1.20 (B
 9.2.5 (for large arguments).
 """
 
-from functools import cache
+from functools import cache, partial
 
 import equinox as eqx
 import jax
@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.own_derivatives import point_by_point
+from jaxink.optics.fresnel import propagating_cosine
 
 # Frequencies times the radius of the field. The sum is exact without displacement. Elsewhere it is accurate
 # to some thousandths if displacements are spread by a third or more, as those of scattered light are.
@@ -161,28 +162,48 @@ def _coefficients(along, across, beam_radius, cosine_incidence):
     return jnp.concatenate([undisplaced[None], displaced]).T @ _sum_of_bessel_functions()[1].T
 
 
+@partial(jax.custom_jvp, nondiff_argnums=(4,))
 def _overlap(along, across, half_length, half_width, n_sides):
     """Share of an ellipse inside the unit disc, with continuous derivatives.
 
     By Green's theorem, the area of a polygon inside the disc is half the integral of the smaller of 1 and the
     squared distance from the centre of the disc, over the angle at which its sides are seen from there.
     """
+    ellipse = along, across, half_length, half_width
+    return _share_inside(*ellipse, n_sides, _crossings(*_sides(*ellipse, n_sides)))
+
+
+@_overlap.defjvp
+def _overlap_jvp(n_sides, primals, tangents):
+    # The integrand is continuous where a side crosses the disc, so that the derivative does not depend on
+    # where that is. The next derivative does.
+    crossings = _crossings(*_sides(*primals, n_sides))
+    return jax.jvp(lambda *ellipse: _share_inside(*ellipse, n_sides, crossings), primals, tangents)
+
+
+def _sides(along, across, half_length, half_width, n_sides):
+    """Corners of the polygon in place of an ellipse, of the same area, and the sides from there."""
     corner_rad = np.arange(n_sides) * 2 * np.pi / n_sides
-    # The polygon has the area of the ellipse.
     scale = np.sqrt(corner_rad[1] / np.sin(corner_rad[1]))
     corner = (
         along[..., None] + half_length[..., None] * scale * np.cos(corner_rad),
         across[..., None] + half_width[..., None] * scale * np.sin(corner_rad),
     )
-    side = tuple(jnp.roll(x, -1, axis=-1) - x for x in corner)
-    # Where the line of a side enters and leaves the disc. The integrand is continuous there, so that the
-    # derivatives do not depend on where that is.
+    return corner, tuple(jnp.roll(x, -1, axis=-1) - x for x in corner)
+
+
+def _crossings(corner, side):
+    """Shares of each side at which its line enters and leaves the disc, from 0 to 1."""
     length, half = _dot(side, side), _dot(corner, side)
-    root = jnp.sqrt(jnp.maximum(half**2 - length * (_dot(corner, corner) - 1), 0.0))
-    parts = (jnp.clip((sign * root - half) / length, 0.0, 1.0) for sign in (-1, 1))
+    root = propagating_cosine(half**2 - length * (_dot(corner, corner) - 1))
+    return tuple(jnp.clip((sign * root - half) / length, 0.0, 1.0) for sign in (-1, 1))
+
+
+def _share_inside(along, across, half_length, half_width, n_sides, crossings):
+    """`_overlap` by where the sides cross the disc."""
+    corner, side = _sides(along, across, half_length, half_width, n_sides)
     enters, leaves, ends = (
-        tuple(x + part * d for x, d in zip(corner, side, strict=True))
-        for part in (*(jax.lax.stop_gradient(part) for part in parts), 1.0)
+        tuple(x + part * d for x, d in zip(corner, side, strict=True)) for part in (*crossings, 1.0)
     )
     # The angles of the parts outside the disc, by a product of complex numbers.
     first, last = ((_dot(p, q), _cross(p, q)) for p, q in ((corner, enters), (leaves, ends)))

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.linear_algebra import positive_definite_inverse, transpose
+from jaxink.numerics.linear_map import linear_map
 
 LAYER_METHODS = ("discrete_ordinates", "adding_doubling")
 
@@ -120,7 +121,6 @@ def _reflection(x_even, x_odd):
     return x_even + x_odd - jnp.eye(x_even.shape[-1])
 
 
-@jax.custom_jvp
 def layer_response(
     a_matrix: Float[Array, "orders nodes nodes"],
     b_matrix: Float[Array, "orders nodes nodes"],
@@ -148,23 +148,35 @@ def layer_response(
     The derivatives are exact and do not differentiate eigenvectors: in the basis U = C V of the generalised
     problem, dZ = G o (U-basis dB) + (G (s_i + s_j)/2 - (f_i + f_j)/2) o (U-basis dA), where G, the divided
     differences of Daleckii and Krein, is finite for equal eigenvalues. The rule costs matrix products only.
+    Second and higher derivatives are those of `doubled_response`, without eigenvectors.
 
     References
     ----------
     Nakajima, Tanaka 1986 JQSRT 35, 13 (symmetric discrete-ordinates eigenproblem);
     Higham 2008 Functions of Matrices, theorem 3.11 (Daleckii-Krein).
     """
-    x_even, x_odd, passed, *_ = _layer_primal(a_matrix, b_matrix, half_thickness)
-    return _reflection(x_even, x_odd), passed
+    response, _ = _response_and_basis(a_matrix, b_matrix, half_thickness)
+    return response
 
 
-@layer_response.defjvp
-def _layer_response_jvp(primals, tangents):
-    a_matrix, b_matrix, half = primals
-    d_a, d_b, d_half = tangents
-    x_even, x_odd, passed, root, w_basis, u_basis = _layer_primal(a_matrix, b_matrix, half)
+@jax.custom_jvp
+def _response_and_basis(a_matrix, b_matrix, half):
+    """Reflection and transmission, and what their derivatives are computed from, as constants."""
+    x_even, x_odd, passed, *basis = _layer_primal(a_matrix, b_matrix, half)
+    return (_reflection(x_even, x_odd), passed), (x_even, x_odd, *basis)
+
+
+@_response_and_basis.defjvp
+def _response_and_basis_jvp(primals, tangents):
+    response, basis = _response_and_basis(*primals)
+    change = linear_map(_change_in_basis, _change_by_doubling, (*primals, *basis), tuple(tangents))
+    return (response, basis), (change, jax.tree.map(jnp.zeros_like, basis))
+
+
+def _change_in_basis(_a_matrix, _b_matrix, half, x_even, x_odd, root, w_basis, u_basis, d_a, d_b, d_half):
+    """First derivative of `layer_response`, see there."""
     half = half + _THINNEST
-    identity = jnp.eye(a_matrix.shape[-1])
+    identity = jnp.eye(root.shape[-1])
     a_tilde = transpose(w_basis) @ d_a @ w_basis
     b_tilde = transpose(u_basis) @ d_b @ u_basis
     s = root**2
@@ -183,7 +195,13 @@ def _layer_response_jvp(primals, tangents):
         y = x @ w_basis
         change.append(-(y @ inner @ transpose(y)))
     d_even, d_odd = change
-    return (_reflection(x_even, x_odd), passed), (d_even + d_odd, d_even - d_odd)
+    return d_even + d_odd, d_even - d_odd
+
+
+def _change_by_doubling(a_matrix, b_matrix, half, *basis_and_change):
+    """The same to the accuracy of `doubled_response`, with derivatives of any order."""
+    _, change = jax.jvp(doubled_response, (a_matrix, b_matrix, half), basis_and_change[-3:])
+    return change
 
 
 def _csch_square(root, half):
@@ -213,6 +231,8 @@ def _parallel_sum_jvp(primals, tangents):
 
 # Optical thickness over the most grazing cosine at which doubling starts from a series to sixth order.
 _DOUBLING_START = 0.02
+# Largest transmission that is taken from the difference of the operators, which of thin layers is infinite.
+_DIM_SHARE = 1e-4
 # Enough to reach optical thickness 1e9 at a cosine of 1e-4.
 _MOST_DOUBLINGS = 48
 
@@ -228,7 +248,8 @@ def doubled_response(
     -----
     Layers are doubled in the even and odd operators Z of `layer_response`, where doubling reads
     tanh(2x) = 2 / (coth x + tanh x) and coth(2x) = (coth x + tanh x) / 2. In these sums of positive
-    matrices rounding errors do not grow with the number of doublings, as they do in R and T.
+    matrices rounding errors do not grow with the number of doublings, as they do in R and T. Their
+    difference, which thick layers transmit, is doubled beside them, for it to keep its digits.
 
     References
     ----------
@@ -247,15 +268,19 @@ def doubled_response(
     odd = odd + start / 3 * (b_matrix - start**2 / 15 * (bab - 2 / 21 * start**2 * babab))
 
     def double(state):
-        even, odd = state
-        return 2 * _parallel_sum(even, odd), (even + odd) / 2
+        even, odd, apart = state
+        both = positive_definite_inverse(even + odd)
+        return 2 * _parallel_sum(even, odd), (even + odd) / 2, apart @ both @ apart / 2
 
     def step(state, k):
         return jax.lax.cond(k < n_doublings, double, lambda state: state, state), None
 
-    (even, odd), _ = jax.lax.scan(step, (even, odd), jnp.arange(_MOST_DOUBLINGS))
+    (even, odd, apart), _ = jax.lax.scan(step, (even, odd, odd - even), jnp.arange(_MOST_DOUBLINGS))
     x_even, x_odd = _inverted(even, odd)
-    return _reflection(x_even, x_odd), _transmission(x_even, x_odd)
+    passed = _transmission(x_even, x_odd)
+    is_dim = jnp.max(jnp.abs(passed)) < _DIM_SHARE
+    passed = jax.lax.cond(is_dim, lambda: x_even @ apart @ x_odd, lambda: passed)
+    return _reflection(x_even, x_odd), passed
 
 
 def layer_method(name: str) -> str:

@@ -12,6 +12,9 @@ from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels
 
+# Below it series are accurate to rounding.
+_NEAR = 1e-3
+
 
 @jax.jit
 def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
@@ -33,17 +36,28 @@ def single_scattering_kernels(cosine_out, cosine_in, optical_thickness):
     out, into = jnp.where(inside, cosine_out, 1.0), jnp.where(inside, cosine_in, 1.0)
     a, b = 1 / out, 1 / into
     reflected = -jnp.expm1(-optical_thickness * (a + b)) / (out + into)
-    slow = optical_thickness * jnp.minimum(a, b)
-    mean = mean_attenuation(jnp.abs(a - b) * optical_thickness)
-    transmitted = a * b * optical_thickness * jnp.exp(-slow) * mean
+    transmitted = a * b * mean_of_both(optical_thickness * a, optical_thickness * b) * optical_thickness
     return jnp.where(inside, reflected, 0.0), jnp.where(inside, transmitted, 0.0)
 
 
 def mean_attenuation(optical_depth):
     """Mean of exp(-t) for t from 0 to an optical depth of 0 or more."""
-    near = optical_depth < 1e-6
-    ratio = -jnp.expm1(-optical_depth) / jnp.where(near, 1.0, optical_depth)
-    return jnp.where(near, 1 - optical_depth / 2, ratio)
+    near = optical_depth < _NEAR
+    safe = jnp.where(near, 1.0, optical_depth)
+    series = 1 - optical_depth / 2 * (
+        1 - optical_depth / 3 * (1 - optical_depth / 4 * (1 - optical_depth / 5))
+    )
+    return jnp.where(near, series, -jnp.expm1(-safe) / safe)
+
+
+def mean_of_both(first, second):
+    """Mean of exp(-t) for t between two optical depths, smooth where they are equal."""
+    half = (second - first) / 2
+    near = jnp.abs(half) < _NEAR
+    square = half**2
+    series = jnp.exp(-(first + second) / 2) * (1 + square / 6 * (1 + square / 20))
+    apart = jnp.where(near, 1.0, 2 * jnp.abs(half))
+    return jnp.where(near, series, jnp.exp(-jnp.minimum(first, second)) * mean_attenuation(apart))
 
 
 def scattered_between_channels(

@@ -98,14 +98,16 @@ class _Ways(NamedTuple):
 
     Parameters
     ----------
-    cosine
-        Cosine in the layer; 1 if no light propagates there.
+    cosine, sine
+        Of the angle in the layer; 1 and 0 if no light propagates there. The sine is kept because it is smooth
+        at normal incidence, where the root of 1 - cosine^2 has no derivative.
     unpolarised, polarised
         Half sum and half difference of the transmittances for light polarised parallel and perpendicular to
         the plane of incidence.
     """
 
     cosine: Float[Array, " directions"]
+    sine: Float[Array, " directions"]
     unpolarised: Float[Array, " directions"]
     polarised: Float[Array, " directions"]
 
@@ -131,18 +133,20 @@ def _ways(stack: Stack, k: int, directions: Directions):
         return jnp.where(is_front, in_front, behind)
 
     parallel, perpendicular = (through(part) for part in reflected)
-    cosine = jnp.where(cosines[k + 1] > 0, cosines[k + 1], 1.0)
-    ways = _Ways(cosine, (parallel + perpendicular) / 2, (parallel - perpendicular) / 2)
+    propagates = cosines[k + 1] > 0
+    cosine = jnp.where(propagates, cosines[k + 1], 1.0)
+    sine = jnp.where(propagates, kappa / indices[k + 1], 0.0)
+    ways = _Ways(cosine, sine, (parallel + perpendicular) / 2, (parallel - perpendicular) / 2)
     out = directions.outgoing + jnp.where(directions.is_transmission, n_in + n_out, n_in)
     return ways, directions.incidence, out
 
 
-def _stokes(matrix: ScatteringMatrix, light: _Ways, cosine, azimuth):
+def _stokes(matrix: ScatteringMatrix, light: _Ways, cosine, sine, azimuth):
     """I, Q and U of light scattered from the azimuth 0, and I of the scalar theory.
 
     Q is positive in the plane through the normal, cosines in the hemisphere into which the light goes.
     """
-    sine_in, sine = (jnp.sqrt(jnp.maximum(1 - c**2, 0.0)) for c in (light.cosine, cosine))
+    sine_in = light.sine
     straight, across = jnp.cos(azimuth), jnp.sin(azimuth)
     turn = jnp.clip(light.cosine * cosine + sine_in * sine * straight, -1, 1)
     f11, f12, f33 = matrix.elements(turn)
@@ -169,7 +173,7 @@ def _scattered_once(matrix, light_in: _Ways, light_out: _Ways, directions: Direc
     """Contributions of I, Q and U to the light seen, and that of the scalar theory, for unit strength."""
     side = directions.is_transmission
     cosine = light_out.cosine * jnp.where(side, 1, -1)
-    stokes = _stokes(matrix, light_in, cosine, directions.azimuth_rad)
+    stokes = _stokes(matrix, light_in, cosine, light_out.sine, directions.azimuth_rad)
     reflected, transmitted = single_scattering_kernels(light_out.cosine, light_in.cosine, thickness)
     seen = jnp.stack(
         [light_out.unpolarised, light_out.polarised, jnp.zeros_like(cosine), light_out.unpolarised]
@@ -189,7 +193,8 @@ def _azimuthal_series(matrix, ways: _Ways, n_cosines: int, n_azimuths: int):
     cosines = gauss_legendre_unit(n_cosines)[0]
     cosine = np.concatenate([cosines, -cosines])
     ways = _Ways(*(part[:, None, None] for part in ways))
-    stokes = _stokes(matrix, ways, cosine[:, None], azimuth)
+    sine = np.sqrt(1 - cosine**2)
+    stokes = _stokes(matrix, ways, cosine[:, None], sine[:, None], azimuth)
     return jnp.einsum("sdkj,sjm->sdkm", stokes, np.stack([even, even, odd, even]))
 
 
