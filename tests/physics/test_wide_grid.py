@@ -146,10 +146,11 @@ def test_reciprocity(order):
 )
 def test_reciprocity_between_media_of_different_index(order, turned):
     # f(i, o) / n_o^2 = f(o, i) / n_i^2, the stack turned about.
-    optics, front, back = jnp.asarray(seeded()), jnp.asarray(1.0), jnp.asarray(1.33)
-    there = np.asarray(bsdf_of_pairs(order, optics, (front, back)))[:, 1, 0]
-    back_again = np.asarray(bsdf_of_pairs(turned, optics, (back, front)))[:, 1, 1]
-    close(there / 1.33**2, back_again, 1e-10)
+    optics, front, back = seeded(), jnp.asarray(1.0), jnp.asarray(1.33)
+    there = np.asarray(bsdf_of_pairs(order, jnp.asarray(optics), (front, back)))[:, 1, 0]
+    back_again = np.asarray(bsdf_of_pairs(turned, jnp.asarray(optics), (back, front)))[:, 1, 1]
+    # As of the energy: the zero eigenvalue of a thick layer carries a rounding that grows with its thickness.
+    close(there / 1.33**2, back_again, np.where(optics[:, 2:3] > 1e3, 1e-8, 1e-10))
 
 
 @pytest.mark.parametrize("order", ["ink", "plate, ink, second ink"])

@@ -11,7 +11,7 @@ from jaxink.numerics.precision import computing
 from jaxink.solver.accuracy import require_accuracy
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
-from jaxink.solver.resolution import demand, sizes_for
+from jaxink.solver.resolution import demand, require_resolvable, sizes_for
 
 
 def model_sizes(
@@ -27,12 +27,21 @@ def model_sizes(
         Known values by name, in place of those of the sample's table.
     accuracy, layer_method
         See `choose_sizes`.
+
+    Raises
+    ------
+    InputRefusedError
+        If a phase function of the sample's table has too narrow a backward peak; what a search meets on its
+        way is not refused.
     """
     require_accuracy(accuracy)
     # Samples that differ in their values only share the program, and its copy in memory.
     structure = builder.without_values(tuple(builder.sample.parameters))
     with computing():
-        found = sizes_for(_demand(structure, plan, builder.values(free_values)), accuracy, layer_method)
+        needed = _demand(structure, plan, builder.values(free_values))
+    if not free_values:
+        require_resolvable(needed, accuracy)
+    found = sizes_for(needed, accuracy, layer_method)
     # A fit has to rank values other than those it starts from.
     return found.at_least(SolverConfig()) if builder.sample.parameters.free else found
 

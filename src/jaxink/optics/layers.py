@@ -75,14 +75,16 @@ class TruncatedOptics(eqx.Module):
 def delta_m(layer: ScatteringLayer, n_moments: int) -> TruncatedOptics:
     """Treat the part of the phase function beyond ``n_moments`` as unscattered light.
 
-    The result is scaled by the similarity relations and equivalent to the layer up to that moment.
+    The result is scaled by the similarity relations and equivalent to the layer up to that moment. Of a
+    narrow backward peak, whose moments alternate, only so much counts as unscattered that the moments that
+    remain are those of a function that can exist.
 
     References
     ----------
     Wiscombe 1977 J. Atmos. Sci. 34, 1408.
     """
     moments = layer.phase_function.moments(n_moments + 1)
-    fraction = moments[n_moments]
+    fraction = jnp.minimum(moments[n_moments], jnp.min(1 + moments[:n_moments]) / 2)
     albedo = layer.single_scattering_albedo
     kept = 1 - albedo * fraction
     return TruncatedOptics(

@@ -1,5 +1,7 @@
 """BSDF of a stack, and its regular and hemispherical reflectance and transmittance."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -7,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 from scipy.special import gammaln
 
+from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.validity import is_known
 from jaxink.optics.directions import Directions
@@ -21,8 +24,12 @@ from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import put_on_channels
 
 # A BSDF is never negative. Values below minus this come from a resolution too coarse for a narrow peak.
-# Those above are rounding, as at thickness 0, where the derivative is that of light a thin layer scatters.
-_ROUNDING = 1e-12
+# Those above are rounding, near grazing or of no scattering, where the derivative is that of a little light.
+_ROUNDING = 1e-6
+# Power below 0 or above 1 by more shows that the streams do not resolve an incidence.
+_BELOW, _ABOVE = 1e-5, 1e-3
+# Of a layer without an index step, lit within 0.04 deg of grazing.
+_MOST_STREAMS = 160
 
 
 def diffuse_bsdf(
@@ -93,7 +100,12 @@ def _diffuse_bsdf(stack, directions, config, plan):
         light = jnp.sum(jax.vmap(smooth)(responses).T * lateral.coefficients(*way), axis=1) + once
     index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
     bsdf = index_out**2 * light
-    return jnp.where(bsdf < -_ROUNDING, 0.0, bsdf + jax.lax.stop_gradient(jnp.maximum(-bsdf, 0.0)))
+    return jnp.where(bsdf < -_ROUNDING, 0.0, _raised_to_zero(bsdf))
+
+
+def _raised_to_zero(value):
+    """The value, or 0 if it is negative by rounding, with the derivative of the value."""
+    return value + jax.lax.stop_gradient(jnp.maximum(-value, 0.0))
 
 
 _compiled_bsdf = eqx.filter_jit(_diffuse_bsdf)
@@ -236,7 +248,8 @@ def hemispherical_power(
     sin_incidence
         Sines of the angles of incidence in front, shape ``(incidences,)``.
     config, plan
-        See `diffuse_bsdf`.
+        See `diffuse_bsdf`. By default there are more streams for incidence near grazing on a layer without an
+        index step.
 
     Returns
     -------
@@ -248,13 +261,46 @@ def hemispherical_power(
     Raises
     ------
     PrecisionError, InputRefusedError
-        See `diffuse_bsdf`.
+        See `diffuse_bsdf`, or if known results are not shares: the streams do not resolve an incidence.
     """
     require_float64()
     plan = plan_channels(stack) if plan is None else plan
-    config = choose_sizes(stack, plan=plan) if config is None else config
-    solve = _compiled_power if is_known((stack, sin_incidence, plan)) else _hemispherical_power
-    return solve(stack, sin_incidence, config, plan)
+    config = _power_sizes(stack, sin_incidence, plan) if config is None else config
+    if is_known((stack, sin_incidence, plan)):
+        powers = _compiled_power(stack, sin_incidence, config, plan)
+        _require_shares(stack, sin_incidence, np.asarray(powers), config)
+    else:
+        powers = _hemispherical_power(stack, sin_incidence, config, plan)
+    reflectance, transmittance = map(_raised_to_zero, powers)
+    return reflectance, transmittance
+
+
+def _power_sizes(stack, sin_incidence, plan) -> SolverConfig:
+    """Sizes of `choose_sizes`, and the streams that an exposed layer needs near grazing."""
+    config = choose_sizes(stack, plan=plan)
+    if not (plan.exposed and is_known(sin_incidence)):
+        return config
+    # The radiance varies over cosines of that size; the most grazing of n streams has 1.45 / n^2.
+    cosine = np.sqrt(np.maximum(1 - np.asarray(sin_incidence, float) ** 2, 0.0))
+    streams = 4 / np.sqrt(np.maximum(np.min(cosine, initial=1.0), 1e-9))
+    streams = 2 * int(np.ceil(min(streams, _MOST_STREAMS) / 2))
+    return dataclasses.replace(config, nodes_escaping=max(config.nodes_escaping, streams))
+
+
+def _require_shares(stack, sin_incidence, powers, config) -> None:
+    """Reject powers that are no shares of the incident one."""
+    reflectance, transmittance = powers
+    total = reflectance + (transmittance if stack.backing is None else 0.0)
+    wrong = (np.minimum(reflectance, transmittance) < -_BELOW) | (total > 1 + _ABOVE)
+    wrong |= ~np.isfinite(total)
+    if np.any(wrong):
+        k = int(np.argmax(wrong))
+        angle = np.rad2deg(np.arcsin(np.clip(np.asarray(sin_incidence)[k], 0, 1)))
+        raise InputRefusedError(
+            f"{config.nodes_escaping} streams do not resolve light incident at {angle:.6g} deg: reflectance "
+            f"{reflectance[k]:.6g} and transmittance {transmittance[k]:.6g} are no shares of the power. "
+            "Give smaller angles of incidence, or a config with more nodes_escaping."
+        )
 
 
 def _hemispherical_power(stack, sin_incidence, config, plan):

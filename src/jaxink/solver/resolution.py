@@ -42,6 +42,8 @@ class Demand(eqx.Module):
         The largest of these sines for the rarer of the surroundings.
     exposed
         See `ChannelPlan`.
+    backward_peak
+        Largest share of the scattering into a backward peak narrower than any resolution.
     rough
         Whether a face is rough: singly scattered light that meets it is no longer exact.
     """
@@ -51,6 +53,7 @@ class Demand(eqx.Module):
     largest_sine: Float[Array, "*batch"]
     smallest_sine: Float[Array, "*batch"]
     escaping_sine: Float[Array, "*batch"]
+    backward_peak: Float[Array, "*batch"]
     exposed: bool = eqx.field(static=True)
     rough: bool = eqx.field(static=True, default=False)
 
@@ -59,19 +62,40 @@ def demand(stack: Stack, plan: ChannelPlan) -> Demand:
     """Find what determines the resolution of a stack."""
     layers = [layer for layer in stack.layers if isinstance(layer, ScatteringLayer)]
     first, *others = (layer.optical_thickness for layer in layers)
-    moments = [jnp.abs(layer.phase_function.moments(_MOST_MOMENTS)) for layer in layers]
+    moments = jnp.stack([layer.phase_function.moments(_MOST_MOMENTS) for layer in layers])
     outside = jnp.stack([stack.index_front, stack.index_back])
     sines = jnp.stack([jnp.max(outside) / layer.refractive_index for layer in layers])
     escaping = jnp.max(jnp.stack([jnp.min(outside) / layer.refractive_index for layer in layers]))
     return Demand(
-        phase_moments=jnp.max(jnp.stack(moments), axis=0),
+        phase_moments=jnp.max(jnp.abs(moments), axis=0),
         optical_thickness=sum(others, start=first),
         largest_sine=jnp.minimum(jnp.max(sines), 1.0),
         smallest_sine=jnp.minimum(jnp.min(sines), 1.0),
         escaping_sine=jnp.minimum(escaping, 1.0),
+        # Moments of a forward peak have one sign, those of a backward peak alternate.
+        backward_peak=jnp.max(jnp.abs(moments[:, -1] - moments[:, -2])) / 2,
         exposed=plan.exposed,
         rough=bool(stack.rough),
     )
+
+
+def require_resolvable(demand: Demand, accuracy: float) -> None:
+    """Reject phase functions that no resolution describes.
+
+    A narrow forward peak counts as unscattered light (delta-M), a narrow backward peak cannot.
+
+    Raises
+    ------
+    InputRefusedError
+        If a share of more than ten times the accuracy is scattered into such a peak.
+    """
+    peak = float(np.max(demand.backward_peak))
+    if peak > 10 * accuracy:
+        raise InputRefusedError(
+            f"a phase function scatters {peak:.2g} of the light into a backward peak too narrow to resolve "
+            f"to an accuracy of {accuracy:g} (its Legendre moments alternate up to degree {_MOST_MOMENTS}); "
+            "give a wider one, such as an asymmetry parameter nearer to 0, or a coarser accuracy."
+        )
 
 
 def sizes_for(
@@ -118,7 +142,8 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
         escaping = max(least, twice, 0.58 * degree(1 / 3, 0.02), n_moments / 2)
     else:
         n_moments = max(degree(1, 0.05), 4)
-        escaping = max(4 * digits - 8, 0.58 * escaping_cone * degree(1 / 3, 0.02), 6)
+        near = min(_near_matched(sines[2], digits), 18 * digits - 30)
+        escaping = max(4 * digits - 8, 0.58 * escaping_cone * degree(1 / 3, 0.02), 6, near)
     trapped = max(4 * digits - 8, (1 - narrowest_cone) / 2.7 * degree(1 / 2, 0.02), 6)
     if cone > escaping_cone:
         # Light trapped on the rarer side is seen from the denser one, where the radiance of a layer without
@@ -132,6 +157,18 @@ def _sizes(moments, thickness, sines, exposed, rough, accuracy):
     needed = sine * _degree(moments**2, accuracy / 10) if exposed else sine / 2.2 * highest
     orders = max(needed, 1.05 * digits + 1)
     return _even(escaping), _even(trapped), _even(n_moments), min(_even(orders), highest)
+
+
+def _near_matched(escaping_sine, digits) -> float:
+    """Streams for a layer whose index is near that of its surroundings.
+
+    The radiance has a branch point where the cosine in the layer vanishes. A polynomial in the cosine outside
+    converges by the ellipse through that point (Bernstein); the offset of one digit was measured.
+    """
+    point = -1 + 2j * math.sqrt(1 / escaping_sine**2 - 1)
+    root = np.sqrt(point**2 - 1 + 0j)
+    ellipse = max(abs(point + root), abs(point - root))
+    return (digits - 1) / math.log10(ellipse) if ellipse > 1 else math.inf
 
 
 def _degree(moments, limit) -> int:
@@ -167,7 +204,8 @@ def choose_sizes(
     Raises
     ------
     InputRefusedError
-        If the accuracy is not between 1e-8 and 0.1, or the stack is being differentiated or compiled.
+        If the accuracy is not between 1e-8 and 0.1, the stack is being differentiated or compiled, or a phase
+        function has too narrow a backward peak.
     """
     require_accuracy(accuracy)
     if not is_known(stack):
@@ -176,4 +214,6 @@ def choose_sizes(
             "choose it beforehand with choose_sizes(stack, accuracy) and pass it as config."
         )
     plan = plan_channels(stack) if plan is None else plan
-    return sizes_for(_demand(stack, plan), accuracy, layer_method)
+    needed = _demand(stack, plan)
+    require_resolvable(needed, accuracy)
+    return sizes_for(needed, accuracy, layer_method)

@@ -18,7 +18,7 @@ from jaxink.solver.lateral import bessel_j0
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.rough import met_between_channels
 from jaxink.solver.single_scattering import scattered_between_channels
-from jaxink.solver.specular import attenuation
+from jaxink.solver.specular import FURTHEST, attenuation
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels, put_on_channels
 from jaxink.solver.star_product import Below, FromBehind, Pile
@@ -52,9 +52,10 @@ class StackResponse(eqx.Module):
 
 
 class _Whole(NamedTuple):
-    """All light of a stack between its channels in the basis of fluxes, with its regular part given again.
+    """Light of a stack between its channels in the basis of fluxes, with its regular part given again.
 
-    The last two are those of `StackResponse`.
+    What clear layers and smooth interfaces at the front reflect by themselves is left out of both. The last
+    two are those of `StackResponse`.
     """
 
     reflection: Array
@@ -123,21 +124,18 @@ def _add_layers(stack: Stack, channels: StackChannels, frequency) -> _Whole:
             break
         optics, response, cosine = channels.truncated[k - 1], channels.responses[k - 1], fields.cosines[k - 1]
         if response is None:
-            inside = attenuation(stack.layers[k - 1].optical_thickness, cosine)
+            inside = attenuation(stack.layers[k - 1].optical_thickness, cosine, FURTHEST)
             pile = pile.with_diagonal((0.0, 0.0, inside), ways[k - 1])
         else:
-            pile = pile.with_layer(*response, attenuation(optics.optical_thickness, cosine))
+            pile = pile.with_layer(*response, attenuation(optics.optical_thickness, cosine, FURTHEST))
     pile = pile.closed(is_front=True)
     reflection, transmission, _, from_behind = pile.below
-    regular = fields.reflection, fields.transmission
-    if frequency is not None:
-        regular = pile.regular[0], pile.regular[2]
     gain, returned = 0.0, 0.0
     if stack.backing is not None:
         sent = behind @ behind
         gain = stack.backing / (1 - stack.backing * from_behind.returned / sent)
         returned = jnp.sqrt(etendue) @ from_behind.passed / sent
-    return _Whole(reflection, transmission, regular, gain, returned)
+    return _Whole(reflection, transmission, (pile.regular[0], pile.regular[2]), gain, returned)
 
 
 def _without_exact_light(stack: Stack, channels: StackChannels, whole: _Whole) -> StackResponse:
@@ -159,8 +157,9 @@ def _without_exact_light(stack: Stack, channels: StackChannels, whole: _Whole) -
     norm = scale[:, None] * scale[None, :]
     reflection = (reflection - jnp.diag(regular[0])) / norm - once_reflected
     transmission = (transmission - jnp.diag(regular[1])) / norm - once_transmitted
-    reflection = reflection / (front[:, None] * front)
-    transmission = transmission / (back[:, None] * front)
+    # One after the other: the product of two shares may be too small for a number.
+    reflection = reflection / front[:, None] / front
+    transmission = transmission / back[:, None] / front
     if grid.exposed:
         # Near grazing, doubly scattered light varies as 1/(mu_o + mu_i): interpolate without that factor.
         cosine = propagating_cosine(grid.squared_cosine(grid.block_index[0]))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxink.numerics.linear_algebra import at_least_tiny
@@ -71,10 +72,16 @@ class RegularPaths(NamedTuple):
     fields_out: RegularFields
 
 
-def attenuation(optical_thickness, cosine):
-    """exp(-tau/mu); 0 in an evanescent or grazing channel."""
+# Depth beyond which the solver attenuates no further, 3e-96: it divides by the light that is left, up to
+# three times in second derivatives.
+FURTHEST = 220.0
+
+
+def attenuation(optical_thickness, cosine, furthest=jnp.inf):
+    """exp(-tau/mu), with tau/mu up to the furthest; 0 in an evanescent or grazing channel."""
     inside = cosine > 0
-    return jnp.where(inside, jnp.exp(-optical_thickness / jnp.where(inside, cosine, 1.0)), 0.0)
+    depth = jnp.minimum(optical_thickness / jnp.where(inside, cosine, 1.0), furthest)
+    return jnp.where(inside, jnp.exp(-depth), 0.0)
 
 
 def _put_before(beyond, element):
@@ -90,6 +97,7 @@ def regular_fields(
     squared_cosine: Float[Array, "media channels"],
     optical_thickness: Float[Array, " layers"],
     kept: Float[Array, "3 interfaces channels"] | None,
+    furthest: float = np.inf,
 ) -> RegularFields:
     """Regular light in every layer, with all multiple reflections added incoherently.
 
@@ -104,10 +112,12 @@ def regular_fields(
         one for light that is scattered further.
     kept
         See `Stack.kept_regular`.
+    furthest
+        See `attenuation`.
     """
     cosines = propagating_cosine(squared_cosine)
     interfaces = fresnel_reflectance(indices[:-1, None], indices[1:, None], cosines[:-1], cosines[1:])
-    inside = attenuation(optical_thickness[:, None], cosines[1:-1])
+    inside = attenuation(optical_thickness[:, None], cosines[1:-1], furthest)
     # Interfaces and layers alternate, from the front to the back: reflection of either side, transmission.
     n_layers, n_channels = inside.shape
     at_faces = interfaces, interfaces, 1 - interfaces

@@ -12,7 +12,7 @@ from jaxink.solver.layer_response import respond
 from jaxink.solver.phase_matrices import PhaseMatrices, phase_matrices
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.rough import escape_shares, interface_between_channels, rough_element
-from jaxink.solver.specular import RegularFields, regular_fields
+from jaxink.solver.specular import FURTHEST, RegularFields, regular_fields
 from jaxink.solver.stack import Stack
 from jaxink.solver.star_product import RoughElement
 from jaxink.surfaces.interface import WaveLobes
@@ -72,7 +72,7 @@ def put_on_channels(
     column = indices[:, None]
     # Channels and further directions in one pass, for fewer operations to compile.
     squared = jnp.concatenate([grid.squared_cosine(column), 1 - (kappa / column) ** 2], axis=1)
-    everywhere = regular_fields(indices, squared, jnp.stack(thickness), stack.kept_regular(squared))
+    everywhere = regular_fields(indices, squared, jnp.stack(thickness), stack.kept_regular(squared), FURTHEST)
     escape = escape_shares(stack, everywhere, squared)
     n_channels = etendue.shape[0]
     fields, fields_beyond = (
@@ -108,4 +108,4 @@ def put_on_channels(
 
 def _divisor(share: Float[Array, " channels"]) -> Float[Array, " channels"]:
     """Shares by which the light of a channel is divided; a channel that lets nothing escape carries none."""
-    return jnp.where(share > 1e-200, share, 1.0)
+    return jnp.where(share > 1e-100, share, 1.0)

@@ -175,7 +175,7 @@ class Pile(NamedTuple):
         Lateral displacement of one passage through ``run``. Reflections within it are so weak that only the
         first round trip counts.
     regular
-        Regular reflectances and transmittance of everything below; kept only with ``damping``.
+        Regular reflectances and transmittance of everything below.
     """
 
     below: Below
@@ -195,12 +195,20 @@ class Pile(NamedTuple):
         return self._replace(run=(above, under, t * gain * u), way=self.way + way)
 
     def closed(self, is_front=False) -> "Pile":
-        """Add the joined diagonal elements to what is below them."""
-        if self.damping is None or self.run is NOTHING:
-            return self._replace(below=add_diagonal(self.run, self.below), run=NOTHING)
+        """Add the joined diagonal elements to what is below them.
+
+        At the front, what these elements reflect themselves is left out: light from below them would lose its
+        digits in the sum if they transmit little of it.
+        """
+        if self.run is NOTHING:
+            return self
         above, under, t = self.run
+        if is_front:
+            above = jnp.zeros_like(t)
         regular = join((above, under, t), self.regular)
-        if self.below.reflection is None:
+        if self.damping is None:
+            below = add_diagonal((above, under, t), self.below)
+        elif self.below.reflection is None:
             # Negative factors have no square root, which the resolvent of symmetric reflections needs.
             from_behind = self.below.seen_through(under, 1.0, t)
             below = Below(jnp.diag(above), jnp.diag(t), False, from_behind)
@@ -212,7 +220,7 @@ class Pile(NamedTuple):
     def with_layer(self, reflection, transmission, undeviated) -> "Pile":
         """Add a scattering layer; ``undeviated`` is its regular transmittance."""
         pile = self.closed()
-        regular = pile.regular if pile.damping is None else join((0.0, 0.0, undeviated), pile.regular)
+        regular = join((0.0, 0.0, undeviated), pile.regular)
         return pile._replace(below=add_layer(reflection, transmission, pile.below), regular=regular)
 
     def with_rough(self, element: RoughElement) -> "Pile":
