@@ -32,6 +32,10 @@ class InputRefusedError(JaxinkError, ValueError):
     """Invalid input; the message names the file, row, column or parameter and the remedy."""
 
 
+class NotFiniteError(JaxinkError, FloatingPointError):
+    """A model or its derivatives are not finite where a computation cannot go on without them."""
+
+
 class PrecisionError(JaxinkError, RuntimeError):
     """A differentiable function was called while JAX computes with 32-bit floats."""
 

@@ -9,7 +9,7 @@ import jaxink
 from jaxink.data import simulated_example
 from jaxink.fitting import Mistake, check_input
 from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
-from jaxink.fitting.input_check import too_much_power
+from jaxink.fitting.input_check import _Check, too_much_power
 from jaxink.measurement.balance import balances
 from jaxink.sample.turning import turned_over
 from tests.samples import PRINTED_INK, UNMATCHED
@@ -199,3 +199,20 @@ def test_light_of_one_wavelength_may_come_from_another(albedo_at_450, is_named):
     assert mistake.is_named
     lit = dataclasses.replace(sample, detector_mode="spectrometer", illumination=((450, 550), (1.0, 1.0)))
     assert bool(too_much_power(data, lit)) is is_named
+
+
+def test_a_refit_that_fails_costs_its_hypothesis(inputs, coarsely, monkeypatch, told):
+    def refitted(self, hypothesis, *args, original=_Check._refitted):
+        if hypothesis.name == "times_pi":
+            raise np.linalg.LinAlgError("SVD did not converge")
+        return original(self, hypothesis, *args)
+
+    monkeypatch.setattr(_Check, "_refitted", refitted)
+    data, sample = inputs
+    result = jaxink.fit(MADE["times_cosine"](data), sample, jaxink.FitOptions(profile="none"))
+    checked = check_input(result)
+    assert [m.name for m in checked.mistakes if m.is_named] == ["times_cosine"]
+    assert "times_pi" not in {m.name for m in checked.mistakes}
+    *notes, failed = checked.notes
+    assert tuple(notes) == result.notes
+    told(failed, "times_pi")

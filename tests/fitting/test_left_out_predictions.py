@@ -5,7 +5,9 @@ import pytest
 
 import jaxink
 from jaxink.diagnosis import scan_folds
+from jaxink.errors import NotFiniteError
 from jaxink.fitting import exclusion, predict_left_out
+from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.exclusion import fit_near, objective_of, solution_of, without
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.numerics.precision import computing
@@ -59,3 +61,25 @@ def test_a_first_step_that_leads_nowhere_is_not_made(example_result, monkeypatch
         found = fit_near(search.on(rest), rest, end)
     np.testing.assert_array_equal(found.start, end.unit)
     np.testing.assert_allclose(found.unit, expected.unit, atol=1e-5)
+
+
+@pytest.mark.parametrize("where", ["before", "after"])
+def test_a_fit_without_slope_is_no_fit(example_result, monkeypatch, where, told):
+    """Where it ended the points that are left out have been seen; it must not pass for a prediction."""
+    objective = objective_of(example_result)
+    fold = np.asarray(objective.scan) == 0
+    with computing():
+        search, rest = GradientSearch(objective), without(objective, fold)
+        end = search.linearised(solution_of(objective, example_result))
+        if where == "before":
+            end = end._replace(jacobian=np.where(np.arange(end.jacobian.shape[1]) == 1, np.nan, end.jacobian))
+        else:
+            original = CompiledObjective.linearised
+            monkeypatch.setattr(
+                CompiledObjective,
+                "linearised",
+                lambda self, unit: original(self, unit)._replace(jacobian=np.full_like(end.jacobian, np.nan)),
+            )
+        with pytest.raises(NotFiniteError) as problem:
+            fit_near(search.on(rest), rest, end)
+    told(str(problem.value))

@@ -38,6 +38,8 @@ def show_diagnosis(
     limit = diagnosis.time_limit
     if limit is not None:
         show_lines(to, "Not done within the time limit", [o.described() for o in limit.not_done])
+    failed = [failure.sentence for failure in diagnosis.failures]
+    show_lines(to, "Parts of the diagnosis failed and are missing", failed)
     sentence = diagnosis.location.sentence
     show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
     if diagnosis.shape is not None:

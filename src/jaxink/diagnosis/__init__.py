@@ -41,6 +41,7 @@ from jaxink.diagnosis.statistics.structure import (
 )
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.diagnosis.statistics.variance_analysis import Factor
+from jaxink.numerics.failures import Failure
 
 __all__ = [
     "Candidate",
@@ -49,6 +50,7 @@ __all__ = [
     "DiagnosisOptions",
     "Estimate",
     "Factor",
+    "Failure",
     "Figures",
     "HeldOutGain",
     "Location",

@@ -19,6 +19,7 @@ from jaxink.fitting.inputs import read_inputs
 from jaxink.fitting.objective import weights_of
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import USER
+from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
@@ -33,6 +34,8 @@ def diagnose(
     unfinished: Unfinished | None = None,
 ) -> Diagnosis:
     """Test whether a model lacks something, identify and add it, and report the error before and after.
+
+    A refit, a candidate or another part that fails is left out and named in the result.
 
     Parameters
     ----------
@@ -59,28 +62,29 @@ def diagnose(
     require_kind("options", options, DiagnosisOptions)
     data, sample = read_inputs(data, sample)
     follow = progress or log_progress
-    allowance = Allowance(options.time_limit_s)
+    allowance, failures = Allowance(options.time_limit_s), Failures()
     if fitted is None and unfinished is not None:
         fitted = unfinished.fitted()
     if fitted is None:
         data = _without_weightless(data, sample)
         fitted = fit(data, sample, options.fit, progress)
     pieces = Pieces() if unfinished is None else unfinished.begin(fitted)
-    result = fitted if fitted.mistakes else _checked(fitted, allowance, follow)
+    result = fitted if fitted.mistakes else _checked(fitted, allowance, failures, follow)
     if unfinished is not None and result.mistakes:
         unfinished.keep(result)
     if any(mistake.is_named for mistake in result.mistakes):
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():
-        return diagnosis_of(search_effects(result, sample, options, follow, allowance, pieces), follow)
+        found = search_effects(result, sample, options, follow, allowance, failures, pieces)
+        return diagnosis_of(found, follow)
 
 
 class _TimeIsUp(Exception):  # noqa: N818 - it ends a task, and is no error
     pass
 
 
-def _checked(fitted: FitResult, allowance: Allowance, follow: Progress) -> FitResult:
+def _checked(fitted: FitResult, allowance: Allowance, failures: Failures, follow: Progress) -> FitResult:
     """The fit with mistakes in its input, or as it is if there is no time to look for them."""
 
     def follow_in_time(what: str, step: int, misfit: float) -> None:
@@ -91,7 +95,7 @@ def _checked(fitted: FitResult, allowance: Allowance, follow: Progress) -> FitRe
     if not allowance.permits(Task.INPUT_CHECK):
         return fitted
     try:
-        return check_input(fitted, follow_in_time)
+        return check_input(fitted, follow_in_time, failures)
     except _TimeIsUp:
         allowance.permits(Task.INPUT_CHECK)
         return fitted

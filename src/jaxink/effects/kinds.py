@@ -56,12 +56,18 @@ class Effect(abc.ABC):
     def forms(cls, case: Case) -> "tuple[Effect, ...] | str":
         """The forms in which it may be present in a case, or a sentence why these data cannot test for it."""
         del case
+        cls.require_methods()
+        return (cls(),)
+
+    @classmethod
+    @final
+    def require_methods(cls) -> None:
+        """Raise `InputRefusedError` unless the class has all methods of its kind."""
         if missing := sorted(cls.__abstractmethods__):
             raise InputRefusedError(
                 f"the effect '{cls.name}' has no {' and no '.join(missing)}: it must derive from one of the "
                 "kinds in jaxink.effects, such as ReadingEffect, and have the method of its kind."
             )
-        return (cls(),)
 
     @classmethod
     def of_sample(cls, sample: Sample, **form: Any) -> "Effect":

@@ -17,9 +17,17 @@ from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.fitting.polarisation import neglected_polarisation
 from jaxink.fitting.programs import without_values
-from jaxink.fitting.result import DerivedQuantity, FitResult, PathSummary, ProfileCurve, SearchSummary
+from jaxink.fitting.result import (
+    DerivedQuantity,
+    FitResult,
+    NeglectedPolarisation,
+    PathSummary,
+    ProfileCurve,
+    SearchSummary,
+)
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData
+from jaxink.numerics.failures import Failures
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.layer_response import layer_method
 
@@ -44,6 +52,8 @@ class Found:
         The scan and the profiles, the searches of each combined into one.
     profiles
         Chi-square along the weakly determined parameters.
+    failures
+        Parts of the fit that failed after its searches.
     """
 
     best: Search
@@ -51,6 +61,7 @@ class Found:
     searches: tuple[Search, ...]
     series: tuple[Search, ...] = ()
     profiles: tuple[Profile, ...] = ()
+    failures: Failures = dataclasses.field(default_factory=Failures)
 
 
 def assemble(
@@ -67,8 +78,15 @@ def assemble(
     if noise.known:
         whitened = np.asarray(objective.in_noise(best.predicted, objective.measured - best.predicted))
     config = objective.model.config
-    polarisation = neglected_polarisation(sample, objective, best)
-    said = () if polarisation is None else (polarisation.sentence,)
+    polarisation: NeglectedPolarisation | None = None
+    with found.failures.sparing("the estimate of neglected polarisation", ""):
+        polarisation = neglected_polarisation(sample, objective, best)
+    derived: tuple[DerivedQuantity, ...] = ()
+    with found.failures.sparing("the calculation of derived quantities", ""):
+        derived = _derived(objective, best, errors)
+    said = [failure.sentence for failure in found.failures.found]
+    if polarisation is not None:
+        said.insert(0, polarisation.sentence)
     return FitResult(
         sample=dataclasses.replace(sample, parameters=table),
         data=data,
@@ -86,7 +104,7 @@ def assemble(
         ),
         correlation_names=() if errors is None else tuple(p.name for p in free),
         correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
-        derived=_derived(objective, best, errors),
+        derived=derived,
         merit=merit(data, best.predicted, whitened, len(free)),
         scans=merit_by_scan(data, best.predicted, whitened),
         noise={"origin": noise.origin, "scan_relative": noise.scan_relative, "known": noise.known},

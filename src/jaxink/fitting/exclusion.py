@@ -7,11 +7,12 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Float
 
+from jaxink.errors import NotFiniteError
 from jaxink.fitting.bounded import DECREMENT, NEAR_DAMPING, linear_minimum
 from jaxink.fitting.compiled import Point
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, make_objective
-from jaxink.fitting.outcome import Search
+from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
 from jaxink.numerics.precision import computing
 
@@ -34,6 +35,11 @@ def predict_left_out(
         True for the used points that a fold leaves out.
     progress
         Called with the number of folds completed.
+
+    Raises
+    ------
+    NotFiniteError
+        As of `fit_near`.
     """
     objective = objective_of(result)
     with computing():
@@ -81,10 +87,17 @@ def fit_near(
         Where the objective of all of them has been linearised, a minimum as a rule.
     held, max_jacobians, decrement
         As of `GradientSearch.run`.
+
+    Raises
+    ------
+    NotFiniteError
+        The model or its derivatives are not finite where the search would have to begin or ends.
     """
+    jacobian = np.array(end.jacobian)
+    if not np.all(np.isfinite(jacobian)):
+        raise NotFiniteError("the derivatives of the model are not finite at the fit to all points")
     n = len(objective.measured)
     residual = np.concatenate([np.asarray(objective.rows(end.predicted)), end.residual[n:]])
-    jacobian = np.array(end.jacobian)
     # Not exact if some of the points of a scan with a common factor are left out; what follows corrects it.
     jacobian[:n][objective.weight == 0] = 0.0
     box = np.zeros_like(end.unit), np.ones_like(end.unit)
@@ -94,7 +107,15 @@ def fit_near(
     if not found.loss_start <= residual @ residual:
         # The model is not linear on so long a way.
         found = run(end.unit)
+    require_slope(found)
     return found
+
+
+def require_slope(found: Search) -> None:
+    """Raise `NotFiniteError` if a search ended where the model or its derivatives are not finite."""
+    if found.outcome in (Outcome.NOT_FINITE, Outcome.NO_SLOPE):
+        what = "the model is" if found.outcome is Outcome.NOT_FINITE else "the derivatives of the model are"
+        raise NotFiniteError(f"{what} not finite at the end of its search")
 
 
 def without(objective: Objective, left_out: Bool[np.ndarray, " points"]) -> Objective:

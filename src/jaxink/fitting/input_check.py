@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import cast
 
 import numpy as np
@@ -32,6 +33,7 @@ from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
 from jaxink.measurement.point_noise import SIGMA_TOLERANCE
 from jaxink.model.forward import ForwardModel
+from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
@@ -57,7 +59,9 @@ _COMPILING = 2
 _FAR = 3.0
 
 
-def check_input(result: FitResult, progress: Progress | None = None) -> FitResult:
+def check_input(
+    result: FitResult, progress: Progress | None = None, failures: Failures | None = None
+) -> FitResult:
     """Look for a mistake in the input of a fit that misses the noise, and add what was found to the result.
 
     Nothing is corrected: a mistake is a hypothesis, tested by one refit from the declared start. A fit that
@@ -69,11 +73,17 @@ def check_input(result: FitResult, progress: Progress | None = None) -> FitResul
         Of `fit`, or loaded.
     progress
         Called with the hypothesis, its number, and the reduced chi-square after the refit.
+    failures
+        Takes note of hypotheses whose refit fails; None: the notes of the result name them.
     """
     mistakes = too_much_power(result.data, result.sample)
+    failed = Failures() if failures is None else failures
     if _is_doubtful(result):
         with computing():
-            mistakes += _Check(result, progress or log_progress).mistakes(result.verdict.code)
+            mistakes += _Check(result, progress or log_progress, failed).mistakes(result.verdict.code)
+    if failures is None and failed.found:
+        sentences = tuple(failure.sentence for failure in failed.found)
+        result = dataclasses.replace(result, notes=(*result.notes, *sentences))
     return dataclasses.replace(result, mistakes=mistakes) if mistakes or result.mistakes else result
 
 
@@ -120,8 +130,8 @@ def too_much_power(data: GonioData, sample: Sample) -> tuple[Mistake, ...]:
 class _Check:
     """The hypotheses about the input of one fit, and their refits."""
 
-    def __init__(self, result: FitResult, progress: Progress):
-        self.result, self.progress, self.count = result, progress, 0
+    def __init__(self, result: FitResult, progress: Progress, failures: Failures):
+        self.result, self.progress, self.failures, self.count = result, progress, failures, 0
         table = result.sample.parameters
         for parameter in result.parameters.free:
             table = table.replace(parameter.name, value=parameter.start)
@@ -215,13 +225,16 @@ class _Check:
         self, hypotheses: Iterable[Hypothesis], is_thorough: bool = False
     ) -> Iterator[RefittedHypothesis]:
         for hypothesis in hypotheses:
-            corrected = hypothesis.correct(self.result.data, self.sample)
-            if corrected is None:
-                continue
-            try:
-                tried = self._refitted(hypothesis, corrected, is_thorough)
-            except InputRefusedError:
-                # The corrected input is no input at all, so the mistake cannot have been made.
+            tried: RefittedHypothesis | None = None
+            with (
+                self.failures.sparing("the test for the mistake {} in the input", hypothesis.name),
+                # If the corrected input is no input at all, the mistake cannot have been made.
+                suppress(InputRefusedError),
+            ):
+                corrected = hypothesis.correct(self.result.data, self.sample)
+                if corrected is not None:
+                    tried = self._refitted(hypothesis, corrected, is_thorough)
+            if tried is None:
                 continue
             self.count += 1
             self.progress(f"input check, {hypothesis.name}", self.count, tried.reduced)

@@ -105,7 +105,7 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     errors = _covariance(best) if options.objective == "chi_square" and at_minimum else None
     found = Found(best, errors, tuple(searches), scans)
     if errors is not None and options.profile != "none":
-        found = _with_profiles(GradientSearch(objective), found, options.profile, progress)
+        found = _with_profiles(GradientSearch(objective), objective.free, found, options.profile, progress)
     return assemble(data, sample, options, noise, objective, found)
 
 
@@ -160,17 +160,23 @@ def _covariance(best: Search) -> Covariance | None:
     return covariance(best.triangle, best.unit, best.gradient)
 
 
-def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> Found:
+def _with_profiles(
+    engine: GradientSearch, free: tuple[str, ...], found: Found, which: str, progress: Progress
+) -> Found:
     """Profiles of the weak parameters, or of all; repeated if one of them finds a lower minimum."""
     along: list[Search] = []
     for _ in range(_MOST_LOWER_MINIMA):
-        profiles = _profiles(engine, found, which, progress)
+        profiles = _profiles(engine, free, found, which, progress)
         here = [search for one in profiles for search in one.searches]
         along += here
         lower = [search for search in here if search.loss < found.best.loss - _LOWER]
         if not lower:
             break
-        improved = engine.run(min(lower, key=lambda s: s.loss).unit)
+        improved: Search | None = None
+        with found.failures.sparing("the search for the minimum near a profile", ""):
+            improved = engine.run(min(lower, key=lambda s: s.loss).unit)
+        if improved is None:
+            break
         found = dataclasses.replace(found, searches=(*found.searches, improved))
         if improved.loss >= found.best.loss:
             break
@@ -179,14 +185,17 @@ def _with_profiles(engine: GradientSearch, found: Found, which: str, progress: P
     return dataclasses.replace(found, profiles=profiles, series=(*found.series, *series))
 
 
-def _profiles(engine: GradientSearch, found: Found, which: str, progress: Progress) -> tuple[Profile, ...]:
+def _profiles(
+    engine: GradientSearch, free: tuple[str, ...], found: Found, which: str, progress: Progress
+) -> tuple[Profile, ...]:
     profiles, errors = [], found.errors
     if errors is None:
         return ()
     for position, deviation in enumerate(errors.deviation):
         if which == "all" or _is_weak(errors, position):
             progress("profile", position + 1, found.best.loss)
-            profiles.append(profile(engine, found.best, position, deviation))
+            with found.failures.sparing("the profile of {}", free[position]):
+                profiles.append(profile(engine, found.best, position, deviation))
     return tuple(profiles)
 
 

@@ -56,6 +56,9 @@ def top(diagnosis: "Diagnosis") -> str:
     if limit is not None and limit.not_done:
         parts.append(paragraph(f"Not done within the time limit of {limit.limit_s:g} s:"))
         parts.append(bullets(omission.described() for omission in limit.not_done))
+    if diagnosis.failures:
+        parts.append(paragraph("Parts of the diagnosis failed and are missing:"))
+        parts.append(bullets(failure.sentence for failure in diagnosis.failures))
     what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
     title = f" Sample: {result.sample.title}." if result.sample.title else ""
     parts.append(paragraph(f"{what}.{title} Noise: {result.noise_sentence}"))

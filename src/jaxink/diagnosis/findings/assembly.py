@@ -22,6 +22,8 @@ from jaxink.diagnosis.search.loop import SearchResult
 from jaxink.effects import invalidity
 from jaxink.numerics.progress import Progress
 
+# What failed if there is only the fit of the declared model.
+_CORRECTED = "the result of the corrected model, for which that of the declared one stands,"
 _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
 
 
@@ -45,8 +47,10 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     shape = shape_of(last)
     remains = not is_met(after, found.structure_after, policy, shape)
     is_odd = remains or is_ordered(found.structure_after, policy, shape)
-    candidates, corrected = candidate_rows(found.screenings[0], steps), corrected_fit(found, follow)
-    time_limit = found.setup.allowance.outcome()
+    candidates, corrected = candidate_rows(found.screenings[0], steps), found.fit
+    with found.setup.failures.sparing(_CORRECTED, ""):
+        corrected = corrected_fit(found, follow)
+    time_limit, failures = found.setup.allowance.outcome(), found.setup.failures.found
     evidence = Evidence(
         steps=steps,
         before=before,
@@ -61,6 +65,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         as_well_without_a_name=_as_well_without_a_name(found),
         shape=shape,
         time_limit=time_limit,
+        failures=failures,
     )
     return Diagnosis(
         declared=found.fit,
@@ -84,6 +89,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         consistency=evidence.consistency,
         remaining=candidate_rows(found.screenings[-1], ()) if len(found.screenings) > 1 else (),
         time_limit=time_limit,
+        failures=failures,
         imitations=evidence.imitations,
         shape=shape if is_odd else None,
         overlaps=overlaps_with(shape, found) if is_odd else {},
@@ -118,9 +124,11 @@ def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement,
     if len(found.steps) != 1 or len(found.steps[0].members) < 2:
         return ()
     screening = found.screenings[0]
-    names = found.steps[0].members[:2]
+    names, failures = found.steps[0].members[:2], found.setup.failures
     first, second = (screening.refits.get(name) for name in names)
     if first is None or second is None or not found.setup.allowance.permits(Task.FURTHER, names):
         return ()
     follow("further measurements", 1, first.solution.chi_square)
-    return further_measurements(found.setup, screening.stage.accepted, first, second)
+    with failures.sparing("the search for measurements that would distinguish {}", " and ".join(names)):
+        return further_measurements(found.setup, screening.stage.accepted, first, second)
+    return ()

@@ -93,7 +93,8 @@ def _limit(screening: Screening, c: ScreenedCandidate, direction: Direction, is_
         names = [candidate.name for candidate in screening.result.candidates]
         step = StepOf(names.index(c.name) + 1, len(names))
         setup.follow(f"detection limit, {c.name}", step, screening.stage.solution.chi_square)
-        limit = limit_by_refits(screening.stage, direction, limit, c.critical_z)
+        with setup.failures.sparing("the verification of the detection limit of {}", c.name):
+            limit = limit_by_refits(screening.stage, direction, limit, c.critical_z)
     if limit >= direction.largest and status == Testability.TESTABLE:
         status, reason = Testability.HARDLY, "hardly any strength within its range would be detected"
     limit *= direction.column_strength

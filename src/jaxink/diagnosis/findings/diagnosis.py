@@ -32,6 +32,7 @@ from jaxink.effects import CATALOGUE_VERSION, Effect
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import CORRECTED, DECLARED, REPORT_FILE, SAMPLE_FILE
 from jaxink.fitting import FitResult
+from jaxink.numerics.failures import Failure
 from jaxink.residual import ResidualShape
 
 
@@ -73,6 +74,8 @@ class Diagnosis(SavedInFolder, Presented):
         Agreement of readings that must be equal.
     time_limit
         The limit of time and what it left out; None if there was no limit.
+    failures
+        Parts of the diagnosis that failed and are missing, such as candidates, refits and folds.
     imitations
         Effects added whose values do not mean what the effect says, with the reason.
     shape
@@ -106,6 +109,7 @@ class Diagnosis(SavedInFolder, Presented):
     further: tuple[FurtherMeasurement, ...] = ()
     consistency: tuple[Consistency, ...] = ()
     time_limit: TimeLimit | None = None
+    failures: tuple[Failure, ...] = ()
     imitations: dict[str, str] = dataclasses.field(default_factory=dict)
     shape: ResidualShape | None = None
     overlaps: dict[str, float] = dataclasses.field(default_factory=dict)
@@ -184,6 +188,7 @@ class Diagnosis(SavedInFolder, Presented):
                 },
                 "imitations": self.imitations,
                 "time_limit": time_limit_row(self.time_limit),
+                "failures": [failure._asdict() for failure in self.failures],
                 "versions": self.declared.versions,
             }
         )

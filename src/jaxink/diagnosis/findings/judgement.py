@@ -17,6 +17,7 @@ from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.fitting import FitResult
 from jaxink.fitting.mistake import mistakes_sentence
+from jaxink.numerics.failures import Failure
 from jaxink.residual import ResidualShape
 
 # A sentence gives the names of so many effects, and the number of more.
@@ -28,7 +29,8 @@ class Evidence:
     """The evidence for a verdict: `structure` and `shape` of the final residual, all else as in `Diagnosis`.
 
     `imitations` says of steps why they do not mean what their effect says, `as_well_without_a_name` which
-    description without a cause the data do not distinguish from them; `time_limit` is None if there was none.
+    description without a cause the data do not distinguish from them; `time_limit` is None if there was none;
+    `failures` are parts of the diagnosis that failed.
     """
 
     steps: tuple[Step, ...]
@@ -44,6 +46,7 @@ class Evidence:
     as_well_without_a_name: str = ""
     shape: ResidualShape | None = None
     time_limit: TimeLimit | None = None
+    failures: tuple[Failure, ...] = ()
 
 
 def is_met(
@@ -102,12 +105,21 @@ def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
     if limit is not None and limit.not_done:
         left_out = "; ".join(omission.described(_MOST_NAMES) for omission in limit.not_done)
         sentence += f" Not done within the time limit of {limit.limit_s:g} s: {left_out}."
+    if evidence.failures:
+        sentence += f" {_failed(evidence.failures)}"
     if evidence.undetermined:
         sentence += f" Given this misfit, the data do not determine {', '.join(evidence.undetermined)}."
     broken = [c.sentence for c in evidence.consistency if c.exceeds_noise]
     if broken:
         sentence += f" The data are inconsistent: {'; '.join(broken)}."
     return dataclasses.replace(verdict, sentence=sentence)
+
+
+def _failed(failures: tuple[Failure, ...]) -> str:
+    """Parts that failed; of many, only the first ones and the number of the others."""
+    rest = len(failures) - _MOST_NAMES
+    more = f" {rest} more parts failed; the report lists them." if rest > 0 else ""
+    return " ".join(failure.sentence for failure in failures[:_MOST_NAMES]) + more
 
 
 def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> Verdict:

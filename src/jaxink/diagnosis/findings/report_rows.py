@@ -69,7 +69,9 @@ def scan_rows(data: GonioData, before: Summary, after: Summary) -> list[dict[str
 def _relative_rms(predicted: np.ndarray | None, measured: np.ndarray, here: np.ndarray) -> float | None:
     if predicted is None:
         return None
-    return float(np.sqrt(np.mean((predicted[here] / measured[here] - 1) ** 2)))
+    rms = float(np.sqrt(np.mean((predicted[here] / measured[here] - 1) ** 2)))
+    # The fit without this scan may have failed.
+    return rms if np.isfinite(rms) else None
 
 
 def figures_row(summary: Summary) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from jaxink.diagnosis.search.stage import Stage
 from jaxink.display.brief import brief_repr
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
+from jaxink.measurement.masks import USER
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,12 +47,12 @@ class Summary:
     Parameters
     ----------
     fitted, held_out
-        For the fit of all points, and for fits that leave out each scan in turn; None if a time limit left no
-        time for these.
+        For the fit of all points, and for fits that leave out each scan in turn, without the points for which
+        that failed; None if a time limit left no time for these, or all failed.
     predicted_per_sr, whitened
         From the fit of all points.
     held_out_per_sr
-        Prediction of each point by the fit that left it out; None as above.
+        Prediction of each point by the fit that left it out, nan where that failed; None as above.
     """
 
     __repr__ = brief_repr
@@ -73,8 +74,16 @@ def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
         stage.setup.allowance.permits(Task.HELD_OUT, ["extended" if stage.accepted else "declared"])
         return Summary(fitted, None, predicted, whitened, None)
     unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
-    left = stage.bench.whiten(unseen, measured - unseen)[:n]
-    return Summary(fitted, _figures(data, unseen, left, 0), predicted, whitened, unseen)
+    known = np.isfinite(unseen)
+    if not known.any():
+        return Summary(fitted, None, predicted, whitened, None)
+    # The noise of points beside those of a fold that failed is that of a perfect prediction.
+    filled = np.where(known, unseen, measured)
+    left = stage.bench.whiten(filled, measured - filled)[:n]
+    seen = data.mask.copy()
+    seen[np.flatnonzero(data.used)[~known]] |= USER.bit
+    figures = _figures(data.replace(mask=seen), unseen[known], left[known], 0)
+    return Summary(fitted, figures, predicted, whitened, unseen)
 
 
 def _figures(data: GonioData, predicted, whitened, n_parameters: int) -> Figures:

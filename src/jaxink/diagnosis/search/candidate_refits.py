@@ -13,6 +13,8 @@ from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.workbench import Solution
 from jaxink.effects import AreaWithOtherValues, Effect
 from jaxink.fitting.bounded import DECREMENT
+from jaxink.fitting.exclusion import require_slope
+from jaxink.fitting.outcome import Outcome
 from jaxink.numerics.threads import in_threads
 
 _LOG = logging.getLogger("jaxink")
@@ -27,13 +29,25 @@ class _Start(NamedTuple):
     step: float
 
 
-def best_refit(stage: Stage, directions: list[Direction]) -> Refit:
-    """Refit of the form of an effect that fits best, after a penalty for its number of terms."""
+def best_refit(stage: Stage, directions: list[Direction]) -> Refit | None:
+    """Refit of the form of an effect that fits best, after a penalty for its number of terms.
+
+    Forms whose refit fails are noted; None if all of them do.
+    """
     name = directions[0].effect.name
     programs = by_program(form for form in stage.listed.forms if form.name == name)
-    each = in_threads(lambda forms: [refit(stage, form, directions) for form in forms], programs.values())
-    found = itertools.chain.from_iterable(each)
-    return max(found, key=lambda r: r.penalised(len(stage.residual)))
+    is_alone = sum(map(len, programs.values())) == 1
+
+    def refits_of(forms: list[Effect]) -> list[Refit]:
+        found = []
+        for form in forms:
+            which = "" if is_alone else f" as {form}"
+            with stage.setup.failures.sparing(f"the refit with {name}{which}", name):
+                found.append(refit(stage, form, directions))
+        return found
+
+    found = itertools.chain.from_iterable(in_threads(refits_of, programs.values()))
+    return max(found, key=lambda r: r.penalised(len(stage.residual)), default=None)
 
 
 def polished(stage: Stage, begun: Refit) -> Refit:
@@ -59,6 +73,7 @@ def converged(stage: Stage, begun: Refit) -> Refit:
 def _continued(stage: Stage, begun: Refit, decrement: float, most: int) -> Refit:
     values, free = begun.solution.values, begun.solution.free
     found = begun.bench.fit(values, free, max_jacobians=most, decrement=decrement)
+    require_slope(found.search)
     lower = stage.solution.chi_square - found.chi_square
     done = dataclasses.replace(begun, solution=found, delta_chi_square=lower, is_polished=True)
     stage.refits[begun.effect] = done
@@ -66,7 +81,13 @@ def _continued(stage: Stage, begun: Refit, decrement: float, most: int) -> Refit
 
 
 def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
-    """Fit an effect with all other parameters, from its most promising settings."""
+    """Fit an effect with all other parameters, from its most promising settings.
+
+    Raises
+    ------
+    NotFiniteError
+        No search ends where the model and its derivatives are finite.
+    """
     if effect in stage.refits:
         return stage.refits[effect]
     bench = stage.own_bench(effect) if effect.own_program else stage.bench
@@ -76,7 +97,8 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
     for start in _starts(stage, effect, directions):
         values = neutral | start.origin | start.setting | effect.start(start.setting, start.step)
         found = bench.fit(values, free, max_jacobians=stage.setup.policy.refit_jacobians)
-        if np.isfinite(found.chi_square) and (best is None or found.chi_square < best.chi_square):
+        has_slope = found.search.outcome not in (Outcome.NOT_FINITE, Outcome.NO_SLOPE)
+        if has_slope and (best is None or found.chi_square < best.chi_square):
             best = found
     if best is None or best.chi_square > stage.solution.chi_square:
         # Starting with the effect absent cannot make the fit worse.
@@ -85,6 +107,7 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
         if best is None or _is_same(stage, bench.predict(absent)):
             here = bench.fit(absent, free, max_jacobians=stage.setup.policy.refit_jacobians)
             best = here if best is None or here.chi_square < best.chi_square else best
+    require_slope(best.search)
     done = Refit(effect, best, bench, stage.solution.chi_square - best.chi_square)
     _LOG.debug("%s: chi-square decreases by %.6g", effect.name, done.delta_chi_square)
     stage.refits[effect] = done

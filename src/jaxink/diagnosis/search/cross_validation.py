@@ -7,7 +7,7 @@ from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.search.workbench import Solution, Start, Workbench
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.predictive_density import (
     HeldOutGain,
@@ -24,7 +24,8 @@ from jaxink.numerics.progress import StepOf
 class CrossValidation:
     """Predictions of held-out points, made once for each model while there is time for them.
 
-    `folds` is True for the points that a fold holds out.
+    `folds` is True for the points that a fold holds out. A fold whose fit fails is noted, and predicted by
+    NaN.
     """
 
     def __init__(self, setup: Setup, points: Points):
@@ -38,6 +39,7 @@ class CrossValidation:
         )
         self.folds = _folds(points, setup.policy)
         self._follow, self._allowance, self._policy = setup.follow, setup.allowance, setup.policy
+        self._failures = setup.failures
         self._predictions: dict[tuple[Effect, ...], np.ndarray] = {}
 
     def predictions(self, stage: Stage) -> Float[np.ndarray, "folds points"] | None:
@@ -45,29 +47,40 @@ class CrossValidation:
         return self._made(stage.accepted, stage.bench, stage.solution)
 
     def gain(self, stage: Stage, refit: Refit) -> HeldOutGain | None:
-        """Gain in log density of held-out points from adding an effect to a stage; None as above."""
+        """Gain in log density of held-out points from adding an effect to a stage; None as above.
+
+        Only of folds that both models predict.
+        """
         before = self.predictions(stage)
         after = self._made((*stage.accepted, refit.effect), refit.bench, refit.solution)
         if before is None or after is None:
             return None
-        return held_out_gain(self.observations, self.folds, before, after)
+        known = np.all(np.isfinite(before) & np.isfinite(after), axis=1)
+        return held_out_gain(self.observations, self.folds[known], before[known], after[known])
 
     def _made(self, effects: tuple[Effect, ...], bench: Workbench, solution: Solution) -> np.ndarray | None:
         if effects not in self._predictions:
-            predicted, what = [], f"held out with {' and '.join(e.name for e in effects) or 'no effect'}"
-            start = bench.linearised(solution.values, solution.free)
-            for number, fold in enumerate(self.folds, start=1):
+            names = " and ".join(e.name for e in effects)
+            model = f"the model with {names}" if effects else "the declared model"
+            predicted, count = np.full(self.folds.shape, np.nan), len(self.folds)
+            start: Start | None = None
+            with self._failures.sparing(f"the linearisation of {model}", names):
+                start = bench.linearised(solution.values, solution.free)
+            for number, fold in enumerate(self.folds if start is not None else (), start=1):
                 if self._allowance.is_over:
                     return None
-                self._follow(what, StepOf(number, len(self.folds)), solution.chi_square)
-                fit = bench.fit_near(
-                    start,
-                    left_out=fold,
-                    max_jacobians=self._policy.held_out_jacobians,
-                    decrement=self._policy.held_out_decrement,
+                self._follow(
+                    f"held out with {names or 'no effect'}", StepOf(number, count), solution.chi_square
                 )
-                predicted.append(fit.predicted_per_sr)
-            self._predictions[effects] = np.stack(predicted)
+                with self._failures.sparing(f"the fit of {model} without fold {number} of {count}", names):
+                    fit = bench.fit_near(
+                        start,
+                        left_out=fold,
+                        max_jacobians=self._policy.held_out_jacobians,
+                        decrement=self._policy.held_out_decrement,
+                    )
+                    predicted[number - 1] = fit.predicted_per_sr
+            self._predictions[effects] = predicted
         return self._predictions[effects]
 
 

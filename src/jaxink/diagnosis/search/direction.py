@@ -1,15 +1,21 @@
 """Directions of effects: the columns of a screen."""
 
 import dataclasses
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
 
 from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Effect
+from jaxink.errors import NotFiniteError
+from jaxink.numerics.failures import Failures
 
 # Norm of a change, in units of the noise, below which it is rounding.
 _ROUNDING = 1e-6
+# What failed if an effect has no directions.
+SCREEN = "the screen for {}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,22 +66,38 @@ class Direction:
 
 
 def tangents(
-    bench: Workbench, solution: Solution, free: tuple[str, ...], effects: list[Effect]
+    bench: Workbench, solution: Solution, free: tuple[str, ...], effects: list[Effect], failures: Failures
 ) -> list[Direction]:
-    """Columns of effects that share a program, at all their settings: derivatives at strength 0."""
+    """Columns of effects that share a program, at all their settings: derivatives at strength 0.
+
+    An effect whose derivatives are not finite at a setting is left out there, and noted.
+    """
     found = []
     # One setting of each effect at a time: effects do not interact while their strengths are zero.
     for rank in range(max((len(e.settings) for e in effects), default=0)):
         here = [e for e in effects if rank < len(e.settings)]
-        values = dict(solution.values)
-        for effect in here:
-            values |= effect.settings[rank]
-        names = tuple(dict.fromkeys(e.strength.name for e in here))
-        columns = bench.jacobian(values, free + names).jacobian
-        for effect in here:
-            column = columns[:, len(free) + names.index(effect.strength.name)]
-            span = max(effect.strength.maximum - effect.neutral, effect.neutral - effect.strength.minimum)
-            found.append(Direction(effect, effect.settings[rank], column, span))
+        of_rank = partial(_tangents_at, bench, solution, free, rank)
+        found += failures.in_parts(of_rank, here, SCREEN, lambda effect: effect.name)
+    return found
+
+
+def _tangents_at(
+    bench: Workbench, solution: Solution, free: tuple[str, ...], rank: int, effects: Sequence[Effect]
+) -> list[Direction]:
+    if not effects:
+        return []
+    values = dict(solution.values)
+    for effect in effects:
+        values |= effect.settings[rank]
+    names = tuple(dict.fromkeys(e.strength.name for e in effects))
+    columns = bench.jacobian(values, free + names).jacobian
+    if not np.all(np.isfinite(columns)):
+        raise NotFiniteError("the model or its derivatives are not finite")
+    found = []
+    for effect in effects:
+        column = columns[:, len(free) + names.index(effect.strength.name)]
+        span = max(effect.strength.maximum - effect.neutral, effect.neutral - effect.strength.minimum)
+        found.append(Direction(effect, effect.settings[rank], column, span))
     return found
 
 

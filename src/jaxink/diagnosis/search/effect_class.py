@@ -19,7 +19,11 @@ def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: in
     others = tuple(e for e in last.accepted if e != step.form)
     terms = tuple(term.name for term in step.form.terms)
     found = estimates(last.bench, last.solution)
-    without = Stage(setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
+    without: Stage | None = None
+    with setup.failures.sparing("the fit of all other effects without {}", step.effect):
+        without = Stage(setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
+    if without is None:
+        return step
     directions = without.directions(with_own=False)
     order = sorted(directions, key=lambda name: -without.promise(directions[name]))
     delta_chi_square = without.solution.chi_square - last.solution.chi_square
@@ -30,7 +34,10 @@ def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: in
         if allowance.permits(Task.COMPARISON, [step.effect]):
             what = f"comparison with {step.effect}, {name}"
             setup.follow(what, StepOf(number, len(names)), last.solution.chi_square)
-            rivals.append(polished(without, best_refit(without, directions[name])))
+            with setup.failures.sparing(f"the comparison of {step.effect} with {{}}", name):
+                begun = best_refit(without, directions[name])
+                if begun is not None:
+                    rivals.append(polished(without, begun))
     close = [
         r
         for r in rivals

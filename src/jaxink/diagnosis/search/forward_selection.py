@@ -99,7 +99,7 @@ class ForwardSelection:
             tasks.append(prepare_next)
         in_threads(lambda task: task(), tasks)
         self._polish(screening)
-        return [name for name in own if name not in screening.refits]
+        return later
 
     def _refit_until_enough(self, screening: Screening, names: list[str], reach: dict[str, float]) -> None:
         """Refit effects with programs of their own one by one; meanwhile, the next one is compiled."""
@@ -132,7 +132,9 @@ class ForwardSelection:
         # A copy: others may be added meanwhile.
         lowest = min(done.solution.chi_square for done in (stage, *list(refits.values())))
         stage.setup.follow(f"refit with {name}", StepOf(len(refits) + 1, total), lowest)
-        refits[name] = best_refit(stage, screening.directions[name])
+        found = best_refit(stage, screening.directions[name])
+        if found is not None:
+            refits[name] = found
 
     def _polish(self, screening: Screening) -> None:
         """Continue the leading refits until they can be compared."""
@@ -144,7 +146,10 @@ class ForwardSelection:
             if is_done or refit.delta_chi_square < least:
                 continue
             if screening.stage.setup.allowance.permits(Task.CONVERGENCE, [name]):
-                refits[name] = polished(screening.stage, refit)
+                # If it fails, it is as close as it gets.
+                refits[name] = dataclasses.replace(refit, is_polished=True)
+                with screening.stage.setup.failures.sparing("the end of the refit with {}", name):
+                    refits[name] = polished(screening.stage, refit)
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
         """Whether one effect, or a pair, leaves little misfit; what is left is for the next stage."""
@@ -170,17 +175,24 @@ class ForwardSelection:
                 continue
             step = StepOf(number, min(len(leading), policy.most_foreseen))
             stage.setup.follow(f"pairs with {refit.effect.name}", step, refit.solution.chi_square)
-            ahead = Stage(stage.setup, (*stage.accepted, refit.effect), refit.solution.values)
-            directions = ahead.directions(with_own=False)
-            order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
-            order = [name for name in order if self._has_room(ahead, directions[name])]
-            found = [
-                polished(ahead, best_refit(ahead, directions[name])) for name in order[: policy.most_foreseen]
-            ]
-            costs = len(refit.effect.terms) * np.log(n)
-            ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
-            reach[refit.effect.name] = min(ends, default=np.inf)
+            with stage.setup.failures.sparing(
+                "the combination of {} with a second effect", refit.effect.name
+            ):
+                reach[refit.effect.name] = self._reach_with_second(stage, refit)
         return reach
+
+    def _reach_with_second(self, stage: Stage, refit: Refit) -> float:
+        """Chi-square, penalised for terms, that a second effect reaches after a first one."""
+        n, policy = self.n_points, self.options.policy
+        ahead = Stage(stage.setup, (*stage.accepted, refit.effect), refit.solution.values)
+        directions = ahead.directions(with_own=False)
+        order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
+        order = [name for name in order if self._has_room(ahead, directions[name])]
+        begun = (best_refit(ahead, directions[name]) for name in order[: policy.most_foreseen])
+        found = [polished(ahead, second) for second in begun if second is not None]
+        costs = len(refit.effect.terms) * np.log(n)
+        ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
+        return min(ends, default=np.inf)
 
     def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
         """The first class of refits that passes all tests.
@@ -206,18 +218,22 @@ class ForwardSelection:
             wavelengths = screening.stage.setup.scene.wavelength_nm
             alike.sort(key=lambda r: bool(invalidity(r.effect, r.solution.values, wavelengths)))
             best, members = alike[0], tuple(r.effect.name for r in alike)
-            tried |= set(members)
+            tried.add(best.effect.name)
             error = best.estimates()[best.effect.strength.name].standard_error
             # A strength at a bound of its range has no error, and counts as significant.
             is_clear = error is None or abs(best.strength) > policy.clear_errors * error
             if not is_clear:
+                tried |= set(members)
                 continue
             gain = self.cross_validation.gain(screening.stage, best)
             if gain is None:
                 screening.stage.setup.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
                 return None
             if gain.improves:
-                return _step(screening, converged(screening.stage, best), members, gain)
+                with screening.stage.setup.failures.sparing("the end of the refit with {}", best.effect.name):
+                    return _step(screening, converged(screening.stage, best), members, gain)
+            elif gain.gains.size:
+                tried |= set(members)
         return None
 
 

@@ -13,16 +13,18 @@ from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
-from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.setup import MODEL, Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
-from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import Effect, Scene, model_at
 from jaxink.fitting import FitResult
+from jaxink.fitting.exclusion import require_slope
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import noise_of
+from jaxink.numerics.failures import Failures
 from jaxink.numerics.progress import Progress
 from jaxink.sample import Sample
 from jaxink.solver.config import SolverConfig
@@ -81,11 +83,15 @@ def search_effects(
     options: DiagnosisOptions,
     follow: Progress,
     allowance: Allowance,
+    failures: Failures,
     pieces: Pieces,
 ) -> SearchResult:
-    """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square."""
+    """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square.
+
+    A part that fails is noted in `failures`, and the search goes on without it.
+    """
     setup, points = _setup(fit, sample, options), Points.of(fit.data)
-    setup = dataclasses.replace(setup, allowance=allowance, follow=follow, pieces=pieces)
+    setup = dataclasses.replace(setup, allowance=allowance, failures=failures, follow=follow, pieces=pieces)
     cross_validation = CrossValidation(setup, points)
     selection = ForwardSelection(options, len(points), cross_validation)
     is_in_time = allowance.permits(Task.SCREEN, (effect.name for effect in setup.listed(()).forms))
@@ -105,15 +111,19 @@ def search_effects(
         step = selection.next_step(screenings[-1], with_pairs=room > 1) if room > 0 else None
         if step is None:
             break
-        steps.append(step)
         accepted = _without_superfluous(stage, step, len(points))
-        steps = [s for s in steps if s.form in accepted.effects]
-        left, stage = stage, Stage(setup, accepted.effects, accepted.values, accepted.bench)
-        structure = _structure(stage, points)
+        left, ahead = stage, None
+        with failures.sparing(MODEL, step.effect):
+            ahead = Stage(setup, accepted.effects, accepted.values, accepted.bench)
+            structure = _structure(ahead, points)
+        if ahead is None:
+            break
+        stage, steps = ahead, [s for s in (*steps, step) if s.form in accepted.effects]
         if not (_is_quiet(structure, options.level) or allowance.is_over):
             # Now with all effects that may still be missing.
-            stage = Stage(setup, accepted.effects, stage.solution.values)
-            structure = _structure(stage, points)
+            with failures.sparing("the search for an effect in addition to {}", step.effect):
+                stage = Stage(setup, accepted.effects, stage.solution.values)
+                structure = _structure(stage, points)
         left.release(kept=stage.bench)
     if len(steps) > 1:
         steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
@@ -206,7 +216,12 @@ def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
         terms = {t.name for t in effect.terms}
         free = tuple(name for name in refit.solution.free if name not in terms)
         neutral = {effect.strength.name: effect.neutral}
-        without = refit.bench.fit(refit.solution.values | neutral, free)
+        without: Solution | None = None
+        with stage.setup.failures.sparing("the fit without {}", effect.name):
+            without = refit.bench.fit(refit.solution.values | neutral, free)
+            require_slope(without.search)
+        if without is None:
+            continue
         if without.chi_square - refit.solution.chi_square < len(terms) * np.log(n_points):
             _LOG.debug("%s is no longer needed", effect.name)
             left = tuple(e for e in effects if e != effect)

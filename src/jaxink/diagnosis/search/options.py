@@ -67,6 +67,7 @@ class DiagnosisOptions:
         for effect in self.catalogue:
             if not (isinstance(effect, type) and issubclass(effect, Effect)):
                 raise InputRefusedError(f"catalogue has the entry {effect!r}; it takes classes of effects.")
+            effect.require_methods()
         names = [effect.name for effect in self.catalogue]
         twice = {name for name in names if names.count(name) > 1}
         if twice:

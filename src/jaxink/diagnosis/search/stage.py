@@ -1,24 +1,26 @@
 """One stage of a search: a model with the effects found so far, and its screen."""
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from jaxink.diagnosis.search.allowance import Task
-from jaxink.diagnosis.search.direction import Direction, secants, tangents
+from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.setup import MODEL, Setup
 from jaxink.diagnosis.search.workbench import Solution, Start, Workbench
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
 from jaxink.effects import AreaWithOtherValues, Effect, Listed
+from jaxink.errors import NotFiniteError
+from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import release_programs
 from jaxink.numerics.progress import StepOf
 from jaxink.numerics.threads import in_threads
@@ -44,6 +46,8 @@ class _Fitted(NamedTuple):
 class Stage:
     """The model with the effects found so far.
 
+    A candidate with which the model fails, or has no finite derivatives, is left out, and noted.
+
     Parameters
     ----------
     setup
@@ -62,7 +66,20 @@ class Stage:
         linearisation: as a start of fits to nearly the same data, and in the units of the parameters.
     refits
         Refits made so far, by the form of the effect.
+
+    Raises
+    ------
+    NotFiniteError
+        The model has no finite derivatives even without candidates.
     """
+
+    listed: Listed
+    bench: Workbench
+    free: tuple[str, ...]
+    solution: Solution
+    linearised: Start
+    jacobian: Float[np.ndarray, "rows parameters"]
+    residual: Float[np.ndarray, " rows"]
 
     def __init__(
         self,
@@ -73,14 +90,29 @@ class Stage:
     ):
         self.setup = setup if bench is None else setup.without_candidates()
         self.accepted = accepted
-        self.listed: Listed = self.setup.listed(accepted)
-        self.bench = bench or self.setup.shared_bench(accepted, self.listed)
-        self.free = self.bench.base_free + tuple(t.name for e in accepted for t in e.terms)
         self._own: dict[str, Workbench] = {}
         self.refits: dict[Effect, Refit] = {}
-        self.solution, self._made = self._fitted(values)
-        self.linearised: Start = self.bench.linearised(self.solution.values, self.free)
+        names = tuple(candidate.name for candidate in self.setup.catalogue)
+        sound = self.setup.failures.in_parts(partial(self._fit, values, bench), names, MODEL)
+        if len(sound) < len(names):
+            self._fit(values, bench, sound)
+
+    def _fit(self, values: dict[str, float], bench: Workbench | None, names: Sequence[str]) -> list[str]:
+        """Fit the model beside some of the candidates, and return their names."""
+        setup = self.setup.with_candidates(names)
+        self.listed = setup.listed(self.accepted)
+        self.bench = bench or setup.shared_bench(self.accepted, self.listed)
+        self.free = self.bench.base_free + tuple(t.name for e in self.accepted for t in e.terms)
+        # After a later fit there may be nothing left to search for.
+        is_whole = len(names) == len(self.setup.catalogue)
+        self.solution, self._made = self._fitted(values, with_programs=is_whole and not self.accepted)
+        self.linearised = self.bench.linearised(self.solution.values, self.free)
         self.jacobian, self.residual = self.linearised.derivatives
+        # One derivative that is not finite spoils those of all parameters of a program.
+        if not np.all(np.isfinite(self.jacobian)):
+            at = ", ".join(f"{name} = {self.solution.values[name]:g}" for name in self.free)
+            raise NotFiniteError(f"the model or its derivatives are not finite at {at}")
+        return list(names)
 
     @cached_property
     def at_bound(self) -> Int[np.ndarray, " parameters"]:
@@ -112,7 +144,9 @@ class Stage:
         if not self.setup.allowance.is_over:
             with jax.enable_x64(True):
                 free = self.free + tuple(term.name for term in effect.terms)
-                self.own_bench(effect).prepare(self.solution.values, free)
+                # What fails here fails again in the refit, if that is made, and is noted there.
+                with Failures().sparing("the program with {}", effect.name):
+                    self.own_bench(effect).prepare(self.solution.values, free)
 
     def release(self, kept: Workbench) -> None:
         """Drop the compiled programs of a stage that is no longer needed, but for one workbench."""
@@ -126,9 +160,12 @@ class Stage:
         by_name: dict[str, list[Direction]] = {}
         inside = [e for e in self.listed.forms if not e.own_program]
         inside = inside if self._may_screen(inside) else []
-        shared = tangents(self.bench, self.solution, self.free, inside)
+        shared = tangents(self.bench, self.solution, self.free, inside, self.setup.failures)
         for direction in [*shared, *(self._all_secants() if with_own else ())]:
-            by_name.setdefault(direction.effect.name, []).append(direction.without_rounding())
+            name = direction.effect.name
+            if not np.all(np.isfinite(direction.column)):
+                self.setup.failures.note(SCREEN, name, "the model or its derivatives are not finite")
+            by_name.setdefault(name, []).append(direction.without_rounding())
         return by_name
 
     def _may_screen(self, effects: Iterable[Effect]) -> bool:
@@ -143,8 +180,8 @@ class Stage:
         names = [*programs]
         return {name: programs[name] for name in [*names[::2], *names[1::2]]}
 
-    def _fitted(self, values: dict[str, float]) -> _Fitted:
-        """The fit; meanwhile, programs that the screen will need are compiled."""
+    def _fitted(self, values: dict[str, float], with_programs: bool) -> _Fitted:
+        """The fit; meanwhile, programs that the screen will need are compiled if so wished."""
 
         def make(effects):
             if self.setup.allowance.is_over:
@@ -152,8 +189,7 @@ class Stage:
             with jax.enable_x64(True):
                 self.own_bench(effects[0]).predict(values)
 
-        # After a later fit there may be nothing left to search for.
-        programs = {} if self.accepted else self._programs()
+        programs = self._programs() if with_programs else {}
         pool = ThreadPoolExecutor(1)
         made = {
             name: pool.submit(make, effects)
@@ -176,8 +212,13 @@ class Stage:
             self.setup.follow(f"screen with {names}", step, self.solution.chi_square)
             made = self._made.get(program)
             if made is not None and not made.cancelled():
-                made.result()
-            return [direction for effect in programs[program] for direction in self._secants(effect)]
+                # What has failed there is raised again below.
+                made.exception()
+            found = list[Direction]()
+            for effect in programs[program]:
+                with self.setup.failures.sparing(SCREEN, effect.name):
+                    found += self._secants(effect)
+            return found
 
         return [direction for directions in in_threads(of, programs) for direction in directions]
 

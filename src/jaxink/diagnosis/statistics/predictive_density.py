@@ -120,8 +120,8 @@ class HeldOutGain:
 
     @property
     def mean(self) -> float:
-        """Mean over the folds."""
-        return float(np.mean(self.gains))
+        """Mean over the folds; nan if there is none."""
+        return float(np.mean(self.gains)) if self.gains.size else float("nan")
 
     @property
     def standard_error(self) -> float:
