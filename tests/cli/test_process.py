@@ -211,9 +211,7 @@ def test_compiled_programs_are_kept(case, tmp_path):
         check=True,
     )
     assert done.stderr == ""
-    if case == "unwritable":
-        assert done.stdout == "None\n"
-        return
-    assert done.stdout == f"{expected}\n"
+    # JAX is given no folder of jaxink's, which it would read without checking.
+    assert done.stdout == (f"{expected}\n" if case == "named" else "None\n")
     # The named folder keeps JAX's own rule of what is worth keeping.
-    assert case == "named" or any(expected.iterdir())
+    assert case != "user" or any(expected.iterdir())

@@ -1,12 +1,12 @@
 """Files of compiled programs: the user's cache folder, within a bound."""
 
-import hashlib
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from jaxink.numerics.named_files import read_named, write_named
 
 FOLDER_VARIABLE = "JAXINK_CACHE_DIR"
 # XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
@@ -16,11 +16,8 @@ LARGEST_BYTES = 1_000_000_000
 # A full store is cleared down to this share, oldest files first.
 _KEPT_SHARE = 0.8
 # StableHLO of jaxink's programs, and what XLA makes of them.
-_TRACED, _COMPILED = "traced", "compiled"
+TRACED, COMPILED = "traced", "compiled"
 _SUFFIX = ".program"
-_MAGIC = b"jaxink program 1\n"
-_DIGEST_BYTES = hashlib.sha256().digest_size
-_LARGEST_FILE_BYTES = 256_000_000
 
 
 class Stored(NamedTuple):
@@ -57,48 +54,25 @@ def store_folder() -> Path | None:
     return folder if os.access(folder, os.W_OK | os.X_OK) else None
 
 
-def compiled_folder() -> Path | None:
-    """Folder for JAX's own cache of compiled programs."""
-    folder = store_folder()
-    return None if folder is None else folder / _COMPILED
-
-
-def read_program(name: str) -> bytes | None:
-    """A stored program; None if there is none, or if its file is damaged or somebody else's."""
-    path = _path(name)
-    if path is None:
-        return None
-    try:
-        if path.stat().st_size > _LARGEST_FILE_BYTES:
-            return None
-        content = path.read_bytes()
-    except OSError:
-        return None
-    head = len(_MAGIC) + _DIGEST_BYTES
-    data = content[head:]
-    if not content.startswith(_MAGIC) or hashlib.sha256(data).digest() != content[len(_MAGIC) : head]:
-        return None
-    # Its age decides what a full store drops.
-    with suppress(OSError):
-        os.utime(path)
+def read_program(name: str, kind: str = TRACED) -> bytes | None:
+    """A stored program; None if there is none, or if its file is damaged or another program's."""
+    path = _path(name, kind)
+    data = None if path is None else read_named(path, f"{kind} {name}")
+    if path is not None and data is not None:
+        # Its age decides what a full store drops.
+        with suppress(OSError):
+            os.utime(path)
     return data
 
 
-def write_program(name: str, data: bytes) -> None:
+def write_program(name: str, data: bytes, kind: str = TRACED) -> None:
     """Store a program; a store that cannot be written is left as it was."""
-    path = _path(name)
+    path = _path(name, kind)
     if path is None:
         return
     with suppress(OSError):
         path.parent.mkdir(exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(_MAGIC + hashlib.sha256(data).digest() + data)
-            os.replace(part, path)
-        except BaseException:
-            os.unlink(part)
-            raise
+        write_named(path, f"{kind} {name}", data)
 
 
 def stored() -> Stored:
@@ -131,8 +105,28 @@ def clear_store() -> Stored:
     return stored()
 
 
+class _Compiled:
+    """What JAX asks of a cache of compiled programs (its ``CacheInterface``).
+
+    JAX's own cache does not notice a file that has been exchanged for another, and writes in place.
+    """
+
+    def __init__(self, folder: Path):
+        # JAX logs it.
+        self._path = folder
+
+    def get(self, key: str) -> bytes | None:
+        return read_program(key, COMPILED)
+
+    def put(self, key: str, value: bytes) -> None:
+        write_program(key, value, COMPILED)
+
+
 def lend_to_jax() -> float | None:
-    """Let JAX keep what it compiles in the store, unless the process has chosen a folder of its own.
+    """Let JAX keep what it compiles in the store, unless the process has a cache of its own.
+
+    JAX has no public function for it. A version that does it in another way compiles everything anew: it is
+    never given the folder, which it would read without checking.
 
     Returns
     -------
@@ -140,18 +134,22 @@ def lend_to_jax() -> float | None:
         JAX's earlier shortest compile time of what it keeps, in seconds; None if nothing has changed.
     """
     import jax
-    from jax.experimental.compilation_cache import compilation_cache
 
     # JAX makes the attributes of its configuration at run time.
     config: Any = jax.config
-    folder = None if config.jax_compilation_cache_dir else compiled_folder()
+    folder = None if config.jax_compilation_cache_dir else store_folder()
     if folder is None:
         return None
-    seconds = config.jax_persistent_cache_min_compile_time_secs
-    jax.config.update("jax_compilation_cache_dir", str(folder))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-    # JAX decides once whether it has a folder: what was compiled before had none.
-    compilation_cache.reset_cache()
+    try:
+        from jax._src import compilation_cache
+
+        if compilation_cache._cache is not None:
+            return None
+        seconds = config.jax_persistent_cache_min_compile_time_secs
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    except (ImportError, AttributeError):
+        return None
+    compilation_cache._cache = _Compiled(folder)  # type: ignore[assignment]
     return seconds
 
 
@@ -187,22 +185,21 @@ def kept_by_jax() -> Iterator[None]:
             limit_xla_log(int(JAX_LOG_LEVEL))
         if seconds is not None:
             import jax
-            from jax.experimental.compilation_cache import compilation_cache
+            from jax._src import compilation_cache
 
-            jax.config.update("jax_compilation_cache_dir", None)
             jax.config.update("jax_persistent_cache_min_compile_time_secs", seconds)
-            # Otherwise JAX would go on using the folder for the caller's own programs.
-            compilation_cache.reset_cache()
+            # Otherwise JAX would go on using the store for the caller's own programs.
+            compilation_cache._cache = None
 
 
-def _path(name: str) -> Path | None:
+def _path(name: str, kind: str) -> Path | None:
     folder = store_folder()
-    return None if folder is None else folder / _TRACED / f"{name}{_SUFFIX}"
+    return None if folder is None else folder / kind / f"{name}{_SUFFIX}"
 
 
 def _files(folder: Path) -> Iterator[tuple[float, int, Path]]:
     """Time of last use, size and path of each file of the store; other files are never touched."""
-    for part in (_TRACED, _COMPILED):
+    for part in (TRACED, COMPILED):
         with suppress(OSError), os.scandir(folder / part) as entries:
             for entry in entries:
                 with suppress(OSError):

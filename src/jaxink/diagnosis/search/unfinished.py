@@ -18,9 +18,12 @@ from jaxink.fitting import FitResult, load_result
 from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import GonioData
 from jaxink.numerics.fingerprint import fingerprint
+from jaxink.numerics.named_files import read_named, write_named
 from jaxink.sample import Sample
 
 _ABOUT, _DECLARED = "about.json", "declared"
+# It ties the fit in the folder `_DECLARED` to the input.
+_TIE = "declared.tie"
 
 
 class Origin(enum.Enum):
@@ -98,14 +101,17 @@ class Unfinished:
         if self.origin is not Origin.SAME:
             return None
         with suppress(InputRefusedError):
-            return load_result(self.folder / _DECLARED, self._own)
+            fitted = load_result(self.folder / _DECLARED, self._own)
+            if read_named(self.folder / _TIE, str(self._about["input"])) == fitted.result_id.encode():
+                return fitted
         return None
 
     def keep(self, fitted: FitResult) -> None:
         """Keep the fit of the declared model."""
         if self._about["input"] is not None:
-            with suppress(InputRefusedError):
+            with suppress(InputRefusedError, OSError):
                 fitted.save(self.folder / _DECLARED)
+                write_named(self.folder / _TIE, self._about["input"], fitted.result_id.encode())
 
     def _declare(self) -> None:
         """Write what the folder belongs to; without space there will be nothing to go on from."""
