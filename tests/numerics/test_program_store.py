@@ -1,10 +1,12 @@
 import os
+import subprocess
+import threading
 
 import jax
 import pytest
 from jax.experimental.compilation_cache import compilation_cache
 
-from jaxink.numerics import named_files
+from jaxink.numerics import named_files, program_store
 from jaxink.numerics.program_store import (
     COMPILED,
     bound_store,
@@ -13,6 +15,7 @@ from jaxink.numerics.program_store import (
     read_program,
     store_folder,
     stored,
+    why_not_stored,
     write_program,
 )
 
@@ -70,7 +73,7 @@ def test_the_oldest_files_are_dropped_first(folder):
 
 def test_clearing_leaves_other_files_alone(folder):
     write_program("a", b"program")
-    (folder / "compiled").mkdir()
+    (folder / "compiled").mkdir(0o700)
     (folder / "compiled" / "jit_f").write_bytes(b"executable")
     (folder / "mine.txt").write_text("keep")
     assert clear_store().files == 0
@@ -104,9 +107,100 @@ def test_an_exchanged_file_is_no_program(folder):
     assert read_program("a") is None
     assert read_program("b") is None
     write_program("a", b"one")
-    (folder / "compiled").mkdir()
+    (folder / "compiled").mkdir(0o700)
     file_of("a").replace(folder / "compiled" / "a.program")
     assert read_program("a", COMPILED) is None
+
+
+def test_nobody_else_may_write_to_a_new_store(folder):
+    before = os.umask(0)
+    try:
+        for kind in ("traced", COMPILED):
+            write_program("a", b"program", kind)
+    finally:
+        os.umask(before)
+    for path in (folder, *folder.rglob("*")):
+        assert path.stat().st_mode & 0o077 == 0
+
+
+@pytest.fixture
+def logged(caplog):
+    program_store._warn_once.cache_clear()
+    caplog.set_level("WARNING", "jaxink")
+    return caplog
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights as POSIX has them")
+@pytest.mark.parametrize("part", ["", "traced", "compiled"])
+@pytest.mark.parametrize("mode", [0o777, 0o1777, 0o720, 0o702])
+def test_a_store_that_others_can_write_to_is_not_used(folder, part, mode, logged):
+    for kind in ("traced", COMPILED):
+        write_program("a", b"program", kind)
+    (folder / part).chmod(mode)
+    for kind in ("traced", COMPILED):
+        assert read_program("a", kind) is None
+        write_program("b", b"program", kind)
+    assert stored() == (None, 0, 0)
+    with kept_by_jax():
+        jax.jit(lambda x: x * 13 + 1)(1.0).block_until_ready()
+    assert sum(path.is_file() for path in folder.rglob("*")) == 2
+    assert logged.messages == [why_not_stored()]
+    # What the sentence proposes is enough.
+    subprocess.run(["chmod", "-R", "go-w", folder], check=True)
+    assert read_program("a") == b"program"
+    assert why_not_stored() is None
+
+
+@pytest.mark.skipif(os.name != "posix", reason="owners as POSIX has them")
+def test_a_store_of_another_user_is_not_used(folder, monkeypatch, logged, told):
+    write_program("a", b"program")
+    another = os.geteuid() + 1
+    monkeypatch.setattr(os, "geteuid", lambda: another)
+    assert read_program("a") is None
+    assert store_folder() is None
+    assert logged.messages == [why_not_stored()]
+    told(logged.messages[0], "another user", "JAXINK_CACHE_DIR")
+
+
+def test_where_nobody_knows_owners_the_store_is_used(folder, monkeypatch):
+    write_program("a", b"program")
+    folder.chmod(0o777)
+    monkeypatch.delattr(os, "geteuid", raising=False)
+    assert read_program("a") == b"program"
+
+
+def pipe(path):
+    os.mkfifo(path)
+
+
+def endless(path):
+    path.symlink_to("/dev/zero")
+
+
+def huge(path):
+    with open(path, "wb") as file:
+        file.truncate(3_000_000_000)
+
+
+def not_own(path):
+    program_store.write_program(path.stem, b"program", path.parent.name)
+    path.chmod(0o666)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="files as POSIX has them")
+@pytest.mark.parametrize("kind", ["traced", "compiled"])
+@pytest.mark.parametrize("make", [pipe, endless, huge, not_own])
+def test_only_ordinary_files_of_the_user_are_read(folder, kind, make):
+    path = folder / kind / "a.program"
+    path.parent.mkdir(0o700, parents=True)
+    folder.chmod(0o700)
+    make(path)
+    read = []
+    # Reading a pipe would never end.
+    reader = threading.Thread(target=lambda: read.append(read_program("a", kind)), daemon=True)
+    reader.start()
+    reader.join(20)
+    assert read == [None]
 
 
 @pytest.fixture

@@ -1,12 +1,19 @@
-"""Files of compiled programs: the user's cache folder, within a bound."""
+"""Files of compiled programs: the user's cache folder, within a bound.
 
+What is read there is run. The folder and its files must therefore belong to the user, and nobody else may
+write to them; who can rename the folders above can still put no file of the user's there.
+"""
+
+import logging
 import os
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from jaxink.numerics.named_files import read_named, write_named
+from jaxink.numerics.named_files import is_own, read_named, write_named
 
 FOLDER_VARIABLE = "JAXINK_CACHE_DIR"
 # XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
@@ -15,9 +22,11 @@ LOG_LEVEL, FATAL_ONLY, JAX_LOG_LEVEL = "TF_CPP_MIN_LOG_LEVEL", 3, "1"
 LARGEST_BYTES = 1_000_000_000
 # A full store is cleared down to this share, oldest files first.
 _KEPT_SHARE = 0.8
+_MODE = 0o700
 # StableHLO of jaxink's programs, and what XLA makes of them.
 TRACED, COMPILED = "traced", "compiled"
 _SUFFIX = ".program"
+_LOG = logging.getLogger("jaxink")
 
 
 class Stored(NamedTuple):
@@ -37,27 +46,67 @@ class Stored(NamedTuple):
 
 
 def store_folder() -> Path | None:
-    """Folder of the store; None if it is switched off or cannot be written.
+    """Folder of the store; None if it is switched off, cannot be written, or others can write to it.
 
     The environment variable ``JAXINK_CACHE_DIR`` names it, and switches it off if it is empty; by default it
-    is ``jaxink`` in the user's cache folder.
+    is ``jaxink`` in the user's cache folder. That others can write to it is logged, once.
     """
+    folder = _writable_folder()
+    danger = None if folder is None else _danger(folder)
+    if danger is not None:
+        _warn_once(danger)
+        return None
+    return folder
+
+
+def why_not_stored() -> str | None:
+    """A sentence on why programs are not stored; None if they are."""
+    folder = _writable_folder()
+    if folder is None:
+        return f"programs are not stored: {FOLDER_VARIABLE} is empty, or the folder cannot be written."
+    return _danger(folder)
+
+
+def _writable_folder() -> Path | None:
     named = os.environ.get(FOLDER_VARIABLE)
     if named == "":
         return None
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         folder = Path(named) if named else Path(root) / "jaxink"
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(_MODE, parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None
     return folder if os.access(folder, os.W_OK | os.X_OK) else None
 
 
+def _danger(folder: Path) -> str | None:
+    """A sentence on who else could have programs run, and what to do about it."""
+    for part in (folder, folder / TRACED, folder / COMPILED):
+        with suppress(OSError):
+            about = part.stat()
+            if is_own(about):
+                continue
+            what, remedy = "belongs to another user", ""
+            if about.st_uid == os.geteuid():
+                what = "can be written by other users"
+                remedy = f"run `chmod -R go-w {shlex.quote(str(folder))}`, or "
+            return (
+                f"programs are not stored: {part} {what}, whose programs jaxink would run; {remedy}name a "
+                f"folder of your own with {FOLDER_VARIABLE}."
+            )
+    return None
+
+
+@cache
+def _warn_once(sentence: str) -> None:
+    _LOG.warning("%s", sentence)
+
+
 def read_program(name: str, kind: str = TRACED) -> bytes | None:
-    """A stored program; None if there is none, or if its file is damaged or another program's."""
+    """A stored program; None if there is none, or if its file is damaged, of another name or another user."""
     path = _path(name, kind)
-    data = None if path is None else read_named(path, f"{kind} {name}")
+    data = None if path is None else read_named(path, f"{kind} {name}", only_own=True)
     if path is not None and data is not None:
         # Its age decides what a full store drops.
         with suppress(OSError):
@@ -71,7 +120,7 @@ def write_program(name: str, data: bytes, kind: str = TRACED) -> None:
     if path is None:
         return
     with suppress(OSError):
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(_MODE, exist_ok=True)
         write_named(path, f"{kind} {name}", data)
 
 

@@ -13,6 +13,7 @@ from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces, code_version
 from jaxink.effects import CATALOGUE
 from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import read_json
 from jaxink.files.reading import shown_path
 from jaxink.fitting import FitResult, load_result
 from jaxink.fitting.inputs import read_inputs
@@ -24,6 +25,7 @@ from jaxink.sample import Sample
 _ABOUT, _DECLARED = "about.json", "declared"
 # It ties the fit in the folder `_DECLARED` to the input.
 _TIE = "declared.tie"
+_LARGEST_ABOUT_BYTES = 10_000
 
 
 class Origin(enum.Enum):
@@ -125,9 +127,9 @@ class Unfinished:
         if self._about["input"] is None:
             return Origin.UNKNOWN
         try:
-            there = json.loads((self.folder / _ABOUT).read_text(encoding="utf-8"))
+            there = read_json(self.folder / _ABOUT, _LARGEST_ABOUT_BYTES, "file")
             same = {key: there[key] == value for key, value in self._about.items()}
-        except (OSError, ValueError, KeyError, TypeError):
+        except (InputRefusedError, KeyError, TypeError):
             return Origin.EMPTY
         if not same["code"]:
             return Origin.OTHER_CODE
