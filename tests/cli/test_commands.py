@@ -1,6 +1,7 @@
 """The commands in this process, on the embedded simulated measurement and a coarse discretisation."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.data import SIMULATED_TRUTH, STRAY_LIGHT_TRUTH, simulated_example
 from jaxink.fitting import Outcome
+from jaxink.numerics.program_store import write_program
 
 DATA, SAMPLE = map(str, simulated_example())
 FREE = tuple(SIMULATED_TRUTH)
@@ -212,3 +214,21 @@ def test_interruption_is_one_sentence(run, tmp_path, monkeypatch, told):
     told(done.stderr, "jaxink: ")
     assert done.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("case", ["stored", "off", "open"])
+def test_what_is_stored_and_why_not(case, run, tmp_path, monkeypatch, told):
+    folder = tmp_path / "store"
+    monkeypatch.setenv("JAXINK_CACHE_DIR", "" if case == "off" else str(folder))
+    write_program("a", bytes(1000))
+    if case == "open":
+        if os.name != "posix":
+            pytest.skip("rights as POSIX has them")
+        folder.chmod(0o777)
+    done = run("cache", "info")
+    if case == "stored":
+        assert done.exit_code == 0
+        told(done.stdout, str(folder), "1 files")
+        return
+    assert done.exit_code == 5
+    told(done.stderr, "JAXINK_CACHE_DIR", *([f"chmod -R go-w {folder}"] if case == "open" else []))

@@ -191,8 +191,10 @@ jax.jit(lambda x: x * 2 + 1)(1.0).block_until_ready()
 """
 
 
-@pytest.mark.parametrize("case", ["user", "named", "unwritable"])
+@pytest.mark.parametrize("case", ["user", "named", "unwritable", "open"])
 def test_compiled_programs_are_kept(case, tmp_path):
+    if case == "open" and os.name != "posix":
+        pytest.skip("rights as POSIX has them")
     chosen = "JAX_COMPILATION_CACHE_DIR", "JAXINK_CACHE_DIR"
     environment = {k: v for k, v in os.environ.items() if k not in chosen}
     environment["XDG_CACHE_HOME"] = str(tmp_path / "cache")
@@ -202,6 +204,9 @@ def test_compiled_programs_are_kept(case, tmp_path):
         environment["JAX_COMPILATION_CACHE_DIR"] = str(expected)
     elif case == "unwritable":
         (tmp_path / "cache").write_text("a file where the folder should be")
+    elif case == "open":
+        expected.mkdir(parents=True)
+        expected.chmod(0o777)
     done = subprocess.run(
         [sys.executable, "-c", CACHED],
         env=environment,
@@ -210,10 +215,12 @@ def test_compiled_programs_are_kept(case, tmp_path):
         timeout=60,
         check=True,
     )
-    assert done.stderr == ""
-    if case == "unwritable":
-        assert done.stdout == "None\n"
+    if case == "open":
+        assert done.stderr.startswith(f"programs are not stored: {expected} can be written by other users")
+        assert not list(expected.iterdir())
         return
-    assert done.stdout == f"{expected}\n"
+    assert done.stderr == ""
+    # JAX is given no folder of jaxink's, which it would read without checking.
+    assert done.stdout == (f"{expected}\n" if case == "named" else "None\n")
     # The named folder keeps JAX's own rule of what is worth keeping.
-    assert case == "named" or any(expected.iterdir())
+    assert case != "user" or any(expected.iterdir())

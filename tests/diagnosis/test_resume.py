@@ -3,10 +3,12 @@
 import copy
 import dataclasses
 import json
+import shutil
 
 import numpy as np
 import pytest
 
+import jaxink
 from jaxink.diagnosis import DiagnosisOptions, Origin, Unfinished, diagnose
 from jaxink.diagnosis.search.pieces import SEARCH
 from jaxink.effects import ReadingEffect
@@ -103,7 +105,7 @@ def test_a_damaged_piece_is_made_again(complete, tmp_path):
     data, folder = complete.declared.data, tmp_path / "unfinished"
     options = dataclasses.replace(OPTIONS, catalogue=OPTIONS.catalogue[1:2])
     first = diagnose(data, SMALL, options, unfinished=Unfinished(folder, data, SMALL, options))
-    files = sorted(folder.glob("*.npz"))
+    files = sorted(folder.glob("*.piece"))
     assert len(files) > 5
     for number, file in enumerate(files):
         content = file.read_bytes()
@@ -117,6 +119,41 @@ def test_a_damaged_piece_is_made_again(complete, tmp_path):
     (folder / "declared" / "result.json").write_text("{")
     again = diagnose(data, SMALL, options, unfinished=Unfinished(folder, data, SMALL, options))
     assert same_report(first, again)
+
+
+def test_exchanged_pieces_are_made_again(complete, tmp_path):
+    data, folder = complete.declared.data, tmp_path / "unfinished"
+    options = dataclasses.replace(OPTIONS, catalogue=OPTIONS.catalogue[1:3])
+    first = diagnose(data, SMALL, options, unfinished=Unfinished(folder, data, SMALL, options))
+    files = sorted(file for file in folder.iterdir() if file.is_file() and not file.name.startswith("about"))
+    contents = [file.read_bytes() for file in files]
+    assert len(files) > 5
+    # Each piece gets the content of the next one of the same size, which is of the same kind.
+    for size in {len(content) for content in contents}:
+        alike = [n for n, content in enumerate(contents) if len(content) == size]
+        for n, other in zip(alike, alike[1:] + alike[:1], strict=True):
+            files[n].write_bytes(contents[other])
+    again = diagnose(data, SMALL, options, unfinished=Unfinished(folder, data, SMALL, options))
+    assert same_report(first, again)
+
+
+def test_the_fit_of_another_measurement_is_not_gone_on_from(complete, tmp_path):
+    data = complete.declared.data
+    brighter = data.replace(bsdf_per_sr=data.bsdf_per_sr * 1.01)
+    fitted = jaxink.fit(brighter, SMALL, OPTIONS.fit)
+    own, other = (
+        Unfinished(tmp_path / name, about, SMALL, OPTIONS)
+        for name, about in (("own", data), ("other", brighter))
+    )
+    own.begin(complete.declared)
+    other.begin(fitted)
+    assert Unfinished(own.folder, data, SMALL, OPTIONS).fitted().values == complete.declared.values
+    shutil.rmtree(own.folder / "declared")
+    for file in other.folder.iterdir():
+        if file.name.startswith("declared"):
+            (shutil.copytree if file.is_dir() else shutil.copy)(file, own.folder / file.name)
+    assert Unfinished(own.folder, data, SMALL, OPTIONS).origin is Origin.SAME
+    assert Unfinished(own.folder, data, SMALL, OPTIONS).fitted() is None
 
 
 def test_a_search_is_the_same_after_writing(complete):

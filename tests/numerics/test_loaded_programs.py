@@ -2,6 +2,7 @@
 
 import gc
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -58,6 +59,31 @@ def test_a_dropped_program_is_loaded_again_without_being_traced(counted):
         np.testing.assert_array_equal(doubled(jnp.arange(float(size))), 2.0 * np.arange(size))
         assert len(doubled._compiled) <= 2
     assert traces == [(1,), (2,), (3,)]
+
+
+def test_small_programs_of_unlike_work_do_not_pile_up(tmp_path, monkeypatch):
+    """Each shape makes a program of every one of JAX's functions that is called outside compiled ones."""
+    monkeypatch.setenv("JAXINK_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(stored_programs, "LOADED", LoadedPrograms(most=2, drops=3))
+    program, traces = keeping(lambda x: 2 * x, "doubled"), []
+
+    def of_the_user(x):
+        traces.append(x)
+        return x + 1
+
+    own = jax.jit(of_the_user)
+    jax.clear_caches()
+    own(1.0)
+    alive = []
+    for size in range(1, 31):
+        x = jnp.arange(float(size))
+        np.testing.assert_array_equal(program(x), 2.0 * np.arange(size))
+        np.testing.assert_array_equal(jnp.cumsum(x * x - jnp.sin(x) > 0)[-1:], [size - 1])
+        alive.append(len(jax.devices()[0].client.live_executables()))
+    assert max(alive[15:]) <= max(alive[:15])
+    # A user's function is not compiled again.
+    own(2.0)
+    assert len(traces) == 1
 
 
 def test_too_many_mappings_drop_programs_by_age(counted, monkeypatch):

@@ -106,6 +106,18 @@ def test_a_program_of_other_shapes_under_this_name_is_not_run(folder):
     assert counted.traces == 1
 
 
+def test_exchanged_programs_are_not_run(folder):
+    functions = {"doubled": lambda x: 2 * x, "tripled": lambda x: 3 * x}
+    for name, function in functions.items():
+        keeping(function, name)(jnp.ones(3))
+    one, two = (folder / "traced").iterdir()
+    content = one.read_bytes()
+    one.write_bytes(two.read_bytes())
+    two.write_bytes(content)
+    for name, factor in (("doubled", 2.0), ("tripled", 3.0)):
+        np.testing.assert_array_equal(keeping(functions[name], name)(jnp.ones(3)), factor)
+
+
 def test_under_a_transformation_nothing_is_stored():
     found = jax.vmap(keeping(lambda x: 2 * x, "key"))(jnp.arange(3.0))
     np.testing.assert_array_equal(found, [0, 2, 4])

@@ -3,7 +3,7 @@
 from jaxink.cli.fit_tables import console
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
-from jaxink.numerics.program_store import FOLDER_VARIABLE, LARGEST_BYTES, clear_store, store_folder, stored
+from jaxink.numerics.program_store import LARGEST_BYTES, clear_store, stored, why_not_stored
 
 ACTIONS = ("info", "clear")
 
@@ -12,18 +12,16 @@ def run_cache(action: str) -> ExitCode:
     """Say what the store of compiled programs contains, or empty it."""
     if action not in ACTIONS:
         raise InputRefusedError(f"there is no 'cache {action}'; use info or clear.")
-    folder = store_folder()
-    if folder is None:
-        raise InputRefusedError(
-            f"programs are not stored: {FOLDER_VARIABLE} is empty, or the folder cannot be written."
-        )
+    problem = why_not_stored()
+    if problem is not None:
+        raise InputRefusedError(problem)
     before = stored()
     if action == "clear":
         left = clear_store()
         text = f"removed {before.files - left.files} files, {_megabytes(before.size_bytes - left.size_bytes)}"
     else:
         text = f"{before.files} files, {_megabytes(before.size_bytes)} of at most {_megabytes(LARGEST_BYTES)}"
-    console().print(f"Compiled programs in {folder}: {text}.", soft_wrap=True)
+    console().print(f"Compiled programs in {before.folder}: {text}.", soft_wrap=True)
     return ExitCode.FITTED
 
 

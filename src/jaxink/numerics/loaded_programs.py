@@ -1,19 +1,25 @@
 """Programs in memory, of which those used least recently are dropped first.
 
 A compiled program takes tens of megabytes, and hundreds of the memory mappings of which a Linux process may
-have 65530.
+have 65530. Each of JAX's own functions that is called outside of them, such as an addition, is a program of
+over a megabyte, too, for every shape of its arguments; those are dropped from time to time.
 """
 
 import ctypes
+import gc
 import threading
 import weakref
 from collections import OrderedDict
 from collections.abc import Hashable
 from contextlib import suppress
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
+
+import jax
 
 # A diagnosis loads about sixteen.
 _MOST = 24
+# As many programs are dropped before JAX's own functions are, about once in a diagnosis.
+_DROPS = 12
 
 
 @runtime_checkable
@@ -31,10 +37,12 @@ class LoadedPrograms:
     ----------
     most
         Number beyond which those used least recently are dropped.
+    drops
+        Number of programs dropped after which JAX's own functions are dropped as well.
     """
 
-    def __init__(self, most: int = _MOST):
-        self._most = most
+    def __init__(self, most: int = _MOST, drops: int = _DROPS):
+        self._most, self._drops, self._dropped = most, drops, 0
         self._used: OrderedDict[tuple, weakref.ref[Owner]] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -45,6 +53,9 @@ class LoadedPrograms:
             self._used.move_to_end((id(owner), name))
             is_full = len(self._used) > self._most
         if is_full and self.drop_oldest():
+            self._dropped += 1
+            if self._dropped % self._drops == 0:
+                _drop_small_programs()
             _return_freed_memory()
 
     def drop_oldest(self) -> bool:
@@ -60,6 +71,17 @@ class LoadedPrograms:
 
 
 LOADED = LoadedPrograms()
+
+
+def _drop_small_programs() -> None:
+    """Drop the programs of JAX's own functions, for all shapes; a user's compiled functions keep theirs.
+
+    JAX compiles them again, or loads them from the store, which takes milliseconds each.
+    """
+    jitted: Any = type(jax.jit(abs))
+    for function in gc.get_objects():
+        if type(function) is jitted and str(getattr(function, "__module__", "")).split(".")[0] == "jax":
+            function.clear_cache()
 
 
 def _return_freed_memory() -> None:

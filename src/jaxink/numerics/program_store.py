@@ -1,12 +1,19 @@
-"""Files of compiled programs: the user's cache folder, within a bound."""
+"""Files of compiled programs: the user's cache folder, within a bound.
 
-import hashlib
+What is read there is run. The folder and its files must therefore belong to the user, and nobody else may
+write to them; who can rename the folders above can still put no file of the user's there.
+"""
+
+import logging
 import os
-import tempfile
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from jaxink.numerics.named_files import is_own, read_named, write_named
 
 FOLDER_VARIABLE = "JAXINK_CACHE_DIR"
 # XLA logs to stderr from this level on; 3: fatal errors only, 1: what JAX sets by default.
@@ -15,12 +22,11 @@ LOG_LEVEL, FATAL_ONLY, JAX_LOG_LEVEL = "TF_CPP_MIN_LOG_LEVEL", 3, "1"
 LARGEST_BYTES = 1_000_000_000
 # A full store is cleared down to this share, oldest files first.
 _KEPT_SHARE = 0.8
+_MODE = 0o700
 # StableHLO of jaxink's programs, and what XLA makes of them.
-_TRACED, _COMPILED = "traced", "compiled"
+TRACED, COMPILED = "traced", "compiled"
 _SUFFIX = ".program"
-_MAGIC = b"jaxink program 1\n"
-_DIGEST_BYTES = hashlib.sha256().digest_size
-_LARGEST_FILE_BYTES = 256_000_000
+_LOG = logging.getLogger("jaxink")
 
 
 class Stored(NamedTuple):
@@ -40,65 +46,82 @@ class Stored(NamedTuple):
 
 
 def store_folder() -> Path | None:
-    """Folder of the store; None if it is switched off or cannot be written.
+    """Folder of the store; None if it is switched off, cannot be written, or others can write to it.
 
     The environment variable ``JAXINK_CACHE_DIR`` names it, and switches it off if it is empty; by default it
-    is ``jaxink`` in the user's cache folder.
+    is ``jaxink`` in the user's cache folder. That others can write to it is logged, once.
     """
+    folder = _writable_folder()
+    danger = None if folder is None else _danger(folder)
+    if danger is not None:
+        _warn_once(danger)
+        return None
+    return folder
+
+
+def why_not_stored() -> str | None:
+    """A sentence on why programs are not stored; None if they are."""
+    folder = _writable_folder()
+    if folder is None:
+        return f"programs are not stored: {FOLDER_VARIABLE} is empty, or the folder cannot be written."
+    return _danger(folder)
+
+
+def _writable_folder() -> Path | None:
     named = os.environ.get(FOLDER_VARIABLE)
     if named == "":
         return None
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         folder = Path(named) if named else Path(root) / "jaxink"
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(_MODE, parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None
     return folder if os.access(folder, os.W_OK | os.X_OK) else None
 
 
-def compiled_folder() -> Path | None:
-    """Folder for JAX's own cache of compiled programs."""
-    folder = store_folder()
-    return None if folder is None else folder / _COMPILED
+def _danger(folder: Path) -> str | None:
+    """A sentence on who else could have programs run, and what to do about it."""
+    for part in (folder, folder / TRACED, folder / COMPILED):
+        with suppress(OSError):
+            about = part.stat()
+            if is_own(about):
+                continue
+            what, remedy = "belongs to another user", ""
+            if about.st_uid == os.geteuid():
+                what = "can be written by other users"
+                remedy = f"run `chmod -R go-w {shlex.quote(str(folder))}`, or "
+            return (
+                f"programs are not stored: {part} {what}, whose programs jaxink would run; {remedy}name a "
+                f"folder of your own with {FOLDER_VARIABLE}."
+            )
+    return None
 
 
-def read_program(name: str) -> bytes | None:
-    """A stored program; None if there is none, or if its file is damaged or somebody else's."""
-    path = _path(name)
-    if path is None:
-        return None
-    try:
-        if path.stat().st_size > _LARGEST_FILE_BYTES:
-            return None
-        content = path.read_bytes()
-    except OSError:
-        return None
-    head = len(_MAGIC) + _DIGEST_BYTES
-    data = content[head:]
-    if not content.startswith(_MAGIC) or hashlib.sha256(data).digest() != content[len(_MAGIC) : head]:
-        return None
-    # Its age decides what a full store drops.
-    with suppress(OSError):
-        os.utime(path)
+@cache
+def _warn_once(sentence: str) -> None:
+    _LOG.warning("%s", sentence)
+
+
+def read_program(name: str, kind: str = TRACED) -> bytes | None:
+    """A stored program; None if there is none, or if its file is damaged, of another name or another user."""
+    path = _path(name, kind)
+    data = None if path is None else read_named(path, f"{kind} {name}", only_own=True)
+    if path is not None and data is not None:
+        # Its age decides what a full store drops.
+        with suppress(OSError):
+            os.utime(path)
     return data
 
 
-def write_program(name: str, data: bytes) -> None:
+def write_program(name: str, data: bytes, kind: str = TRACED) -> None:
     """Store a program; a store that cannot be written is left as it was."""
-    path = _path(name)
+    path = _path(name, kind)
     if path is None:
         return
     with suppress(OSError):
-        path.parent.mkdir(exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(_MAGIC + hashlib.sha256(data).digest() + data)
-            os.replace(part, path)
-        except BaseException:
-            os.unlink(part)
-            raise
+        path.parent.mkdir(_MODE, exist_ok=True)
+        write_named(path, f"{kind} {name}", data)
 
 
 def stored() -> Stored:
@@ -131,8 +154,28 @@ def clear_store() -> Stored:
     return stored()
 
 
+class _Compiled:
+    """What JAX asks of a cache of compiled programs (its ``CacheInterface``).
+
+    JAX's own cache does not notice a file that has been exchanged for another, and writes in place.
+    """
+
+    def __init__(self, folder: Path):
+        # JAX logs it.
+        self._path = folder
+
+    def get(self, key: str) -> bytes | None:
+        return read_program(key, COMPILED)
+
+    def put(self, key: str, value: bytes) -> None:
+        write_program(key, value, COMPILED)
+
+
 def lend_to_jax() -> float | None:
-    """Let JAX keep what it compiles in the store, unless the process has chosen a folder of its own.
+    """Let JAX keep what it compiles in the store, unless the process has a cache of its own.
+
+    JAX has no public function for it. A version that does it in another way compiles everything anew: it is
+    never given the folder, which it would read without checking.
 
     Returns
     -------
@@ -140,18 +183,22 @@ def lend_to_jax() -> float | None:
         JAX's earlier shortest compile time of what it keeps, in seconds; None if nothing has changed.
     """
     import jax
-    from jax.experimental.compilation_cache import compilation_cache
 
     # JAX makes the attributes of its configuration at run time.
     config: Any = jax.config
-    folder = None if config.jax_compilation_cache_dir else compiled_folder()
+    folder = None if config.jax_compilation_cache_dir else store_folder()
     if folder is None:
         return None
-    seconds = config.jax_persistent_cache_min_compile_time_secs
-    jax.config.update("jax_compilation_cache_dir", str(folder))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-    # JAX decides once whether it has a folder: what was compiled before had none.
-    compilation_cache.reset_cache()
+    try:
+        from jax._src import compilation_cache
+
+        if compilation_cache._cache is not None:
+            return None
+        seconds = config.jax_persistent_cache_min_compile_time_secs
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    except (ImportError, AttributeError):
+        return None
+    compilation_cache._cache = _Compiled(folder)  # type: ignore[assignment]
     return seconds
 
 
@@ -187,22 +234,21 @@ def kept_by_jax() -> Iterator[None]:
             limit_xla_log(int(JAX_LOG_LEVEL))
         if seconds is not None:
             import jax
-            from jax.experimental.compilation_cache import compilation_cache
+            from jax._src import compilation_cache
 
-            jax.config.update("jax_compilation_cache_dir", None)
             jax.config.update("jax_persistent_cache_min_compile_time_secs", seconds)
-            # Otherwise JAX would go on using the folder for the caller's own programs.
-            compilation_cache.reset_cache()
+            # Otherwise JAX would go on using the store for the caller's own programs.
+            compilation_cache._cache = None
 
 
-def _path(name: str) -> Path | None:
+def _path(name: str, kind: str) -> Path | None:
     folder = store_folder()
-    return None if folder is None else folder / _TRACED / f"{name}{_SUFFIX}"
+    return None if folder is None else folder / kind / f"{name}{_SUFFIX}"
 
 
 def _files(folder: Path) -> Iterator[tuple[float, int, Path]]:
     """Time of last use, size and path of each file of the store; other files are never touched."""
-    for part in (_TRACED, _COMPILED):
+    for part in (TRACED, COMPILED):
         with suppress(OSError), os.scandir(folder / part) as entries:
             for entry in entries:
                 with suppress(OSError):

@@ -1,7 +1,7 @@
 """Compiled functions whose traced form is kept between processes.
 
 Tracing and lowering a forward model take longer than running it a hundred times. Its StableHLO, once stored,
-replaces both; JAX's own cache then finds the compiled program by it.
+replaces both; JAX then finds the compiled program by it.
 """
 
 import threading

@@ -8,8 +8,6 @@ until it comes to new work.
 import dataclasses
 import io
 import json
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -24,9 +22,10 @@ from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.fitting.programs import program_of
 from jaxink.numerics.fingerprint import fingerprint, source_fingerprint
+from jaxink.numerics.named_files import read_named, write_named
 
 Piece = TypeVar("Piece")
-_SUFFIX = ".npz"
+_SUFFIX = ".piece"
 _WORDS = "words"
 
 
@@ -80,9 +79,11 @@ class Pieces:
 
     def _read(self, name: str, form: Form) -> Any:
         assert self.folder is not None
+        content = read_named(self.folder / f"{name}{_SUFFIX}", name)
+        if content is None:
+            return None
         try:
-            content = io.BytesIO((self.folder / f"{name}{_SUFFIX}").read_bytes())
-            with np.load(content, allow_pickle=False) as file:
+            with np.load(io.BytesIO(content), allow_pickle=False) as file:
                 return form.made_of({key: file[key] for key in file.files})
         except Exception:  # noqa: BLE001 - whatever is wrong with the file, making the piece anew is right
             return None
@@ -90,16 +91,11 @@ class Pieces:
     def _write(self, name: str, arrays: Mapping[str, np.ndarray]) -> None:
         """Write a piece whole; without space, a diagnosis goes on and only cannot be resumed."""
         assert self.folder is not None
+        content = io.BytesIO()
+        np.savez(content, **arrays)  # type: ignore[arg-type]
         with suppress(OSError):
             self.folder.mkdir(parents=True, exist_ok=True)
-            handle, part = tempfile.mkstemp(dir=self.folder, suffix=".part")
-            try:
-                with os.fdopen(handle, "wb") as file:
-                    np.savez(file, **arrays)  # type: ignore[arg-type]
-                os.replace(part, self.folder / f"{name}{_SUFFIX}")
-            except BaseException:
-                os.unlink(part)
-                raise
+            write_named(self.folder / f"{name}{_SUFFIX}", name, content.getvalue())
 
 
 def code_version() -> str:

@@ -12,15 +12,20 @@ from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces, code_version
 from jaxink.effects import CATALOGUE
 from jaxink.errors import InputRefusedError
+from jaxink.files.decoding import read_json
 from jaxink.files.reading import shown_path
 from jaxink.files.writing import written_whole
 from jaxink.fitting import FitResult, load_result
 from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import GonioData
 from jaxink.numerics.fingerprint import fingerprint
+from jaxink.numerics.named_files import read_named, write_named
 from jaxink.sample import Sample
 
 _ABOUT, _DECLARED = "about.json", "declared"
+# It ties the fit in the folder `_DECLARED` to the input.
+_TIE = "declared.tie"
+_LARGEST_ABOUT_BYTES = 10_000
 
 
 class Origin(enum.Enum):
@@ -98,14 +103,17 @@ class Unfinished:
         if self.origin is not Origin.SAME:
             return None
         with suppress(InputRefusedError):
-            return load_result(self.folder / _DECLARED, self._own)
+            fitted = load_result(self.folder / _DECLARED, self._own)
+            if read_named(self.folder / _TIE, str(self._about["input"])) == fitted.result_id.encode():
+                return fitted
         return None
 
     def keep(self, fitted: FitResult) -> None:
         """Keep the fit of the declared model."""
         if self._about["input"] is not None:
-            with suppress(InputRefusedError):
+            with suppress(InputRefusedError, OSError):
                 fitted.save(self.folder / _DECLARED)
+                write_named(self.folder / _TIE, self._about["input"], fitted.result_id.encode())
 
     def _declare(self) -> None:
         """Write what the folder belongs to; without space there will be nothing to go on from."""
@@ -118,9 +126,9 @@ class Unfinished:
         if self._about["input"] is None:
             return Origin.UNKNOWN
         try:
-            there = json.loads((self.folder / _ABOUT).read_text(encoding="utf-8"))
+            there = read_json(self.folder / _ABOUT, _LARGEST_ABOUT_BYTES, "file")
             same = {key: there[key] == value for key, value in self._about.items()}
-        except (OSError, ValueError, KeyError, TypeError):
+        except (InputRefusedError, KeyError, TypeError):
             return Origin.EMPTY
         if not same["code"]:
             return Origin.OTHER_CODE
