@@ -151,3 +151,14 @@ def test_without_noise_there_is_no_density(example_result):
     unknown = dataclasses.replace(example_result, noise={**example_result.noise, "known": False})
     with pytest.raises(InputRefusedError, match=example_result.data.source):
         _ = unknown.log_density
+
+
+def test_its_second_derivatives_are_those_of_its_gradient(density, fitted):
+    centre = jnp.zeros(len(fitted))
+    gradient, hessian = jax.jit(jax.grad(density.whitened)), jax.jit(jax.hessian(density.whitened))
+    h = 1e-3
+    differences = [
+        (gradient(centre + h * step) - gradient(centre - h * step)) / (2 * h) for step in np.eye(centre.size)
+    ]
+    found = np.asarray(hessian(centre))
+    np.testing.assert_allclose(found, differences, atol=1e-5 * np.abs(found).max())

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from benchmarks.pages import filled, table, write_page
+from benchmarks.pages import filled, section_after, table, write_page
 from benchmarks.validation.accuracy.disort_problems import (
     column,
     phase_moments,
@@ -17,6 +17,7 @@ from benchmarks.validation.accuracy.disort_problems import (
     read_problems,
     stack_of,
 )
+from benchmarks.validation.accuracy.edges import MARK
 from jaxink import Directions, ScatteringLayer, SolverConfig, Stack, choose_sizes, diffuse_bsdf
 from jaxink.numerics.legendre import legendre_series
 from jaxink.numerics.precision import computing
@@ -164,7 +165,8 @@ def main() -> None:
         parts |= {"cloud": of_a_cloud(), "problems": disort_problems()}
     parts |= {f"reference_{kind}": sizes(config) for kind, config in REFERENCE.items()}
     parts |= {"reference_cloud": sizes(CLOUD_REFERENCE), "albedo": ALBEDO, "dark": DARK}
-    write_page("accuracy.md", filled(Path(__file__).with_name("accuracy.md.in"), **parts))
+    text = filled(Path(__file__).with_name("accuracy.md.in"), **parts)
+    write_page("accuracy.md", text.rstrip() + section_after("accuracy.md", MARK))
 
 
 if __name__ == "__main__":
