@@ -169,7 +169,7 @@ def gap_table():
 
 @pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance"])
 def test_every_command_of_a_refusal_works(format, saved, tmp_path, gap_table, monkeypatch):
-    """First the medium is chosen; its commands already allow the losses. Then the losses alone."""
+    """First the medium is chosen; its commands already keep regular light. Then the losses alone."""
     monkeypatch.setattr("jaxink.ink_table", lambda *_, options: gap_table, raising=False)
     asked = (
         saved(BEHIND_AIR),
@@ -183,11 +183,18 @@ def test_every_command_of_a_refusal_works(format, saved, tmp_path, gap_table, mo
         "red",
     )
     _, from_plate = commands(run(*asked))
-    at = from_plate.index("--allow-loss")
-    leave_out, spread = commands(run(*from_plate[:at], *from_plate[at + 2 :]))
-    assert sorted(leave_out) == sorted(from_plate)
-    assert "regular" in from_plate[at + 1].split(",")
-    for words in (leave_out, spread):
+    asked = list(from_plate)
+    for option in ("--allow-loss", "--regular-bin-deg"):
+        if option in asked:
+            at = asked.index(option)
+            del asked[at : at + 2]
+    # The first keeps total reflection, without which a plate guides no light.
+    spread, leave_out = commands(run(*asked))
+    assert sorted(spread) == sorted(from_plate)
+    assert "--regular-bin-deg" in spread
+    assert "regular" not in "".join(spread).split("allow-loss")[-1].split(",")
+    assert "regular" in leave_out[leave_out.index("--allow-loss") + 1].split(",")
+    for words in (spread, leave_out):
         done = run(*words)
         assert done.exit_code == 0, done.stderr
         assert ("Lost: regular" in done.stdout) == (words is not spread)

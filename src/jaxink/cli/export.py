@@ -123,7 +123,8 @@ def _foresee(
         try:
             refuse(choice.layers, choice.inside)
         except LossRefusedError as problem:
-            changes["--allow-loss"] = _allowing(options, problem.losses)
+            width_deg = _width_deg(problem.losses, sampling)
+            changes |= _spreading(options, problem.losses, width_deg)
         noun = "Layer" if len(choice.layers) == 1 else "Layers"
         what = f"{noun} {' and '.join(choice.layers)}, seen from {choice.inside}"
         return what, target.command.changed(changes)
@@ -135,8 +136,26 @@ def _foresee(
         raise session.AdvisedError(sentence, [command(choice) for choice in problem.choices]) from None
 
 
-def _allowing(options: "ExportOptions", losses: Sequence[str]) -> str:
-    return ",".join([*options.drop, *losses])
+def _allowing(options: "ExportOptions", losses: Sequence[str]) -> str | None:
+    return ",".join([*options.drop, *losses]) or None
+
+
+def _width_deg(
+    losses: Sequence[str], sampling: dict[str, Any], table: "InkTable | None" = None
+) -> int | None:
+    """Width of the cones over which regular light can be spread; None if none is lost or no width will do."""
+    from jaxink.export.preparation import least_bin_deg
+
+    if "regular" not in losses:
+        return None
+    return least_bin_deg(table, sampling.get("n_theta"), sampling.get("n_phi"))
+
+
+def _spreading(options: "ExportOptions", losses: Sequence[str], width_deg: int | None) -> dict[str, Any]:
+    """Options that spread regular light, if it can be, and allow all other losses."""
+    others = [loss for loss in losses if width_deg is None or loss != "regular"]
+    spread = {} if width_deg is None else {"--regular-bin-deg": width_deg}
+    return {"--allow-loss": _allowing(options, others)} | spread
 
 
 @contextmanager
@@ -145,19 +164,19 @@ def _advised(
 ) -> Iterator[None]:
     """Add to a refusal of losses the whole commands that allow or avoid them."""
     from jaxink.export.limitations import LossRefusedError
-    from jaxink.export.preparation import least_bin_deg
 
     try:
         yield
     except LossRefusedError as problem:
-        allowed = {"--allow-loss": _allowing(options, problem.losses)}
-        commands = [("To leave it out", target.command.changed(allowed))]
-        width_deg = least_bin_deg(table, sampling.get("n_theta"), sampling.get("n_phi"))
-        if "regular" in problem.losses and width_deg is not None:
-            others = [loss for loss in problem.losses if loss != "regular"]
-            spread = {"--allow-loss": _allowing(options, others) or None, "--regular-bin-deg": width_deg}
-            what = f"To spread regular light over cones of {width_deg} degrees"
+        commands = []
+        width_deg = _width_deg(problem.losses, sampling, table)
+        if width_deg is not None:
+            spread = _spreading(options, problem.losses, width_deg)
+            what = f"To keep regular light, and with it total reflection, in cones of {width_deg} degrees"
             commands.append((what, target.command.changed(spread)))
+        allowed = {"--allow-loss": _allowing(options, problem.losses)}
+        what = "To give up total reflection and all other regular light" if commands else "To leave it out"
+        commands.append((what, target.command.changed(allowed)))
         raise session.AdvisedError(problem.reason, commands) from None
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from jaxink.ink.foresight import NEGLIGIBLE, SAME_INDEX, ExpectedTable
-from jaxink.ink.hemispherical_totals import critical_angle_deg, diffuse_totals
+from jaxink.ink.hemispherical_totals import critical_angle_deg, diffuse_totals, projected_weights
 from jaxink.ink.table import COMPONENTS, InkTable
 
 # What may be lost, in words.
@@ -55,16 +55,23 @@ def expected_losses(table: ExpectedTable, limits: Collection[str]) -> list[Loss]
     found = {}
     if table.has_regular:
         found["regular"] = "smooth faces reflect and transmit it"
+        if inside > outside + SAME_INDEX:
+            found["regular"] += (
+                f", all that the plate guides beyond {_critical_deg(inside, outside):.4g} degrees"
+            )
     if has_step:
-        sine = min(inside, outside) / max(inside, outside)
         side = "inside" if inside > outside else "outside"
-        found["beyond_critical"] = f"{math.degrees(math.asin(sine)):.4g} degrees {side}"
+        found["beyond_critical"] = f"{_critical_deg(inside, outside):.4g} degrees {side}"
         found["index_step"] = _both_indices(inside, outside)
     if table.rough_faces:
         found["narrow_lobes"] = f"of {', '.join(table.rough_faces)}"
     if table.has_standard_errors:
         found["standard_errors"] = "of the fit"
     return [Loss(name, found[name]) for name in limits if name in found]
+
+
+def _critical_deg(inside: float, outside: float) -> float:
+    return math.degrees(math.asin(min(inside, outside) / max(inside, outside)))
 
 
 def _regular(table: InkTable) -> str | None:
@@ -74,11 +81,24 @@ def _regular(table: InkTable) -> str | None:
     if shares[c, w, i] <= NEGLIGIBLE:
         return None
     normal = np.unravel_index(np.argmax(shares[:, :, 0]), shares.shape[:2])
+    guided = _guided_regular(table)
+    of_guided = "" if guided is None else f"{_percent(guided)} of the light that the plate guides; "
     return (
-        f"up to {_percent(shares[*normal, 0])} of the incident power at normal incidence, "
+        f"{of_guided}up to {_percent(shares[*normal, 0])} of the incident power at normal incidence, "
         f"{COMPONENTS[normal[0]]}, and up to {_percent(shares[c, w, i])} elsewhere, {COMPONENTS[c]} at "
         f"{table.theta_deg[i]:.3g} degrees, {table.wavelength_nm[w]:g} nm"
     )
+
+
+def _guided_regular(table: InkTable) -> float | None:
+    """Largest regular share of light beyond the critical angle of side I, diffuse there; None without one."""
+    shares = []
+    for w in range(len(table.wavelength_nm)):
+        beyond = table.theta_deg > critical_angle_deg(table, "T_IA", w)
+        weights = projected_weights(table.theta_deg) * beyond
+        if weights.sum() > 0:
+            shares.append(weights @ table.regular[COMPONENTS.index("R_II"), w] / weights.sum())
+    return max(shares, default=None)
 
 
 def _beyond_critical(table: InkTable) -> str | None:

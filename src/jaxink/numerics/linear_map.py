@@ -126,8 +126,8 @@ def _transpose(cotangents, *arguments, fast, smooth, n_point):
 
 
 def _batch(arguments, axes, *, fast, smooth, n_point):
-    axes = tuple(None if axis is batching.not_mapped else axis for axis in axes)
-    found = _map.bind(*arguments, fast=_Batched(fast, axes), smooth=_Batched(smooth, axes), n_point=n_point)
+    fast, smooth = (_Batched(function, tuple(axes)) for function in (fast, smooth))
+    found = _map.bind(*arguments, fast=fast, smooth=smooth, n_point=n_point)
     return found, [0] * len(found)
 
 
