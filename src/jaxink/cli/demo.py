@@ -144,12 +144,15 @@ def _table(*heads: str) -> Table:
 
 def _show_next(to: Console, out: Path) -> None:
     """Print commands that go on from here."""
+    from jaxink.export.preparation import least_bin_deg
+
     data, sample = (str(out / file.name) for file in stray_light_example())
-    lossy = "regular,beyond_critical,standard_errors"
+    # Total reflection is kept, without which a plate guides no light.
+    lossy = ["--allow-loss", "beyond_critical,standard_errors", "--regular-bin-deg", str(least_bin_deg(None))]
     lines = [
         ["fit", data, "--sample", sample, "--out", "my-fit"],
         ["diagnose", data, "--sample", sample, "--out", "my-report"],
-        ["export", str(out / REPORT), "--format", "zemax", "--allow-loss", lossy, "--out", "my-ink"],
+        ["export", str(out / REPORT), "--format", "zemax", *lossy, "--out", "my-ink"],
         ["init", "your-measurement.csv", "--out", "your-sample.toml"],
     ]
     to.print()
