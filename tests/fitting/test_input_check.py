@@ -182,6 +182,17 @@ def test_pairs_that_a_wrong_correction_makes_disagree_are_no_noise(inputs, coars
     assert min(left[name] for name in ("times_cosine", "divided_by_cosine", "sides_exchanged")) > 10
 
 
+def test_values_under_the_noise_floor_explain_nothing(inputs, coarsely):
+    # Divided by 100, every value is below the floor as stated, which any model then fits.
+    data, sample = inputs
+    noise = dataclasses.replace(sample.noise, relative=0.02, floor_per_sr=0.003)
+    shifted = data.replace(bsdf_per_sr=data.bsdf_per_sr + 0.1 * (data.phi_deg == 0), sigma_per_sr=None)
+    result = jaxink.fit(shifted, dataclasses.replace(sample, noise=noise), jaxink.FitOptions(profile="none"))
+    assert result.verdict.reduced_chi_square > 10
+    left = {mistake.name: mistake.reduced_chi_square for mistake in check_input(result).mistakes}
+    assert min(left["per_cent"], left["reflectance_factor_in_per_cent"]) > 10
+
+
 @pytest.mark.parametrize(("albedo_at_450", "is_named"), [(0.6, False), (1.2, True)])
 def test_light_of_one_wavelength_may_come_from_another(albedo_at_450, is_named):
     """A lamp of both wavelengths, equally strong: the light at 550 nm is 1.2 times what arrives there."""

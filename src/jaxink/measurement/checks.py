@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from jaxink.measurement.columns import ANGLES
+from jaxink.measurement.masks import ZERO, angular_distance_deg
 from jaxink.measurement.table import TextTable, refusal
 
 _SIDES = {
@@ -28,6 +29,8 @@ _LARGEST_AZIMUTH_DEG = 1080.0
 LARGEST_PER_SR = 1e8
 # Squares and quotients of larger values do not overflow.
 _SMALLEST_PER_SR = 1e-100
+# Around the source, where the detector may shade the beam.
+_SHADOW_DEG = 10.0
 
 
 def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
@@ -144,19 +147,28 @@ def wavelengths(source: str, values: np.ndarray, lines: np.ndarray | list[None])
     return values
 
 
-def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np.ndarray, scan: np.ndarray):
+def refuse_nothing_or_excess(
+    table: TextTable,
+    directions: tuple[np.ndarray, ...],
+    bsdf: np.ndarray,
+    scan: np.ndarray,
+    mask: np.ndarray,
+):
     """Reject a BSDF without any positive value, or one that sends out more light than arrives.
 
     A scan with the smallest value m that extends from within 30 degrees of the normal to theta >= 60 degrees
     sends out at least about pi m sin(theta)^2 of the light. If this exceeds 1.5, the values are in per cent
-    or are reflectance factors.
+    or are reflectance factors. Zeros that are no readings do not count, nor does the detector's shadow.
     """
     if not (bsdf > 0).any():
         kind = "negative or zero" if bsdf.any() else "zero"
         text = f"every value is {kind}; a BSDF in 1/sr has positive values"
         raise refusal(table.source, text, column="bsdf_per_sr")
+    theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
+    shaded = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _SHADOW_DEG
+    counts = (mask & ZERO.bit == 0) & ~(shaded & ~is_transmission)
     for index in np.unique(scan):
-        here = np.flatnonzero(scan == index)
+        here = np.flatnonzero((scan == index) & counts)
         if here.size < 5 or theta_o_deg[here].min() > 30 or theta_o_deg[here].max() < 60:
             continue
         widest = theta_o_deg[here].max()
@@ -203,5 +215,10 @@ def sigmas(table: TextTable, values: np.ndarray) -> np.ndarray:
     bad = np.flatnonzero(values <= 0)
     if bad.size:
         text = f"{values[bad[0]]:g} is not positive; it must be a standard deviation in 1/sr"
+        if values[bad[0]] == 0:
+            text += (
+                "; a 0 says that the value is exact, so give the noise of its reading, or remove the row if "
+                "nothing was measured, or the column to have the noise estimated"
+            )
         raise refusal(table.source, text, table.lines[bad[0]], "sigma_per_sr")
     return values
