@@ -20,6 +20,16 @@ _SIDES = {
     "transmittance": "T",
     "transmitted": "T",
     "btdf": "T",
+    "reflexion": "R",
+    "réflexion": "R",
+    "reflektion": "R",
+    "reflektiert": "R",
+    "réfléchi": "R",
+    "反射": "R",
+    "transmittiert": "T",
+    "transmis": "T",
+    "透過": "T",
+    "透射": "T",
 }
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
@@ -136,15 +146,17 @@ def wavelengths(source: str, values: np.ndarray, lines: np.ndarray | list[None])
     bad = np.flatnonzero((values < low) | (values > high))
     if bad.size:
         value = values[bad[0]]
-        if 0.1 <= value <= 20:
-            remedy = "if it is in micrometres, multiply by 1000"
-        elif 0 < value < 1e-4:
-            remedy = "if it is in metres, multiply by 1e9"
-        else:
-            remedy = f"it must be between {low:g} and {high:g}"
+        remedy = wavelength_remedy(value) or f"it must be between {low:g} and {high:g}"
         text = f"{value:g} is not a wavelength in nm; {remedy}"
         raise refusal(source, text, lines[bad[0]], "wavelength_nm")
     return values
+
+
+def wavelength_remedy(value: float) -> str:
+    """What to do with a number that is a wavelength in another unit; empty if it is none."""
+    if 0.1 <= value <= 20:
+        return "if it is in micrometres, multiply by 1000"
+    return "if it is in metres, multiply by 1e9" if 0 < value < 1e-4 else ""
 
 
 def refuse_nothing_or_excess(
@@ -154,7 +166,22 @@ def refuse_nothing_or_excess(
     scan: np.ndarray,
     mask: np.ndarray,
 ):
-    """Reject a BSDF without any positive value, or one that sends out more light than arrives.
+    """Reject a BSDF without any positive value, or one of `refuse_excess`."""
+    if not (bsdf > 0).any():
+        kind = "negative or zero" if bsdf.any() else "zero"
+        text = f"every value is {kind}; a BSDF in 1/sr has positive values"
+        raise refusal(table.source, text, column="bsdf_per_sr")
+    refuse_excess(table, directions, bsdf, scan, mask)
+
+
+def refuse_excess(
+    table: TextTable,
+    directions: tuple[np.ndarray, ...],
+    bsdf: np.ndarray,
+    scan: np.ndarray,
+    mask: np.ndarray,
+):
+    """Reject a BSDF that sends out more light than arrives.
 
     A scan with the smallest value m that extends from within 30 degrees of the normal to theta >= 60 degrees
     sends out at least about pi m sin(theta)^2 of the light. If this exceeds 1.5, the values are in per cent

@@ -118,7 +118,7 @@ def value_bits(
 
 
 def _bits(hits: dict[MaskFlag, np.ndarray]) -> UInt32[np.ndarray, " points"]:
-    return np.sum([flag.bit * hit.astype(np.uint32) for flag, hit in hits.items()], axis=0, dtype=np.uint32)
+    return np.bitwise_or.reduce([flag.bit * hit.astype(np.uint32) for flag, hit in hits.items()])
 
 
 def value_notes(

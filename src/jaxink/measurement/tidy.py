@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from jaxink.measurement import checks
+from jaxink.measurement.azimuths import relative_azimuths
 from jaxink.measurement.cells import with_decimal_points, without_units
-from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns
+from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns, side_in_header
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import value_bits, value_notes
@@ -106,6 +107,7 @@ def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, s
 
 def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
     angles = {name: checks.numbers(table, known[name], name) for name in ANGLES if name in known}
+    angles |= relative_azimuths(table, known, angles.get("phi_deg"), notes)
     derived = "phi_deg" not in angles
     if derived:
         # In the plane of incidence, towards the peak.
@@ -159,6 +161,14 @@ def _side(table: TextTable, known, given, notes) -> np.ndarray:
     if given not in (None, "R", "T"):
         raise refusal("read_csv", f"side is {given!r}; it must be 'R' or 'T'")
     stated = "side" in known and any(table.column(known["side"]))
+    named = side_in_header(table, known)
+    if not stated and named is not None:
+        name = table.names[known["bsdf_per_sr"]]
+        if given not in (None, named):
+            text = f"the name says {named}, but the caller gives {given}; remove one"
+            raise refusal(table.source, text, column=name)
+        notes.append(f"Column '{name}' says that every row is {named}.")
+        return np.full(len(table.rows), named == "T")
     if not stated:
         if given is None:
             text = "the column is empty; state one for all rows with " + OPTIONS["side"]
