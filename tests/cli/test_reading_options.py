@@ -9,6 +9,7 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.cli.session import ExitCode
 from jaxink.data import simulated_example
+from jaxink.measurement.columns import option_words
 
 
 @pytest.fixture
@@ -53,3 +54,10 @@ def test_columns_need_a_name_and_a_header(given, run, other_table, told):
 def test_every_command_that_reads_has_the_options(command):
     options = {o for p in typer.main.get_command(app).commands[command].params for o in p.opts}
     assert {"--columns", "--cosine-weighted"} <= options
+
+
+def test_the_next_command_states_the_same():
+    stated = {"columns": {"phi_deg": "a b", "side": "s"}, "side": ["R", "T"], "sample": "x"}
+    stated |= {"cosine_weighted": False, "signed_angles": True}
+    words = ["--columns", "phi_deg=a b", "--columns", "side=s", "--side", "R,T", "--which", "x"]
+    assert option_words(stated) == [*words, "--no-cosine-weighted", "--signed-angles"]

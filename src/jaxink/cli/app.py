@@ -234,16 +234,13 @@ def init(
     """Write a first sample file, with comments, from a measurement, options and a few questions."""
     with one_sentence(debug):
         from jaxink.cli.init import run_init
+        from jaxink.measurement.columns import option_words
 
         given = {"order": order, "plate_index": plate_index, "plate_mm": plate_mm, "ink_index": ink_index}
         given |= {"ink_um": ink_um, "phase_function": phase_function}
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
         stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
-        named = {"--wavelength-nm": wavelength_nm, "--side": side, "--which": which, "--sheet": sheet}
-        options = [part for name, value in named.items() if value is not None for part in (name, str(value))]
-        options += ["--signed-angles"] * signed_angles
-        options += ["--cosine-weighted"] * bool(cosine_weighted)
-        options += [part for text in columns or () for part in ("--columns", text)]
+        options = option_words(stated)
         raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
 
 

@@ -1,7 +1,8 @@
 """Assignment of the columns of a file to quantities."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from jaxink.measurement.names import is_cosine, meaning, plain_name, side_of, unit_problem
 from jaxink.measurement.table import TextTable, is_number, refusal
@@ -32,6 +33,20 @@ _OTHER_UNITS = {
 # More names than these are counted, not listed.
 _MOST_LISTED = 12
 _DIFFERENCE = "phi_deg is the azimuth of view minus that of the direction towards the source"
+
+
+def option_words(stated: Mapping[str, Any]) -> list[str]:
+    """Options of a command that state the same as these keywords of `jaxink.read`."""
+    words: list[str] = []
+    for key, value in stated.items():
+        option = f"--{'which' if key == 'sample' else key.replace('_', '-')}"
+        if isinstance(value, bool):
+            words.append(option if value else option.replace("--", "--no-", 1))
+        elif isinstance(value, Mapping):
+            words += [word for name, header in value.items() for word in (option, f"{name}={header}")]
+        else:
+            words += [option, ",".join(map(str, value)) if isinstance(value, list) else str(value)]
+    return words
 
 
 def match_columns(
