@@ -265,5 +265,9 @@ def _refuse_missing(table, known, supplied):
         unknown = [name for name in table.names if name and meaning(name) is None]
         first = next((name for name in missing if name not in OPTIONS), missing[0])
         if unknown:
-            text += f"; if one of them has another name, state it: {_stating(first, unknown[0])}"
+            # Which of several it is would be a guess, and a reflectance is no BSDF.
+            is_clear = len(unknown) == len(missing) == 1 and first != "bsdf_per_sr"
+            text += (
+                f"; if it has another name, state it: {_stating(first, unknown[0] if is_clear else 'HEADER')}"
+            )
     raise refusal(table.source, text)
