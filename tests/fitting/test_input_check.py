@@ -11,6 +11,7 @@ from jaxink.fitting import Mistake, check_input
 from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
 from jaxink.fitting.input_check import _Check, too_much_power
 from jaxink.measurement.balance import balances
+from jaxink.measurement.masks import angular_distance_deg
 from jaxink.sample.turning import turned_over
 from tests.samples import PRINTED_INK, UNMATCHED
 
@@ -180,6 +181,21 @@ def test_pairs_that_a_wrong_correction_makes_disagree_are_no_noise(inputs, coars
     left = {mistake.name: mistake.reduced_chi_square for mistake in check_input(result).mistakes}
     # With noise estimated anew from the pairs, these would leave 2.1, 4.9 and 0.004.
     assert min(left[name] for name in ("times_cosine", "divided_by_cosine", "sides_exchanged")) > 10
+
+
+def test_values_under_the_noise_floor_explain_nothing(inputs, coarsely):
+    # The detector shades the beam but for stray light. Divided by 100, every value is near the floor,
+    # which any model then fits.
+    data, sample = inputs
+    shaded = (data.side == "R") & (
+        angular_distance_deg(data.theta_o_deg, data.phi_deg, data.theta_i_deg, 0.0) < 8
+    )
+    dark = data.replace(bsdf_per_sr=np.where(shaded, 1e-4, data.bsdf_per_sr), sigma_per_sr=None)
+    noise = dataclasses.replace(sample.noise, relative=0.02, floor_per_sr=0.00093)
+    result = jaxink.fit(dark, dataclasses.replace(sample, noise=noise), jaxink.FitOptions(profile="none"))
+    assert result.verdict.reduced_chi_square > 100
+    left = {mistake.name: mistake.reduced_chi_square for mistake in check_input(result).mistakes}
+    assert min(left["per_cent"], left["reflectance_factor_in_per_cent"]) > 10
 
 
 @pytest.mark.parametrize(("albedo_at_450", "is_named"), [(0.6, False), (1.2, True)])

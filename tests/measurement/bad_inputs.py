@@ -145,13 +145,13 @@ BAD_INPUTS = (
     BadInput("no_azimuth", without("phi_deg"), "phi_deg"),
     BadInput(
         "misspelt_column",
-        _bytes(GOOD).replace(b"theta_o_deg", b"theta_out_deg"),
-        "theta_out_deg",
+        _bytes(GOOD).replace(b"theta_o_deg", b"tehta_o_deg"),
+        "theta_o_deg=tehta_o_deg",
     ),
     BadInput(
-        "brdf_for_bsdf",
-        _bytes(GOOD).replace(b"bsdf_per_sr", b"brdf_per_sr"),
-        "brdf_per_sr",
+        "brdf_and_btdf",
+        _bytes(GOOD).replace(b"bsdf_per_sr,sigma_per_sr", b"BRDF,BTDF"),
+        "bsdf_per_sr=BRDF",
     ),
     BadInput(
         "column_twice",

@@ -80,6 +80,7 @@ def test_grazing_and_user_add_up(told):
         "retro": 0,
         "grazing": 1,
         "user": 2,
+        "zero": 0,
     }
     grazing, user, used = mask_sentences(masked.mask)
     told(grazing, "1 of 3", "grazing")

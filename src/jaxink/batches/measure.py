@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import jaxink
 from jaxink.batches.answer import Done, now, trouble
@@ -17,13 +16,12 @@ from jaxink.diagnosis import Diagnosis, DiagnosisOptions
 from jaxink.errors import JaxinkError
 from jaxink.fitting import FitOptions, FitResult, check_input
 from jaxink.measurement import GonioData
+from jaxink.measurement.columns import option_words
 from jaxink.plots import FIGURE_FOLDER
 from jaxink.report import html
 from jaxink.sample.archive import sample_from_dict
 
 DIAGNOSIS = "diagnosis"
-# Options of the commands that have another name than the keyword of `jaxink.read`.
-_OPTIONS = {"sample": "--which"}
 FIT_PAGE, DIAGNOSIS_PAGE = "fit.html", "report.html"
 
 
@@ -115,18 +113,10 @@ def _diagnosis_files(found: Diagnosis, task: Task, place: str) -> dict[str, byte
 
     with tempfile.TemporaryDirectory(prefix="jaxink-batch-") as folder:
         root = Path(folder) / task.name
-        written = write_report(found, root, task.with_figures, [*task.paths, *_words(task.reading)])
+        written = write_report(found, root, task.with_figures, [*task.paths, *option_words(task.reading)])
         files = {file.relative_to(root).as_posix(): file.read_bytes() for file in written}
         # Commands on the page name the folder where the user will have it.
         return files | {DIAGNOSIS_PAGE: files[DIAGNOSIS_PAGE].replace(str(root).encode(), place.encode())}
-
-
-def _words(reading: dict[str, Any]) -> Iterator[str]:
-    """Options of a command that reads the measurement."""
-    for key, value in reading.items():
-        yield _OPTIONS.get(key, f"--{key.replace('_', '-')}")
-        if value is not True:
-            yield ",".join(value) if isinstance(value, list) else str(value)
 
 
 def _parameters(result: FitResult) -> tuple[RowParameter, ...]:

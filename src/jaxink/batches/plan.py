@@ -150,6 +150,9 @@ def _reading(table: dict[str, Any]) -> dict[str, Any]:
     for key in ("sample", "sheet"):
         if not isinstance(table.get(key, ""), str):
             raise InputRefusedError(f"reading.{key} is {table[key]!r}; it must be text.")
+    headers = table.get("columns", {})
+    if not (isinstance(headers, dict) and all(isinstance(header, str) for header in headers.values())):
+        raise InputRefusedError('reading.columns must be a table of text, such as { theta_o_deg = "arm" }.')
     sides = table.get("side", "R")
     for side in sides if isinstance(sides, list) and sides else [sides]:
         choice({"side": side}, "side", ("R", "T"), "[reading]")

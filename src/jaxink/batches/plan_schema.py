@@ -56,6 +56,7 @@ READING = {
     "specular_phi_deg": Entry("a number", "-", "azimuth of the specular direction"),
     "cosine_weighted": Entry("`true` or `false`", "-", "the values are the BSDF times cos(theta_o)"),
     "every": Entry("an integer", "-", "every n-th angle of each axis only"),
+    "columns": Entry("a table", "-", 'headers of columns that have other names: `{ theta_o_deg = "arm" }`'),
 }
 LIMITS = {
     "seconds": Quantity(

@@ -20,6 +20,8 @@ from jaxink.cli.export_options import (
 )
 from jaxink.cli.reading_options import (
     DATA_HELP,
+    Columns,
+    CosineWeighted,
     Data,
     Debug,
     Quiet,
@@ -150,6 +152,8 @@ def fit(
     which: Which = None,
     sheet: Sheet = None,
     signed_angles: SignedAngles = False,
+    cosine_weighted: CosineWeighted = None,
+    columns: Columns = None,
     no_figures: NoFigures = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
@@ -174,10 +178,10 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
+        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
-        raise typer.Exit(run_fit(data, sample, out, options, columns, formats, output))
+        raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output))
 
 
 app.command()(convert)
@@ -221,6 +225,8 @@ def init(
     which: Which = None,
     sheet: Sheet = None,
     signed_angles: SignedAngles = False,
+    cosine_weighted: CosineWeighted = None,
+    columns: Columns = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
     debug: Debug = False,
@@ -228,15 +234,14 @@ def init(
     """Write a first sample file, with comments, from a measurement, options and a few questions."""
     with one_sentence(debug):
         from jaxink.cli.init import run_init
+        from jaxink.measurement.columns import option_words
 
         given = {"order": order, "plate_index": plate_index, "plate_mm": plate_mm, "ink_index": ink_index}
         given |= {"ink_um": ink_um, "phase_function": phase_function}
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
-        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
-        stated = {"--wavelength-nm": wavelength_nm, "--side": side, "--which": which, "--sheet": sheet}
-        options = [part for name, value in stated.items() if value is not None for part in (name, str(value))]
-        options += ["--signed-angles"] * signed_angles
-        raise typer.Exit(run_init(data, out, given, columns, options, force, quiet))
+        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        options = option_words(stated)
+        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
 
 
 @app.command()
@@ -271,6 +276,8 @@ def diagnose(
     which: Which = None,
     sheet: Sheet = None,
     signed_angles: SignedAngles = False,
+    cosine_weighted: CosineWeighted = None,
+    columns: Columns = None,
     no_figures: NoFigures = False,
     json: Annotated[bool, typer.Option("--json", help="Print report.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -283,9 +290,9 @@ def diagnose(
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         choices |= {"time_limit_s": time_limit}
-        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
+        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
         output = _output(json, quiet)
-        arguments = data, sample, out, choices, accuracy, columns, not no_figures, output
+        arguments = data, sample, out, choices, accuracy, stated, not no_figures, output
         raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
 
 
@@ -355,6 +362,8 @@ def predict(
     which: Which = None,
     sheet: Sheet = None,
     signed_angles: SignedAngles = False,
+    cosine_weighted: CosineWeighted = None,
+    columns: Columns = None,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -362,8 +371,8 @@ def predict(
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
-        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
-        raise typer.Exit(run_predict(source, data or (), out, accuracy, columns, quiet))
+        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet))
 
 
 @app.command()

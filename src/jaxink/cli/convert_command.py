@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 
 from jaxink.cli.reading_options import (
+    Columns,
+    CosineWeighted,
     Data,
     Debug,
     Quiet,
@@ -46,13 +48,7 @@ def convert(
         float | None,
         typer.Option(metavar="DEG", help="Azimuth of the specular or undeviated direction in the file."),
     ] = None,
-    cosine_weighted: Annotated[
-        bool | None,
-        typer.Option(
-            "--cosine-weighted/--no-cosine-weighted",
-            help="Whether the values are the BSDF times cos(theta_o), if the file does not say so.",
-        ),
-    ] = None,
+    cosine_weighted: CosineWeighted = None,
     scale: Annotated[
         float | None,
         typer.Option(metavar="X", help="Factor that makes the values BSDFs, if the file states no scale."),
@@ -63,6 +59,7 @@ def convert(
     which: Which = None,
     sheet: Sheet = None,
     signed_angles: SignedAngles = False,
+    columns: Columns = None,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -77,10 +74,9 @@ def convert(
             "angle_unit": angle_unit,
             "theta_i_deg": numbers_of("--theta-i-deg", theta_i_deg),
             "specular_phi_deg": specular_phi_deg,
-            "cosine_weighted": cosine_weighted,
             "scale": scale,
             "every": every,
         }
         stated = {name: value for name, value in stated.items() if value is not None}
-        columns = columns_of(wavelength_nm, side, which, sheet, signed_angles)
-        raise typer.Exit(run_convert(data, out, columns | stated, quiet))
+        stated |= columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        raise typer.Exit(run_convert(data, out, stated, quiet))

@@ -13,6 +13,7 @@ from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
 from jaxink.files.writing import require_folder, whole_folder
+from jaxink.measurement.columns import option_words
 from jaxink.plots import FIGURE_FOLDER, save_figures
 
 if TYPE_CHECKING:
@@ -76,12 +77,7 @@ def next_command(
 
 def input_words(data_files: Sequence[Path], columns: dict[str, Any]) -> list[str]:
     """Words of a command for a measurement: its files, and how to read them (keywords of `jaxink.read`)."""
-    words = [str(file) for file in data_files]
-    for key, value in columns.items():
-        words.append(f"--{'which' if key == 'sample' else key.replace('_', '-')}")
-        if value is not True:
-            words.append(",".join(value) if isinstance(value, list) else str(value))
-    return words
+    return [*map(str, data_files), *option_words(columns)]
 
 
 def write_result(

@@ -5,6 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
+from jaxink.errors import InputRefusedError
+
 DATA_HELP = (
     "CSV, workbook (.xlsx, .ods), netCDF written by jaxink, or a file of an instrument or ray tracer "
     "(docs/formats-in.md); several files are joined."
@@ -32,6 +34,20 @@ SignedAngles = Annotated[
         help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
     ),
 ]
+CosineWeighted = Annotated[
+    bool | None,
+    typer.Option(
+        "--cosine-weighted/--no-cosine-weighted",
+        help="Whether the values are the BSDF times cos(theta_o), by which they are then divided.",
+    ),
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=HEADER",
+        help="Header of a column that has another name, such as theta_o_deg=arm; once for each column.",
+    ),
+]
 Which = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
@@ -41,10 +57,30 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error mes
 
 
 def columns_of(
-    wavelength_nm: float | None, side: str | None, which: str | None, sheet: str | None, signed_angles: bool
+    wavelength_nm: float | None,
+    side: str | None,
+    which: str | None,
+    sheet: str | None,
+    signed_angles: bool,
+    cosine_weighted: bool | None = None,
+    columns: list[str] | None = None,
 ) -> dict[str, Any]:
     """Keywords of `jaxink.read` for what the files do not state."""
     sides = None if side is None else [each.strip() for each in side.split(",")]
-    given = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
-    given["signed_angles"] = signed_angles or None
+    given: dict[str, Any] = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
+    given |= {"signed_angles": signed_angles or None, "cosine_weighted": cosine_weighted}
+    given["columns"] = _headers(columns) if columns else None
     return {name: value for name, value in given.items() if value is not None}
+
+
+def _headers(columns: list[str]) -> dict[str, str]:
+    """Header of each column, from ``NAME=HEADER``."""
+    headers: dict[str, str] = {}
+    for text in columns:
+        name, equals, header = (part.strip() for part in text.partition("="))
+        if not (name and equals and header):
+            raise InputRefusedError(f"--columns is {text!r}; write NAME=HEADER, such as theta_o_deg=arm.")
+        if name in headers:
+            raise InputRefusedError(f"--columns names {name} twice; give one header for each column.")
+        headers[name] = header
+    return headers

@@ -244,12 +244,13 @@ class _Check:
         self, hypothesis: Hypothesis, corrected: Corrected, is_thorough: bool
     ) -> RefittedHypothesis:
         tried = self._tested(hypothesis, corrected.data, corrected.sample, corrected.held, is_thorough)
-        if corrected.noise_as_stated is None or not tried.reduced < self.before:
+        # Values that sink under the noise as stated explain nothing, however small chi-square becomes.
+        explains = tried.reduced < self.before and tried.left <= _LEFT_AT_EQUAL_NOISE
+        if corrected.noise_as_stated is None or not explains:
             return tried
         # The mistake may have been made with the values alone.
         kept = self._tested(hypothesis, *corrected.noise_as_stated, corrected.held, is_thorough)
-        is_possible = not kept.is_ordered and tried.left <= _LEFT_AT_EQUAL_NOISE
-        kept = dataclasses.replace(kept, is_possible=is_possible)
+        kept = dataclasses.replace(kept, is_possible=not kept.is_ordered)
         return min(tried, kept, key=lambda t: abs(np.log(max(t.reduced, 1e-300))))
 
     def _tested(

@@ -108,6 +108,6 @@ def predict_at(
     polar = np.abs(view) if phi_deg is None else view
     shaped = np.broadcast_arrays(theta_i_deg, polar, phi, wavelength_nm, np.asarray(side) == "T")
     theta_i, theta_o, azimuth, wavelength, far = (column.ravel() for column in shaped)
-    unknown = np.zeros(theta_i.size)
-    data = GonioData(theta_i, theta_o, azimuth, wavelength, far, unknown, source="prediction")
+    unknown, row = np.zeros(theta_i.size), np.arange(2, theta_i.size + 2)
+    data = GonioData(theta_i, theta_o, azimuth, wavelength, far, unknown, row=row, source="prediction")
     return data.replace(bsdf_per_sr=predict(sample, data, accuracy=accuracy))

@@ -4,26 +4,11 @@ import re
 from collections.abc import Mapping
 
 from jaxink.measurement.table import TextTable, is_number, refusal
+from jaxink.measurement.units import CONVERSIONS, UNIT_OF, UNITS, plain_unit
 
-_UNITS = {
-    "deg": ("deg", "degs", "degree", "degrees", "°", "\N{MASCULINE ORDINAL INDICATOR}"),
-    "nm": ("nm", "nanometer", "nanometers", "nanometre", "nanometres"),
-    "1/sr": ("1/sr", "/sr", "sr-1", "sr^-1", "sr^{-1}", "sr**-1", "sr⁻¹", "persr", "1/steradian"),
-}
-_UNIT_OF = {"theta_i_deg": "deg", "theta_o_deg": "deg", "phi_deg": "deg", "wavelength_nm": "nm"}
-_UNIT_OF |= {"bsdf_per_sr": "1/sr", "sigma_per_sr": "1/sr"}
-# Units that need a conversion, by the unit of the column.
-_CONVERSIONS = {
-    "deg": {"rad": "180/pi", "radian": "180/pi", "radians": "180/pi", "mrad": "0.18/pi"},
-    "nm": {
-        **dict.fromkeys(("um", "\N{MICRO SIGN}m", "\N{GREEK SMALL LETTER MU}m", "micron", "microns"), "1000"),
-        **{"m": "1e9", "mm": "1e6", "a": "0.1", "å": "0.1", "angstrom": "0.1"},
-    },
-    "1/sr": {"%": "0.01, if it is per cent of 1/sr", "percent": "0.01, if it is per cent of 1/sr"},
-}
 _NOTHING = ("", "-", "--", "none")
-_WORDS = {word for words in _UNITS.values() for word in words}
-_WORDS |= {word for words in _CONVERSIONS.values() for word in words}
+_WORDS = {word for words in UNITS.values() for word in words}
+_WORDS |= {word for words in CONVERSIONS.values() for word in words}
 
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _WHOLE = re.compile(r"[+-]?\d+([eE][+-]?\d+)?")
@@ -34,26 +19,22 @@ _AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 def without_units(table: TextTable, known: Mapping[str, int], notes: list[str]) -> TextTable:
     """The table without a row of units below its header; one with other units is rejected."""
     first, line = table.rows[0], table.lines[0]
-    stated = {name: _plain_unit(first[known[name]]) for name in _UNIT_OF if name in known}
+    stated = {name: plain_unit(first[known[name]]) for name in UNIT_OF if name in known}
     if any(is_number(word) for word in stated.values()) or not any(
         word in _WORDS for word in stated.values()
     ):
         return table
     for name, word in stated.items():
-        unit = _UNIT_OF[name]
-        if word in _UNITS[unit] or word in _NOTHING:
+        unit = UNIT_OF[name]
+        if word in UNITS[unit] or word in _NOTHING:
             continue
-        factor = _CONVERSIONS[unit].get(word)
+        factor = CONVERSIONS[unit].get(word)
         remedy = f"multiply the column by {factor}" if factor else f"the column must be in {unit}"
         raise refusal(table.source, f"the unit is '{first[known[name]].strip()}'; {remedy}", line, name)
     if len(table.rows) == 1:
         raise refusal(table.source, "has a header and a row of units but no data rows")
     notes.append(f"Row {line} states the units of the columns and was skipped.")
     return table.with_rows(table.rows[1:], table.lines[1:])
-
-
-def _plain_unit(cell: str) -> str:
-    return re.sub(r"[\s\[\]()]", "", cell).lower()
 
 
 def with_decimal_points(

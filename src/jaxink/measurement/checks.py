@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from jaxink.measurement.columns import ANGLES
+from jaxink.measurement.masks import ZERO, angular_distance_deg
 from jaxink.measurement.table import TextTable, refusal
 
 _SIDES = {
@@ -19,6 +20,16 @@ _SIDES = {
     "transmittance": "T",
     "transmitted": "T",
     "btdf": "T",
+    "reflexion": "R",
+    "réflexion": "R",
+    "reflektion": "R",
+    "reflektiert": "R",
+    "réfléchi": "R",
+    "反射": "R",
+    "transmittiert": "T",
+    "transmis": "T",
+    "透過": "T",
+    "透射": "T",
 }
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
@@ -28,6 +39,8 @@ _LARGEST_AZIMUTH_DEG = 1080.0
 LARGEST_PER_SR = 1e8
 # Squares and quotients of larger values do not overflow.
 _SMALLEST_PER_SR = 1e-100
+# Around the source, where the detector may shade the beam.
+_SHADOW_DEG = 10.0
 
 
 def numbers(table: TextTable, index: int, name: str) -> np.ndarray:
@@ -133,30 +146,56 @@ def wavelengths(source: str, values: np.ndarray, lines: np.ndarray | list[None])
     bad = np.flatnonzero((values < low) | (values > high))
     if bad.size:
         value = values[bad[0]]
-        if 0.1 <= value <= 20:
-            remedy = "if it is in micrometres, multiply by 1000"
-        elif 0 < value < 1e-4:
-            remedy = "if it is in metres, multiply by 1e9"
-        else:
-            remedy = f"it must be between {low:g} and {high:g}"
+        remedy = wavelength_remedy(value) or f"it must be between {low:g} and {high:g}"
         text = f"{value:g} is not a wavelength in nm; {remedy}"
         raise refusal(source, text, lines[bad[0]], "wavelength_nm")
     return values
 
 
-def refuse_nothing_or_excess(table: TextTable, bsdf: np.ndarray, theta_o_deg: np.ndarray, scan: np.ndarray):
-    """Reject a BSDF without any positive value, or one that sends out more light than arrives.
+def wavelength_remedy(value: float) -> str:
+    """What to do with a number that is a wavelength in another unit; empty if it is none."""
+    if 0.1 <= value <= 20:
+        return "if it is in micrometres, multiply by 1000"
+    return "if it is in metres, multiply by 1e9" if 0 < value < 1e-4 else ""
+
+
+def refuse_nothing_or_excess(
+    table: TextTable,
+    directions: tuple[np.ndarray, ...],
+    bsdf: np.ndarray,
+    scan: np.ndarray,
+    mask: np.ndarray,
+):
+    """Reject a BSDF without any positive value, or one of `refuse_excess`."""
+    if not (bsdf > 0).any():
+        kind = "negative or zero" if bsdf.any() else "zero"
+        text = f"every value is {kind}; a BSDF in 1/sr has positive values"
+        raise refusal(table.source, text, column="bsdf_per_sr")
+    refuse_excess(table, directions, bsdf, scan, mask)
+
+
+def refuse_excess(
+    table: TextTable,
+    directions: tuple[np.ndarray, ...],
+    bsdf: np.ndarray,
+    scan: np.ndarray,
+    mask: np.ndarray,
+):
+    """Reject a BSDF that sends out more light than arrives.
 
     A scan with the smallest value m that extends from within 30 degrees of the normal to theta >= 60 degrees
     sends out at least about pi m sin(theta)^2 of the light. If this exceeds 1.5, the values are in per cent
-    or are reflectance factors.
+    or are reflectance factors. Zeros that are no readings do not count, nor does the detector's shadow.
     """
     if not (bsdf > 0).any():
         kind = "negative or zero" if bsdf.any() else "zero"
         text = f"every value is {kind}; a BSDF in 1/sr has positive values"
         raise refusal(table.source, text, column="bsdf_per_sr")
+    theta_i_deg, theta_o_deg, phi_deg, _, is_transmission = directions
+    shaded = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, 0.0) < _SHADOW_DEG
+    counts = (mask & ZERO.bit == 0) & ~(shaded & ~is_transmission)
     for index in np.unique(scan):
-        here = np.flatnonzero(scan == index)
+        here = np.flatnonzero((scan == index) & counts)
         if here.size < 5 or theta_o_deg[here].min() > 30 or theta_o_deg[here].max() < 60:
             continue
         widest = theta_o_deg[here].max()
@@ -203,5 +242,10 @@ def sigmas(table: TextTable, values: np.ndarray) -> np.ndarray:
     bad = np.flatnonzero(values <= 0)
     if bad.size:
         text = f"{values[bad[0]]:g} is not positive; it must be a standard deviation in 1/sr"
+        if values[bad[0]] == 0:
+            text += (
+                "; a 0 says that the value is exact, so give the noise of its reading, or remove the row if "
+                "nothing was measured, or the column to have the noise estimated"
+            )
         raise refusal(table.source, text, table.lines[bad[0]], "sigma_per_sr")
     return values

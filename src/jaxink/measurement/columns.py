@@ -1,13 +1,17 @@
 """Assignment of the columns of a file to quantities."""
 
 import difflib
-import re
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from jaxink.measurement.table import TextTable, refusal
+from jaxink.measurement.names import is_cosine, meaning, plain_name, side_of, unit_problem
+from jaxink.measurement.table import TextTable, is_number, refusal
 
 ANGLES = ("theta_i_deg", "theta_o_deg", "phi_deg")
 REQUIRED = (*ANGLES, "wavelength_nm", "side", "bsdf_per_sr")
-KNOWN = (*REQUIRED, "sigma_per_sr")
+# Azimuths of incidence and of view; phi_deg is their difference.
+AZIMUTHS = ("phi_i_deg", "phi_o_deg")
+KNOWN = (*REQUIRED, "sigma_per_sr", *AZIMUTHS)
 # How to state one value for all rows, on the command line and in Python.
 OPTIONS = {
     "wavelength_nm": "--wavelength-nm NM (in Python: wavelength_nm=NM)",
@@ -26,13 +30,23 @@ _OTHER_UNITS = {
     "reflectance_factor": "holds reflectance factors; divide by pi and name the column bsdf_per_sr",
     "bsdf_cos": "holds the BSDF times a cosine; divide by cos(theta_o) and name it bsdf_per_sr",
 }
-# Uncertainties without a unit: keeping them as an unused extra column would ignore the user's weights.
-_VAGUE_SIGMA = ("sigma", "std", "stdev", "stderr", "error", "uncertainty")
+# More names than these are counted, not listed.
+_MOST_LISTED = 12
+_DIFFERENCE = "phi_deg is the azimuth of view minus that of the direction towards the source"
 
 
-def plain_name(name: str) -> str:
-    """A column name in small letters, digits and underscores: ``phi [deg]`` is ``phi_deg``."""
-    return re.sub(r"[^0-9a-z]+", "_", name.lower()).strip("_")
+def option_words(stated: Mapping[str, Any]) -> list[str]:
+    """Options of a command that state the same as these keywords of `jaxink.read`."""
+    words: list[str] = []
+    for key, value in stated.items():
+        option = f"--{'which' if key == 'sample' else key.replace('_', '-')}"
+        if isinstance(value, bool):
+            words.append(option if value else option.replace("--", "--no-", 1))
+        elif isinstance(value, Mapping):
+            words += [word for name, header in value.items() for word in (option, f"{name}={header}")]
+        else:
+            words += [option, ",".join(map(str, value)) if isinstance(value, list) else str(value)]
+    return words
 
 
 def match_columns(
@@ -60,39 +74,99 @@ def match_columns(
         If a required column is missing, misspelt, duplicated, or in another unit.
     """
     notes: list[str] = []
-    names = _renamed(table, columns, notes)
-    known, extra = {}, {}
-    for index, name in enumerate(names):
+    named = _named(table, columns, notes)
+    known = dict(named)
+    extra: dict[str, int] = {}
+    for index, name in enumerate(table.names):
+        if index in named.values():
+            continue
         if not name:
             _drop_blank_column(table, index, notes)
-            continue
-        target = plain if (plain := plain_name(name)) in KNOWN else name
-        if target in known or target in extra:
-            raise refusal(table.source, "the column occurs twice in the header", column=target)
-        if target in KNOWN:
-            known[target] = index
-            if name != target:
-                notes.append(f"Column '{name}' is read as {target}.")
+        elif name in extra or plain_name(name) in named:
+            raise refusal(table.source, "the column occurs twice in the header", column=plain_name(name))
         else:
             extra[name] = index
     _refuse_other_units(table, known, extra)
+    _find_by_meaning(table, known, extra, supplied, notes)
     _refuse_misspelt(table, known, extra, supplied)
+    _refuse_azimuths(table, known, supplied)
     _refuse_missing(table, known, supplied)
     return known, extra, notes
 
 
-def _renamed(table, columns, notes) -> list[str]:
-    names = list(table.names)
+def _named(table, columns, notes) -> dict[str, int]:
+    """Columns that the caller names, and those with the names of docs/measurement-file.md."""
+    named: dict[str, int] = {}
     for target, name in columns.items():
         if target not in KNOWN:
             text = f"columns has the key '{target}'; it must be one of {', '.join(KNOWN)}"
             raise refusal(table.source, text)
-        if name not in names:
-            text = f"columns assigns it to {target}, but the header contains {', '.join(table.names)}"
+        if name not in table.names:
+            text = f"columns assigns it to {target}, but the header contains {listed(table.names)}"
             raise refusal(table.source, text, column=name)
-        names[names.index(name)] = target
+        if table.names.index(name) in named.values():
+            raise refusal(table.source, "columns assigns it to two quantities", column=name)
+        named[target] = table.names.index(name)
         notes.append(f"Column '{name}' is read as {target}, as requested by the caller.")
-    return names
+    stated = set(named.values())
+    for index, name in enumerate(table.names):
+        target = plain_name(name)
+        if target not in KNOWN or index in stated:
+            continue
+        if target in named:
+            raise refusal(table.source, "the column occurs twice in the header", column=target)
+        named[target] = index
+        if name != target:
+            notes.append(f"Column '{name}' is read as {target}.")
+    return named
+
+
+def _find_by_meaning(table, known, extra, supplied, notes) -> None:
+    """Move the columns with other names of known quantities from the extra ones to the known ones."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    for name in extra:
+        if (meant := meaning(name)) is not None and meant[0] not in known:
+            found.setdefault(meant[0], []).append((name, meant[1]))
+    for target, names in found.items():
+        if target == "phi_deg" and "phi_o_deg" in {*known, *found} and "phi_i_deg" in {*known, *found}:
+            continue
+        if target == "side" and "side" in supplied:
+            continue
+        if len(names) > 1:
+            several = " and ".join(f"'{name}'" for name, _ in names)
+            text = f"the columns {several} can be {target}; say which: {_stating(target, names[0][0])}"
+            raise refusal(table.source, text)
+        name, unit = names[0]
+        if target == "sigma_per_sr" and not unit:
+            if {"value", "unit"} <= set(extra):
+                continue
+            text = (
+                "the uncertainty has no unit; convert it to 1/sr and name the column sigma_per_sr, or "
+                f"rename the column if it is something else; if it is in 1/sr: {_stating(target, name)}"
+            )
+            raise refusal(table.source, text, column=name)
+        if (problem := unit_problem(target, unit)) is not None:
+            raise refusal(table.source, problem, column=name)
+        known[target] = extra.pop(name)
+        notes.append(f"Column '{name}' is read as {target}.")
+
+
+def side_in_header(table: TextTable, known: dict[str, int]) -> str | None:
+    """``R`` or ``T`` if the name of the column of values, such as BTDF, says so."""
+    return side_of(table.names[known["bsdf_per_sr"]]) if "bsdf_per_sr" in known else None
+
+
+def listed(names: Iterable[str]) -> str:
+    """The names of a header for a message: the first ones, and how many there are."""
+    names = [name for name in names if name]
+    if len(names) <= _MOST_LISTED:
+        return ", ".join(names)
+    return f"{', '.join(names[:_MOST_LISTED])} and {len(names) - _MOST_LISTED} more"
+
+
+def _stating(target: str, name: str) -> str:
+    """How to say that a column is a quantity, on the command line and in Python."""
+    return f'--columns "{target}={name}" (in Python: columns={{{target!r}: {name!r}}})'
 
 
 def _drop_blank_column(table, index, notes):
@@ -114,39 +188,72 @@ def _refuse_other_units(table, known, extra):
             raise refusal(table.source, text, column=name)
         if plain in _OTHER_UNITS:
             raise refusal(table.source, _OTHER_UNITS[plain], column=name)
-        if plain in _VAGUE_SIGMA and not {"value", "unit"} <= set(extra):
-            text = (
-                "the uncertainty has no unit; convert it to 1/sr and name the column sigma_per_sr, or "
-                "rename the column if it is something else"
-            )
-            raise refusal(table.source, text, column=name)
 
 
 def _refuse_misspelt(table, known, extra, supplied):
-    absent = [name for name in KNOWN if name not in known and name not in supplied]
+    wanted = (*REQUIRED, "sigma_per_sr")
+    absent = [name for name in wanted if name not in known and name not in supplied]
+    if "phi_deg" in absent and set(AZIMUTHS) & set(known):
+        absent.remove("phi_deg")
     for name in extra:
         near = difflib.get_close_matches(name.lower(), absent, n=1, cutoff=0.75)
         if near:
-            raise refusal(table.source, f"the name is unknown; the most similar is {near[0]}", column=name)
+            text = f"the name is unknown; the most similar is {near[0]}: {_stating(near[0], name)}"
+            raise refusal(table.source, text, column=name)
+
+
+def _refuse_azimuths(table, known, supplied):
+    """Reject azimuths of which the one of the other direction is missing."""
+    if "phi_deg" in known or "phi_deg" in supplied or len(set(AZIMUTHS) & set(known)) != 1:
+        return
+    if "phi_o_deg" in known:
+        name = table.names[known["phi_o_deg"]]
+        text = (
+            f"{_DIFFERENCE}, which the header lacks; add it as phi_i_deg, or if it is 0 in all rows: "
+            f"{_stating('phi_deg', name)}"
+        )
+    else:
+        name = table.names[known["phi_i_deg"]]
+        text = f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former"
+    raise refusal(table.source, text, column=name)
 
 
 def _refuse_missing(table, known, supplied):
+    supplied = (*supplied, *(["phi_deg"] if set(AZIMUTHS) <= set(known) else []))
+    if "bsdf_per_sr" in known and side_in_header(table, known) is not None:
+        supplied = (*supplied, "side")
     missing = [name for name in REQUIRED if name not in known and name not in supplied]
     if not missing:
         return
-    header = ", ".join(table.names)
-    if missing[0] == "bsdf_per_sr" or {"value", "unit"} <= set(table.names):
-        if {"value", "unit"} <= set(table.names):
-            unit = table.column(table.names.index("unit"))[0]
-            text = (
-                f"column bsdf_per_sr is missing; column value is in '{unit}', a total or ratio from "
-                "which the BSDF of a direction in 1/sr cannot be derived"
-            )
-            raise refusal(table.source, text)
-        text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
+    header = listed(table.names)
+    cosines = [name for name in table.names if is_cosine(name)]
+    if cosines and {*ANGLES} & {*missing}:
+        text = (
+            "the name is that of a direction cosine or of sine space; for the cosines a, b along x, y in the "
+            "plane of the sample, write theta = asin(sqrt(a^2 + b^2)) and phi = atan2(b, a) in degrees "
+            "(theta_i_deg and phi_i_deg, theta_o_deg and phi_o_deg); in the plane of incidence, beta - beta0 "
+            "is sin(theta_o) - sin(theta_i)"
+        )
+        raise refusal(table.source, text, column=cosines[0])
+    numbers = [name for name in table.names if is_number(name)]
+    if 2 * len(numbers) > len(table.names) and len(numbers) > 2:
+        text = (
+            f"{len(numbers)} columns are named by numbers, {numbers[0]} to {numbers[-1]}; write one row for "
+            "each value, in a column bsdf_per_sr, and these numbers in a column of their own (missing: "
+            f"{', '.join(missing)})"
+        )
+        raise refusal(table.source, text)
+    if {"value", "unit"} <= set(table.names):
+        unit = table.column(table.names.index("unit"))[0]
+        text = (
+            f"column bsdf_per_sr is missing; column value is in '{unit}', a total or ratio from "
+            "which the BSDF of a direction in 1/sr cannot be derived"
+        )
         raise refusal(table.source, text)
     plural, verb = ("columns", "are") if len(missing) > 1 else ("column", "is")
     text = f"{plural} {', '.join(missing)} {verb} missing; the header has {header}"
+    if missing == ["bsdf_per_sr"]:
+        text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
     if set(missing) <= OPTIONS.keys():
         text += f"; if the value is the same in all rows, state it: {' and '.join(map(OPTIONS.get, missing))}"
     elif missing == ["phi_deg"]:
@@ -154,4 +261,13 @@ def _refuse_missing(table, known, supplied):
             "; if theta_o_deg is negative on the side of the source, state it: --signed-angles (in Python: "
             "signed_angles=True)"
         )
+    else:
+        unknown = [name for name in table.names if name and meaning(name) is None]
+        first = next((name for name in missing if name not in OPTIONS), missing[0])
+        if unknown:
+            # Which of several it is would be a guess, and a reflectance is no BSDF.
+            is_clear = len(unknown) == len(missing) == 1 and first != "bsdf_per_sr"
+            text += (
+                f"; if it has another name, state it: {_stating(first, unknown[0] if is_clear else 'HEADER')}"
+            )
     raise refusal(table.source, text)

@@ -14,11 +14,13 @@ from jaxtyping import Bool, Float, Int, UInt32
 from jaxink.display.card import Card, Presented
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import write_dataset
-from jaxink.measurement import netcdf
+from jaxink.measurement import checks, netcdf
 from jaxink.measurement.checks import LARGEST_PER_SR, WAVELENGTH_RANGE_NM
-from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts, mask_names
+from jaxink.measurement.columns import ANGLES
+from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts, mask_names, value_bits
 from jaxink.measurement.scans import SAME, Scan, scan_numbers
 from jaxink.measurement.summary import data_card
+from jaxink.measurement.table import TextTable
 
 if TYPE_CHECKING:
     import pandas
@@ -71,7 +73,8 @@ class GonioData(Presented):
     Raises
     ------
     InputRefusedError
-        If an array is empty, of another length, not finite or out of range.
+        If an array is empty, of another length, not finite or out of range. Without ``row``, as no reader has
+        seen the values, also if the angles are in radians, or the values in per cent or reflectance factors.
     """
 
     # The types describe the fields. The constructor converts its arguments or rejects them with a sentence,
@@ -100,6 +103,7 @@ class GonioData(Presented):
         if self.sigma_per_sr is not None:
             self._freeze("sigma_per_sr", self.sigma_per_sr, np.float64, size)
         self._freeze("is_transmission", self.is_transmission, np.bool_, size)
+        is_unread = self.row is None
         row = np.arange(2, size + 2) if self.row is None else self.row
         self._freeze("row", row, np.int64, size)
         self._freeze("mask", np.zeros(size) if self.mask is None else self.mask, np.uint32, size)
@@ -111,6 +115,8 @@ class GonioData(Presented):
         object.__setattr__(self, "attrs", MappingProxyType(dict(self.attrs)))
         object.__setattr__(self, "notes", tuple(self.notes))
         self._check_ranges()
+        if is_unread:
+            self._check_units()
 
     def __reduce__(self):
         values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
@@ -150,7 +156,18 @@ class GonioData(Presented):
             if values is None or is_right(values).all():
                 continue
             point = int(np.argmin(is_right(values)))
+            if name == "wavelength_nm" and (remedy := checks.wavelength_remedy(values[point])):
+                wanted += f" nm; {remedy}"
             raise self._refusal(f"{name}[{point}] is {values[point]:g}; it must be {wanted}")
+
+    def _check_units(self):
+        """As those of a file, for arrays that a user gives."""
+        table = TextTable(self.source or "GonioData", (), (), np.full(len(self), None), 0, ())
+        checks.refuse_radians(table, {name: getattr(self, name) for name in ANGLES})
+        # Values that are all alike hold the place of a prediction.
+        if np.ptp(self.bsdf_per_sr) > 0:
+            mask = value_bits(self.directions, self.bsdf_per_sr)
+            checks.refuse_excess(table, self.directions, self.bsdf_per_sr, self.scan_index, mask)
 
     @cached_property
     def side(self) -> np.ndarray:

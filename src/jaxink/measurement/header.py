@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 
-from jaxink.measurement.columns import KNOWN, plain_name
+from jaxink.measurement.names import meaning
 from jaxink.measurement.table import MOST_COLUMNS, is_number, refusal
 
 # Titles are shorter.
@@ -30,9 +30,8 @@ def header_position(source: str, rows: Sequence[Sequence[str]], lines: Sequence[
     InputRefusedError
         If a row of values is above the header.
     """
-    wanted = {*KNOWN, *renamed}
     first = rows[:MOST_TITLE_LINES]
-    counts = [sum(cell.strip() in wanted or plain_name(cell) in KNOWN for cell in row) for row in first]
+    counts = [sum(cell.strip() in renamed or meaning(cell) is not None for cell in row) for row in first]
     best = max(counts, default=0)
     if best < _NAMES:
         return 0

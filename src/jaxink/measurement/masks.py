@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, UInt32
+from jaxtyping import Float, Int, UInt32
 
 from jaxink.errors import InputRefusedError
+from jaxink.measurement.zeros import without_reading
 
 # A point exactly at the limit is kept despite rounding.
 _ROUNDING_DEG = 1e-9
@@ -36,7 +37,10 @@ UNDEVIATED = MaskFlag(4, "undeviated", "the view is near the undeviated beam, wh
 RETRO = MaskFlag(8, "retro", "the view is near the source, where the detector may shade the beam")
 GRAZING = MaskFlag(16, "grazing", "the view is close to grazing, where the footprint may overfill")
 USER = MaskFlag(32, "user", "the user excluded the point")
-MASK_FLAGS = (NEGATIVE, SPECULAR, UNDEVIATED, RETRO, GRAZING, USER)
+ZERO = MaskFlag(64, "zero", "the BSDF is exactly 0 among values that are not, so nothing was measured")
+MASK_FLAGS = (NEGATIVE, SPECULAR, UNDEVIATED, RETRO, GRAZING, USER, ZERO)
+# Farther from a direction, zeros are described by their row.
+_NEAR_DEG = 25.0
 
 
 @dataclass(frozen=True)
@@ -101,8 +105,57 @@ def mask_bits(
         UNDEVIATED: is_transmission & nearer(forward, limits.undeviated_half_angle_deg),
         RETRO: ~is_transmission & nearer(backward, limits.retro_half_angle_deg),
         GRAZING: theta_o_deg > grazing + _ROUNDING_DEG,
+        ZERO: without_reading(directions, bsdf_per_sr),
     }
-    return sum(flag.bit * hit.astype(np.uint32) for flag, hit in hits.items())
+    return _bits(hits)
+
+
+def value_bits(
+    directions: tuple[np.ndarray, ...], bsdf_per_sr: Float[np.ndarray, " points"]
+) -> UInt32[np.ndarray, " points"]:
+    """Bits of `MASK_FLAGS` that a measurement has from the start: values that are no readings."""
+    return _bits({NEGATIVE: bsdf_per_sr < 0, ZERO: without_reading(directions, bsdf_per_sr)})
+
+
+def _bits(hits: dict[MaskFlag, np.ndarray]) -> UInt32[np.ndarray, " points"]:
+    return np.bitwise_or.reduce([flag.bit * hit.astype(np.uint32) for flag, hit in hits.items()])
+
+
+def value_notes(
+    mask: UInt32[np.ndarray, " points"], directions: tuple[np.ndarray, ...], row: Int[np.ndarray, " points"]
+) -> list[str]:
+    """What a reader says of the values that it masked: how many, and where."""
+    notes = []
+    negative = mask & NEGATIVE.bit > 0
+    if negative.any():
+        verb = "is" if negative.sum() == 1 else "are"
+        first = row[np.argmax(negative)]
+        notes.append(
+            f"{negative.sum()} of {mask.size} values {verb} negative (first in row {first}) and masked."
+        )
+    is_transmission = directions[-1]
+    for side, name in ((False, "R"), (True, "T")):
+        zero = (mask & ZERO.bit > 0) & (is_transmission == side)
+        if zero.any():
+            verb = "is" if zero.sum() == 1 else "are"
+            where = _where(tuple(column[zero] for column in directions[:3]), side)
+            notes.append(
+                f"{zero.sum()} of {mask.size} values {verb} exactly 0 among values that are clearly not "
+                f"({name}, {where}first in row {row[np.argmax(zero)]}) and masked: nothing was measured."
+            )
+    return notes
+
+
+def _where(angles: tuple[np.ndarray, ...], side: bool) -> str:
+    """Where all of some directions are, if near the source or the specular or undeviated direction."""
+    theta_i_deg, theta_o_deg, phi_deg = angles
+    near = {} if side else {"the source": 0.0}
+    near |= {"the undeviated beam" if side else "the specular direction": 180.0}
+    for what, azimuth in near.items():
+        farthest = angular_distance_deg(theta_o_deg, phi_deg, theta_i_deg, azimuth).max()
+        if farthest <= _NEAR_DEG:
+            return f"within {np.ceil(farthest - 1e-6) + 0.0:g} degrees of {what}, "
+    return f"at theta_o_deg from {theta_o_deg.min():g} to {theta_o_deg.max():g}, "
 
 
 def mask_counts(mask: UInt32[np.ndarray, " points"]) -> dict[str, int]:

@@ -67,7 +67,7 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
     Raises
     ------
     InputRefusedError
-        If the declared standard deviation is 0 at some point.
+        If the standard deviation, declared or estimated, is 0 at some point.
     """
     bsdf = data.bsdf_per_sr[data.used]
     if data.sigma_per_sr is not None and declared.use_file_sigma:
@@ -88,10 +88,26 @@ def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
     """Noise from pairs of the data; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
     if estimate.model is None:
-        sigma = np.full(bsdf.shape, np.median(np.abs(bsdf)))
+        size = np.abs(bsdf)
+        # Most values may be 0.
+        sigma = np.full(bsdf.shape, np.median(size) or np.mean(size) or 1.0)
         return FitNoise(sigma, 0.0, "unknown: " + estimate.sentence, known=False)
+    _refuse_exact_zeros(data)
     relative, origin = estimate.relative_of(data)[data.used], estimate.sentence
     if np.ptp(relative) > 0:
         span = f"{100 * relative.min():.2f} to {100 * relative.max():.2f} %"
         origin += f" The noise differs between scans ({span}), so each has its own value."
     return FitNoise(relative * np.abs(bsdf), max(estimate.model.scan_relative, scan_relative), origin)
+
+
+def _refuse_exact_zeros(data: GonioData) -> None:
+    """Noise that is relative only would make a value of 0 infinitely certain."""
+    zero = np.flatnonzero(data.used & (data.bsdf_per_sr == 0))
+    if zero.size:
+        values = "1 value is" if zero.size == 1 else f"{zero.size} values are"
+        place = f"{data.source or 'GonioData'}, {data.place(int(zero[0]))}, column bsdf_per_sr"
+        raise InputRefusedError(
+            f"{place}: {values} exactly 0, where the noise estimated from pairs, which is relative, would be "
+            "0; remove what is no reading, or state noise.relative and a noise.floor_per_sr above 0 in the "
+            "sample file."
+        )

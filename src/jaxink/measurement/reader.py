@@ -11,6 +11,7 @@ from jaxink.files.reading import open_bounded
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.formats.catalogue import HEAD_BYTES, format_of, read_exchange
 from jaxink.measurement.formats.choices import STATED_BY
+from jaxink.measurement.frame import is_frame, table_of
 from jaxink.measurement.joining import join
 from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.table import AS_CSV, refusal
@@ -36,10 +37,11 @@ _EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".
 _ONE_A_FILE = ("side", "theta_i_deg")
 # What only exchange files leave open.
 _EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "cosine_weighted"}
-Paths = str | Path | Sequence[str | Path]
+# A file, or a table in memory such as a pandas DataFrame.
+Source = str | Path | Any
 
 
-def read(path: Paths, **overrides: Any) -> GonioData:
+def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
     """Read a measurement; files of instruments and ray tracers are recognised by their content.
 
     Parameters
@@ -48,7 +50,8 @@ def read(path: Paths, **overrides: Any) -> GonioData:
         A text table (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``), a workbook (``.xlsx``, ``.xlsm``,
         ``.ods``), a ``.nc`` file of ``GonioData.to_netcdf``, or a file of any name in one of the formats of
         `jaxink.measurement.formats`. The rows of several files, given as a list, are joined; each keeps its
-        file (extra column ``source_file``) and its row there.
+        file (extra column ``source_file``) and its row there. A table in memory with named columns, such as a
+        pandas DataFrame, is read as a text table; its rows are counted from 0, as by ``iloc``.
     **overrides
         Keyword arguments of ``read_csv`` or ``read_workbook``; for other formats the fields of
         `jaxink.measurement.formats.choices.Choices`; none for a netCDF file. With several files, ``side`` and
@@ -59,23 +62,33 @@ def read(path: Paths, **overrides: Any) -> GonioData:
     InputRefusedError
         If a file cannot be read as a BSDF measurement.
     """
-    if isinstance(path, str | Path):
-        return _read_one(Path(path), **overrides)
-    paths = [Path(each) for each in path]
+    if isinstance(path, str | Path) or is_frame(path):
+        return _read_one(path, "DataFrame", **overrides)
+    if not isinstance(path, Sequence) or not all(isinstance(p, str | Path) or is_frame(p) for p in path):
+        kind = type(path).__name__
+        raise InputRefusedError(
+            f"what to read is of type {kind}; it must be a file, a DataFrame, or a list of these."
+        )
+    paths = list(path)
     if not paths:
         raise InputRefusedError("there is no measurement file; give at least one.")
     each = {name: _of_each(name, overrides.pop(name, None), len(paths)) for name in _ONE_A_FILE}
     parts = [
-        _read_one(file, **overrides, **{name: v[k] for name, v in each.items() if v[k] is not None})
+        _read_one(
+            file,
+            f"DataFrame {k + 1}",
+            **overrides,
+            **{name: v[k] for name, v in each.items() if v[k] is not None},
+        )
         for k, file in enumerate(paths)
     ]
     if len(parts) == 1:
         return parts[0]
-    names = [file.name for file in paths]
+    names = [part.source for part in parts]
     # Files with the same name are told apart by their folders.
     return join(
         [
-            part.replace(source=str(file)) if names.count(file.name) > 1 else part
+            part.replace(source=str(file)) if names.count(part.source) > 1 else part
             for file, part in zip(paths, parts, strict=True)
         ]
     )
@@ -92,7 +105,20 @@ def _of_each(name: str, values: Any, n_files: int) -> list[Any]:
     return [*values] * (n_files if len(values) == 1 else 1)
 
 
-def _read_one(path: Path, **overrides: Any) -> GonioData:
+def _read_one(path: Source, called: str, **overrides: Any) -> GonioData:
+    if is_frame(path):
+        return _read_frame(path, called, **overrides)
+    return _read_file(Path(path), **overrides)
+
+
+def _read_frame(frame: Any, called: str, **overrides: Any) -> GonioData:
+    if other := sorted(({*_EXCHANGE_ONLY} | {"sheet"}) & overrides.keys()):
+        raise refusal(called, f"is a table in memory, for which {other[0]} has no meaning; leave it out")
+    stated = Stated(**{name: value for name, value in overrides.items() if value is not None})
+    return measurement_of(table_of(frame, called), stated)
+
+
+def _read_file(path: Path, **overrides: Any) -> GonioData:
     with open_bounded(path, MOST_BYTES, "measurement file") as file:
         head = file.read(HEAD_BYTES)
     suffix = path.suffix.lower()

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from jaxink.measurement import checks
+from jaxink.measurement.azimuths import relative_azimuths
 from jaxink.measurement.cells import with_decimal_points, without_units
-from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns
+from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns, side_in_header
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.masks import NEGATIVE
+from jaxink.measurement.masks import value_bits, value_notes
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.signed_angles import unsigned_directions
 from jaxink.measurement.table import TextTable, refusal
@@ -62,21 +63,23 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
     bsdf = _per_sr(table, known, "bsdf_per_sr", divided)
     sigma = _sigma(table, known, divided, notes)
+    wavelength_nm = _wavelength(table, known, stated.wavelength_nm, notes)
+    is_transmission = _side(table, known, stated.side, notes)
+    theta_i, theta_o, phi = (angles[name] for name in ANGLES)
+    directions = theta_i, theta_o, phi, wavelength_nm, is_transmission
     data = GonioData(
-        **angles,
-        wavelength_nm=_wavelength(table, known, stated.wavelength_nm, notes),
-        is_transmission=_side(table, known, stated.side, notes),
+        *directions,
         bsdf_per_sr=bsdf,
         sigma_per_sr=sigma,
         extra={name: _extra(table.column(index)) for name, index in extra.items()},
         row=table.lines,
-        mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
+        mask=value_bits(directions, bsdf),
         source=Path(table.source).name,
         attrs=attrs,
     )
-    checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
+    checks.refuse_nothing_or_excess(table, directions, bsdf, data.scan_index, data.mask)
     refuse_several_conditions(data, table.source)
-    notes += [*_negative_notes(data), *_order_notes(data), *_repeat_notes(table, data)]
+    notes += [*value_notes(data.mask, directions, data.row), *_order_notes(data), *_repeat_notes(table, data)]
     return data.replace(notes=notes)
 
 
@@ -104,6 +107,7 @@ def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, s
 
 def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
     angles = {name: checks.numbers(table, known[name], name) for name in ANGLES if name in known}
+    angles |= relative_azimuths(table, known, angles.get("phi_deg"), notes)
     derived = "phi_deg" not in angles
     if derived:
         # In the plane of incidence, towards the peak.
@@ -157,6 +161,14 @@ def _side(table: TextTable, known, given, notes) -> np.ndarray:
     if given not in (None, "R", "T"):
         raise refusal("read_csv", f"side is {given!r}; it must be 'R' or 'T'")
     stated = "side" in known and any(table.column(known["side"]))
+    named = side_in_header(table, known)
+    if not stated and named is not None:
+        name = table.names[known["bsdf_per_sr"]]
+        if given not in (None, named):
+            text = f"the name says {named}, but the caller gives {given}; remove one"
+            raise refusal(table.source, text, column=name)
+        notes.append(f"Column '{name}' says that every row is {named}.")
+        return np.full(len(table.rows), named == "T")
     if not stated:
         if given is None:
             text = "the column is empty; state one for all rows with " + OPTIONS["side"]
@@ -193,15 +205,6 @@ def _extra(cells: list[str]) -> np.ndarray:
         return np.array(cells)
     values = np.array([float(cell) if cell else np.nan for cell in cells])
     return np.array(cells) if np.isinf(values).any() else values
-
-
-def _negative_notes(data: GonioData) -> list[str]:
-    negative = data.bsdf_per_sr < 0
-    if not negative.any():
-        return []
-    count, first = int(negative.sum()), data.row[np.argmax(negative)]
-    verb = "is" if count == 1 else "are"
-    return [f"{count} of {len(data)} values {verb} negative (first in row {first}) and masked."]
 
 
 def _order_notes(data: GonioData) -> list[str]:

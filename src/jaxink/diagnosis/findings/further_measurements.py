@@ -67,7 +67,8 @@ def further_measurements(
 
     def bench(refit, bsdf, sigma):
         values = (*columns[:4], columns[4] > 0.5, bsdf)
-        arguments = GonioData(*values), FitNoise(sigma, setup.noise.scan_relative, "")
+        rows = np.arange(len(bsdf))
+        arguments = GonioData(*values, row=rows), FitNoise(sigma, setup.noise.scan_relative, "")
         effects = (*accepted, refit.effect)
         n_slots = len(refit.solution.free)
         return Workbench(setup.sample, effects, *arguments, setup.config, scene, n_slots, setup.pieces)

@@ -21,7 +21,7 @@ STATED_BY = {
     "angle_unit='rad')",
     "theta_i_deg": "--theta-i-deg DEG of jaxink convert (in Python: theta_i_deg=DEG)",
     "specular_phi_deg": "--specular-phi-deg DEG of jaxink convert (in Python: specular_phi_deg=DEG)",
-    "cosine_weighted": "--cosine-weighted or --no-cosine-weighted of jaxink convert (in Python: "
+    "cosine_weighted": "--cosine-weighted or --no-cosine-weighted (in Python: "
     "cosine_weighted=True or cosine_weighted=False)",
     "scale": "--scale X of jaxink convert (in Python: scale=X)",
     "every": "--every N of jaxink convert (in Python: every=N)",

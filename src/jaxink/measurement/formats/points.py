@@ -11,7 +11,7 @@ from jaxink.measurement import checks
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.formats.choices import Choices
-from jaxink.measurement.masks import NEGATIVE
+from jaxink.measurement.masks import value_bits, value_notes
 from jaxink.measurement.table import TextTable, refusal
 
 # Closer to 90 degrees, values times the cosine do not tell the BSDF.
@@ -117,25 +117,24 @@ def measurement(points: Points, source: str, choices: Choices, notes: list[str])
     )
     bsdf = checks.magnitudes(table, points.bsdf_per_sr, "bsdf_per_sr")
     checks.refuse_unwrapped(source, points.phi_deg, points.row)
+    directions = (
+        theta_i,
+        theta_o,
+        wrapped_deg(points.phi_deg),
+        checks.wavelengths(source, points.wavelength_nm, points.row),
+        points.is_transmission,
+    )
     data = GonioData(
-        theta_i_deg=theta_i,
-        theta_o_deg=theta_o,
-        phi_deg=wrapped_deg(points.phi_deg),
-        wavelength_nm=checks.wavelengths(source, points.wavelength_nm, points.row),
-        is_transmission=points.is_transmission,
+        *directions,
         bsdf_per_sr=bsdf,
         extra=points.extra,
         row=points.row,
-        mask=np.where(bsdf < 0, NEGATIVE.bit, 0),
+        mask=value_bits(directions, bsdf),
         source=Path(source).name,
     )
-    checks.refuse_nothing_or_excess(table, bsdf, data.theta_o_deg, data.scan_index)
+    checks.refuse_nothing_or_excess(table, directions, bsdf, data.scan_index, data.mask)
     refuse_several_conditions(data, source)
-    negative = int((bsdf < 0).sum())
-    if negative:
-        verb = "is" if negative == 1 else "are"
-        first = points.row[np.argmax(bsdf < 0)]
-        notes.append(f"{negative} of {len(data)} values {verb} negative (first in row {first}) and masked.")
+    notes += value_notes(data.mask, directions, data.row)
     return data.replace(notes=notes)
 
 

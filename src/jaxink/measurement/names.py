@@ -1,0 +1,168 @@
+"""The names that people give to columns, in the languages of the field, and the units that they add.
+
+Case, accents, spaces and underscores do not count; Greek letters are read by their names.
+"""
+
+import re
+import unicodedata
+
+from jaxink.measurement.units import CONVERSIONS, UNIT_OF, UNITS, plain_unit
+
+# Names of each quantity, separated by commas. phi_deg is phi_o_deg minus phi_i_deg.
+NAMES = {
+    "theta_i_deg": """
+        theta_i, theta_in, theta_inc, theta_incident, theta_incidence, theta_source, theta_light,
+        theta_entrance, incident_theta, incidence_angle, incident_angle, angle_of_incidence, aoi,
+        polar_angle_of_incidence, incident_polar_angle, incidence_zenith_angle, entrance_angle,
+        illumination_angle, angle_of_illumination, Einfallswinkel, Einfallwinkel, Einstrahlwinkel,
+        Beleuchtungswinkel, theta_ein, angle d'incidence, angle incident, angle d'éclairage,
+        angle d'illumination, 入射角, 入射角度, 入射天頂角, 入射极角, 照明角, 照射角,
+        ángulo de incidencia, angolo di incidenza, angolo d'incidenza, invalshoek""",
+    "theta_o_deg": """
+        theta_o, theta_out, theta_r, theta_s, theta_v, theta_t, theta_scatter, theta_scattered,
+        theta_refl, theta_reflected, theta_transmitted, theta_view, theta_viewing, theta_det,
+        theta_detector, theta_exit, theta_obs, outgoing_theta, viewing_angle, view_angle, angle_of_view,
+        exit_angle, exiting_angle, observation_angle, angle_of_observation, outgoing_angle,
+        reflection_angle, angle_of_reflection, emergence_angle, view_zenith_angle, viewing_zenith_angle,
+        Ausfallswinkel, Ausfallwinkel, Austrittswinkel, Beobachtungswinkel, Betrachtungswinkel,
+        Abstrahlwinkel, Reflexionswinkel, theta_aus, angle d'observation, angle de vue,
+        angle de réflexion, angle d'émergence, angle de sortie, 出射角, 出射角度, 射出角, 受光角,
+        受光角度, 観測角, 観察角, 反射角, 观测角, 观察角, 散射极角, ángulo de observación,
+        ángulo de reflexión, angolo di osservazione, waarnemingshoek""",
+    "phi_deg": """
+        phi, dphi, delta_phi, phi_rel, phi_relative, relative_phi, azimuth, azimuth_angle,
+        relative_azimuth, relative_azimuth_angle, azimuth_difference, rel_azimuth, Azimut, Azimutwinkel,
+        relativer Azimut, relativer Azimutwinkel, Azimutdifferenz, azimut relatif, angle azimutal,
+        angle azimutal relatif, différence d'azimut, 方位角, 相対方位角, 方位角差, 相对方位角, acimut,
+        acimut relativo""",
+    "phi_i_deg": """
+        phi_i, phi_in, phi_inc, phi_incident, phi_incidence, phi_source, phi_light, phi_entrance,
+        incident_phi, azimuth_i, azimuth_in, azimuth_inc, azimuth_incident, azimuth_incidence,
+        azimuth_of_incidence, azimuth_source, azimuth_entrance, azimuth_entrance_angle,
+        azimuth_incidence_angle, entrance_azimuth, incidence_azimuth, incident_azimuth,
+        incidence_azimuth_angle, incident_azimuth_angle, source_azimuth, illumination_azimuth,
+        azimuth_of_illumination, azimuth_of_source, azimuth_angle_of_incidence, Einfallsazimut,
+        Einfallsazimutwinkel, Azimut Einfall, Azimut des Einfalls, Azimut Einfallswinkel,
+        Azimut der Quelle, Beleuchtungsazimut, phi_ein, azimut d'incidence, azimut incident,
+        azimut incidence, azimut de la source, azimut d'éclairage, 入射方位角, 入射方位, 照明方位角,
+        acimut de incidencia, azimut di incidenza""",
+    "phi_o_deg": """
+        phi_o, phi_out, phi_r, phi_s, phi_v, phi_t, phi_scatter, phi_scattered, phi_refl, phi_reflected,
+        phi_transmitted, phi_view, phi_viewing, phi_det, phi_detector, phi_exit, phi_obs, outgoing_phi,
+        azimuth_o, azimuth_out, azimuth_outgoing, azimuth_scatter, azimuth_view, azimuth_exit,
+        azimuth_detector, azimuth_exit_angle, azimuth_of_view, azimuth_of_observation, view_azimuth,
+        viewing_azimuth, exit_azimuth, detector_azimuth, outgoing_azimuth, scatter_azimuth,
+        reflection_azimuth, observation_azimuth, view_azimuth_angle, viewing_azimuth_angle,
+        outgoing_azimuth_angle, Ausfallsazimut, Ausfallsazimutwinkel, Azimut Ausfall,
+        Azimut Ausfallswinkel, Beobachtungsazimut, Azimut des Detektors, phi_aus, azimut d'observation,
+        azimut d'émergence, azimut de sortie, azimut du détecteur, 出射方位角, 受光方位角, 観測方位角,
+        反射方位角, 观测方位角, acimut de observación""",
+    "wavelength_nm": """
+        wavelength, wave_length, wavelen, lambda, wl, Wellenlänge, Wellenlaenge, longueur d'onde, 波長,
+        波长, longitud de onda, lunghezza d'onda, golflengte""",
+    "side": "side, r_or_t, r_t, Seite, côté, lado, lato, 反射透過",
+    "bsdf_per_sr": """
+        bsdf, brdf, btdf, bsdf_value, brdf_value, btdf_value, brdf_per_sr, btdf_per_sr, f_r, BSDF-Wert,
+        BRDF-Wert, BTDF-Wert, valeur BSDF, valeur BRDF, valeur BTDF, FDRB, FDTB, BSDF値, BRDF値, BTDF値,
+        radiance_coefficient, luminance_coefficient, Strahldichtekoeffizient, Leuchtdichtekoeffizient,
+        coefficient de luminance, 輝度係数, 双方向反射率分布関数, 双方向透過率分布関数, 双向反射分布函数,
+        双向透射分布函数""",
+    "sigma_per_sr": """
+        sigma, sigma_bsdf, sigma_brdf, sigma_btdf, bsdf_sigma, brdf_sigma, btdf_sigma, bsdf_std,
+        brdf_std, btdf_std, bsdf_uncertainty, brdf_uncertainty, btdf_uncertainty, u_bsdf, u_brdf, u_btdf,
+        std, stdev, stderr, std_dev, error, uncertainty, standard_deviation, standard_uncertainty,
+        Standardabweichung, Unsicherheit, Messunsicherheit, écart-type, incertitude, incertitude type,
+        標準偏差, 不確かさ, 标准差, 不确定度, desviación estándar""",
+}
+# Names of values that also say the side.
+_OF_SIDE = {
+    "R": ("brdf", "fdrb", "反射", "f_r"),
+    "T": ("btdf", "fdtb", "透過", "透射"),
+}
+# Coordinates of directions that are no angles: direction cosines and sine space.
+COSINES = """
+        beta, beta_0, beta_i, beta_o, beta_s, beta_r, beta_x, beta_y, beta_minus_beta0, beta_beta0,
+        abs_beta_beta0, mod_beta_beta0, delta_beta, u_x, u_y, u_z, k_x, k_y, k_z, dir_x, dir_y, dir_z,
+        d_x, d_y, d_z, cos_x, cos_y, cos_z, cos_alpha, cos_beta, cos_gamma, direction_cosine,
+        direction_cosine_x, direction_cosine_y, direction_cosine_z, x_cosine, y_cosine, z_cosine,
+        cosine_x, cosine_y, dcx, dcy, dcz, sin_theta, sin_theta_i, sin_theta_o, sin_theta_s, sin_theta_r,
+        cos_theta, cos_theta_i, cos_theta_o, cos_theta_s, cos_theta_r, Richtungskosinus,
+        Richtungscosinus, cosinus directeur, 方向余弦, 方向余弦x, 方向余弦y"""
+_GREEK = {"α": "alpha", "β": "beta", "γ": "gamma", "θ": "theta", "λ": "lambda", "σ": "sigma", "φ": "phi"}
+_GREEK |= {"δ": "delta", "ς": "sigma"}
+_BRACKETS = re.compile(r"(.*?)\s*[\[({（［]([^\])}）］]*)[\])}）］]\s*")
+_BETWEEN = re.compile(r"(?:\s+in|\s*[/,;:]|[\s_]+)[\s_]*$", re.IGNORECASE)
+
+
+def plain_name(name: str) -> str:
+    """A column name in small letters, digits and underscores: ``phi [deg]`` is ``phi_deg``."""
+    letters = unicodedata.normalize("NFKD", unicodedata.normalize("NFKC", name).casefold())
+    spelt = "".join(_GREEK.get(c, c) for c in letters if not unicodedata.combining(c))
+    return re.sub(r"\W+", "_", spelt).strip("_")
+
+
+def _key(name: str) -> str:
+    return plain_name(name).replace("_", "")
+
+
+def _keys(text: str) -> set[str]:
+    return {_key(name) for name in text.split(",")}
+
+
+_TARGET = {key: target for target, text in NAMES.items() for key in (_keys(text) | {_key(target)})}
+_COSINES = _keys(COSINES)
+_ENDINGS = sorted(
+    {
+        word
+        for words in (*UNITS.values(), *CONVERSIONS.values())
+        for word in words
+        if len(word) > 1 or word in "°%"
+    },
+    key=len,
+    reverse=True,
+)
+
+
+def meaning(name: str) -> tuple[str, str] | None:
+    """Quantity and unit (may be empty) of a column with this name; None if the name is unknown."""
+    if (exact := plain_name(name)) in NAMES:
+        return exact, ""
+    stem, unit = _split(name)
+    target = _TARGET.get(_key(stem)) or _TARGET.get(_key(name))
+    return None if target is None else (target, unit)
+
+
+def unit_problem(target: str, unit: str) -> str | None:
+    """What is wrong with a unit for a quantity, and the remedy; None if it is right or absent."""
+    word = plain_unit(unit)
+    kind = UNIT_OF.get(target)
+    if kind is None or word in ("", "-") or word in UNITS[kind]:
+        return None
+    factor = CONVERSIONS[kind].get(word)
+    remedy = f"multiply the column by {factor}" if factor else f"convert the column to {kind}"
+    return f"the unit is '{unit.strip()}'; {remedy}, and name it {target}"
+
+
+def side_of(name: str) -> str | None:
+    """``R`` or ``T`` if the name of the values says so."""
+    key = _key(name)
+    found = [side for side, words in _OF_SIDE.items() if any(_key(word) in key for word in words)]
+    return found[0] if len(found) == 1 else None
+
+
+def is_cosine(name: str) -> bool:
+    """Whether the name is that of a direction cosine or of sine space."""
+    return _key(_split(name)[0]) in _COSINES or _key(name) in _COSINES
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Name and unit of a header."""
+    if found := _BRACKETS.fullmatch(name):
+        return found[1], found[2]
+    low = name.strip().lower()
+    for word in _ENDINGS:
+        if low.endswith(word) and (between := _BETWEEN.search(low[: -len(word)])):
+            return name.strip()[: between.start()], word
+        if word == "°" and low.endswith(word):
+            return name.strip()[:-1], word
+    return name, ""
