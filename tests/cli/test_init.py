@@ -126,7 +126,7 @@ def test_the_estimate_inverts_two_stream_theory(total):
     assert 1 / (1 + 0.75 * thickness) == pytest.approx(total)
 
 
-@pytest.mark.parametrize("bsdf", [1e-90, 1e11, -1.0])
+@pytest.mark.parametrize("bsdf", [1e-90, 1e8, -1.0])
 def test_absurd_values_still_give_a_file(bsdf):
     data = measurement(bsdf_per_sr=np.append(np.full(7, bsdf), 1.0))
     assert jaxink.parse_sample(sample_text(data, Draft())).parameters.free

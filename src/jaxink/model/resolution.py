@@ -39,9 +39,9 @@ def model_sizes(
     structure = builder.without_values(tuple(builder.sample.parameters))
     with computing():
         needed = _demand(structure, plan, builder.values(free_values))
-    if not free_values:
-        require_resolvable(needed, accuracy)
-    found = sizes_for(needed, accuracy, layer_method)
+        if not free_values:
+            require_resolvable(needed, accuracy)
+        found = sizes_for(needed, accuracy, layer_method)
     # A fit has to rank values other than those it starts from.
     return found.at_least(SolverConfig()) if builder.sample.parameters.free else found
 

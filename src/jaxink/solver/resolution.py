@@ -89,7 +89,7 @@ def require_resolvable(demand: Demand, accuracy: float) -> None:
     InputRefusedError
         If a share of more than ten times the accuracy is scattered into such a peak.
     """
-    peak = float(np.max(demand.backward_peak))
+    peak = float(np.max(np.asarray(demand.backward_peak)))
     if peak > 10 * accuracy:
         raise InputRefusedError(
             f"a phase function scatters {peak:.2g} of the light into a backward peak too narrow to resolve "
