@@ -96,7 +96,7 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch, told):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jaxink.cli.fit.save_figures", full)
+    monkeypatch.setattr("jaxink.files.writing.take_place", full)
     done = fit(run, out, "--profile", "none", "--quiet")
     assert done.exit_code == 5
     told(done.stderr, f"jaxink: {out}: ", "No space left on device")

@@ -13,6 +13,7 @@ from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
 from jaxink.files.result_folder import CORRECTED, DECLARED, UNFINISHED
 from jaxink.files.writing import require_folder
+from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
 
 
@@ -53,7 +54,9 @@ def run_diagnose(
     from jaxink.report import next_steps, write_report
 
     inputs = input_words(data_files, columns)
-    written = write_report(found, out, with_figures, inputs)
+    failures = Failures()
+    written = write_report(found, out, with_figures, inputs, failures=failures)
+    session.show_failures(failures)
     if found.time_limit is None or not found.time_limit.not_done:
         unfinished.clear()
     if output == "json":
