@@ -11,6 +11,7 @@ _HOMES = {
         "ForkedProcessError",
         "InputRefusedError",
         "JaxinkError",
+        "PlatformError",
         "PrecisionError",
         "UnsafeVersionError",
     ),
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
         ForkedProcessError,
         InputRefusedError,
         JaxinkError,
+        PlatformError,
         PrecisionError,
         UnsafeVersionError,
     )

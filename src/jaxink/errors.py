@@ -37,7 +37,11 @@ class NotFiniteError(JaxinkError, FloatingPointError):
 
 
 class PrecisionError(JaxinkError, RuntimeError):
-    """A differentiable function was called while JAX computes with 32-bit floats."""
+    """A differentiable function was called while JAX uses 32-bit floats, or is strict by one of its flags."""
+
+
+class PlatformError(JaxinkError, RuntimeError):
+    """JAX finds no device of the kind that it is told to use."""
 
 
 class UnsafeVersionError(JaxinkError, RuntimeError):
