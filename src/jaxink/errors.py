@@ -32,6 +32,13 @@ class InputRefusedError(JaxinkError, ValueError):
     """Invalid input; the message names the file, row, column or parameter and the remedy."""
 
 
+class NoSuchNameError(InputRefusedError, KeyError):
+    """A name that a table does not have."""
+
+    # That of KeyError shows the sentence in quotation marks.
+    __str__ = Exception.__str__
+
+
 class NotFiniteError(JaxinkError, FloatingPointError):
     """A model or its derivatives are not finite where a computation cannot go on without them."""
 

@@ -62,8 +62,8 @@ def require_float64() -> None:
         value = getattr(jax.config, f"jax_{flag}")
         if value in strict:
             raise PrecisionError(
-                f"jaxink cannot compute under JAX's flag {flag}={value}; call its functions and those made of "
-                f"them, such as their gradient, inside `with jax.{context}:`, as jaxink.fit and "
+                f"jaxink cannot compute under JAX's flag {flag}={value}; call its functions and those made "
+                f"of them, such as their gradient, inside `with jax.{context}:`, as jaxink.fit and "
                 "jaxink.predict do."
             )
 
@@ -77,8 +77,8 @@ def require_platform() -> None:
         if not platforms:
             raise
         raise PlatformError(
-            f"JAX finds no device of the platform {platforms!r} that JAX_PLATFORMS names; unset this variable, "
-            "or set JAX_PLATFORMS=cpu, or install JAX for that device and check its driver."
+            f"JAX finds no device of the platform {platforms!r} that JAX_PLATFORMS names; unset this "
+            "variable, or set JAX_PLATFORMS=cpu, or install JAX for that device and check its driver."
         ) from None
 
 
