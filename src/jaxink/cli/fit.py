@@ -12,6 +12,7 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
+from jaxink.files.result_folder import require_not_replaced
 from jaxink.files.writing import require_folder, whole_folder
 from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
@@ -39,6 +40,7 @@ def run_fit(
     figures; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, OWNED)
+    require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     from jaxink.fitting import check_input
