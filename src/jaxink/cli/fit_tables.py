@@ -303,5 +303,4 @@ def plain_table(title: str) -> Table:
 
 def add_column(table: Table, head: str, is_text: bool, wraps: bool = False) -> None:
     """Add a column; on a narrow terminal those of words wrap, so that no number is cut."""
-    overflow = "fold" if wraps else "ellipsis"
-    table.add_column(head, justify="left" if is_text else "right", no_wrap=not wraps, overflow=overflow)
+    table.add_column(head, justify="left" if is_text else "right", no_wrap=not wraps, overflow="fold")
