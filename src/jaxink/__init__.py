@@ -11,6 +11,7 @@ _HOMES = {
         "ForkedProcessError",
         "InputRefusedError",
         "JaxinkError",
+        "PlatformError",
         "PrecisionError",
         "UnsafeVersionError",
     ),
@@ -32,8 +33,10 @@ _HOMES = {
     "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict", "predict_at"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_PACKAGES = ("data", "diagnosis", "effects", "errors", "export", "fitting", "plots", "report")
 
 if TYPE_CHECKING:
+    from jaxink import data, diagnosis, effects, errors, export, fitting, plots, report
     from jaxink.batches import Batch, batch, load_plan
     from jaxink.diagnosis import Diagnosis, DiagnosisOptions, diagnose, load_diagnosis
     from jaxink.effects import Effect, forward_model
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
         ForkedProcessError,
         InputRefusedError,
         JaxinkError,
+        PlatformError,
         PrecisionError,
         UnsafeVersionError,
     )
@@ -58,14 +62,22 @@ if TYPE_CHECKING:
     from jaxink.solver.resolution import choose_sizes
     from jaxink.solver.stack import Stack
 
+    __version__: str
+
 __all__ = sorted(_HOME_OF)
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from jaxink.files.version import installed_version
+
+        return installed_version()
+    if name in _PACKAGES:
+        return import_module(f"jaxink.{name}")
     if name not in _HOME_OF:
         raise AttributeError(f"module 'jaxink' has no attribute {name!r}")
     return getattr(import_module(_HOME_OF[name]), name)
 
 
 def __dir__() -> list[str]:
-    return list(__all__)
+    return sorted([*__all__, *_PACKAGES, "__version__"])

@@ -32,12 +32,23 @@ class InputRefusedError(JaxinkError, ValueError):
     """Invalid input; the message names the file, row, column or parameter and the remedy."""
 
 
+class NoSuchNameError(InputRefusedError, KeyError):
+    """A name that a table does not have."""
+
+    # That of KeyError shows the sentence in quotation marks.
+    __str__ = Exception.__str__
+
+
 class NotFiniteError(JaxinkError, FloatingPointError):
     """A model or its derivatives are not finite where a computation cannot go on without them."""
 
 
 class PrecisionError(JaxinkError, RuntimeError):
-    """A differentiable function was called while JAX computes with 32-bit floats."""
+    """A differentiable function was called while JAX uses 32-bit floats, or is strict by one of its flags."""
+
+
+class PlatformError(JaxinkError, RuntimeError):
+    """JAX finds no device of the kind that it is told to use."""
 
 
 class UnsafeVersionError(JaxinkError, RuntimeError):

@@ -16,6 +16,7 @@ from jaxink.numerics.program_store import write_program
 
 DATA, SAMPLE = map(str, simulated_example())
 FREE = tuple(SIMULATED_TRUTH)
+RESULT = ("parameters.csv", "result.json", "result.nc", "sample.toml")
 
 
 @pytest.fixture
@@ -39,7 +40,7 @@ def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result, told
     assert done.exit_code == 0
     # Without a terminal, the progress is written in lines.
     assert all(": step " in line or ": still running" in line for line in done.stderr.splitlines())
-    written = ["figures/cuts_R_550nm.png", "figures/cuts_T_550nm.png", "result.json", "result.nc"]
+    written = ["figures/cuts_R_550nm.png", "figures/cuts_T_550nm.png", *RESULT]
     assert files(tmp_path / "out") == written
     assert all(str(tmp_path / "out" / name) in done.stdout for name in written)
     loaded = jaxink.load_result(tmp_path / "out")
@@ -53,7 +54,7 @@ def test_json_is_the_result_file(run, tmp_path):
     done = fit(run, tmp_path / "out", "--json", "--no-figures", "--profile", "none")
     assert done.exit_code == 0
     printed = json.loads(done.stdout)
-    assert printed.pop("files") == [str(tmp_path / "out" / name) for name in ("result.json", "result.nc")]
+    assert printed.pop("files") == [str(tmp_path / "out" / name) for name in RESULT]
     assert printed == json.loads((tmp_path / "out" / "result.json").read_text())
 
 
@@ -83,7 +84,7 @@ def test_a_second_fit_takes_the_place_of_the_first(run, tmp_path):
     done = fit(run, out, "--quiet", "--no-figures", "--profile", "none", "--seed", "7")
     assert done.exit_code == 0
     # Figures of the first fit would lie about the second; a file of the user's stays.
-    assert files(out) == ["notes.txt", "result.json", "result.nc"]
+    assert files(out) == ["notes.txt", *RESULT]
     assert jaxink.load_result(out).seed == 7
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
@@ -96,7 +97,7 @@ def test_failed_writing_leaves_the_old_result(run, tmp_path, monkeypatch, told):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jaxink.cli.fit.save_figures", full)
+    monkeypatch.setattr("jaxink.files.writing.take_place", full)
     done = fit(run, out, "--profile", "none", "--quiet")
     assert done.exit_code == 5
     told(done.stderr, f"jaxink: {out}: ", "No space left on device")

@@ -205,4 +205,10 @@ def test_a_fit_into_a_folder_that_a_killed_one_left_half_replaced(tmp_path, exam
     (stage / "lock").touch()
     os.rename(out / "result.json", stage / "old" / "result.json")
     assert jaxink.load_result(out / "result.json").merit == example_result.merit
-    assert sorted(p.name for p in out.iterdir()) == ["mine", "result.json", "result.nc"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "mine",
+        "parameters.csv",
+        "result.json",
+        "result.nc",
+        "sample.toml",
+    ]

@@ -74,3 +74,14 @@ def test_rows_are_a_mapping_and_a_frame():
     assert "flag" not in repr(rows)
     assert rows._repr_html_().count("<tr>") == 3
     assert repr(NamedRows({})) == "NamedRows with 0 rows"
+
+
+def test_a_wrong_name_is_a_key_error_that_names_the_nearest():
+    rows = NamedRows({name: Row(name, 1.0) for name in ("ink.scattering_per_mm", "ink.absorption_per_mm")})
+    with pytest.raises(KeyError) as problem:
+        rows["ink.scattering"]
+    assert str(problem.value) == (
+        "'ink.scattering' is asked for, which does not exist; did you mean ink.scattering_per_mm?"
+    )
+    assert rows.get("g") is None
+    assert "g" not in rows

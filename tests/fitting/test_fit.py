@@ -82,7 +82,12 @@ def test_saved_result_is_the_same_and_predicts_the_same(fitted, tmp_path):
     assert np.array_equal(loaded.predicted_per_sr, fitted.predicted_per_sr)
     assert loaded.predict()[loaded.data.used] == pytest.approx(fitted.predicted_per_sr, rel=1e-9)
     assert json.loads(path.read_text())["schema_version"] == 1
-    assert sorted(p.name for p in path.parent.iterdir()) == ["result.json", "result.nc"]
+    assert sorted(p.name for p in path.parent.iterdir()) == [
+        "parameters.csv",
+        "result.json",
+        "result.nc",
+        "sample.toml",
+    ]
 
 
 def test_the_session_keeps_its_precision(inputs):

@@ -32,7 +32,8 @@ from tests.report.page_reader import Page
 from tests.samples import STRAY_PER_SR, TRUTH
 
 DATA, SAMPLE = map(str, simulated_example())
-RESULTS = [f"{model}/result.{suffix}" for model in ("corrected", "declared") for suffix in ("json", "nc")]
+FILES = ("parameters.csv", "result.json", "result.nc", "sample.toml")
+RESULTS = [f"{model}/{name}" for model in ("corrected", "declared") for name in FILES]
 ALWAYS = [*RESULTS, "report.html", "report.json", "sample.toml"]
 INSIDE = ["inside_corrected.nc", "inside_declared.nc"]
 

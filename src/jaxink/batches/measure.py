@@ -17,7 +17,10 @@ from jaxink.errors import JaxinkError
 from jaxink.fitting import FitOptions, FitResult, check_input
 from jaxink.measurement import GonioData
 from jaxink.measurement.columns import option_words
+from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
+from jaxink.plots.fit_figures import fit_pages
+from jaxink.plots.pictures import pictures
 from jaxink.report import html
 from jaxink.sample.archive import sample_from_dict
 
@@ -94,14 +97,12 @@ def _in_folder(task: Task) -> Iterator[tuple[Path, list[Path]]]:
 def _fit_files(result: FitResult, task: Task) -> dict[str, bytes]:
     """Files of a fit as ``jaxink fit --out`` writes them, and its page."""
     files = dict(result.files())
-    shown = ""
-    if task.with_figures:
-        from jaxink.plots import figures
-
-        for name, figure in figures(result):
-            picture = figure.png()  # type: ignore[attr-defined]
-            files[f"{FIGURE_FOLDER}/{name}.png"] = picture
-            shown += html.figure(picture, name.replace("_", " "))
+    failures = Failures()
+    drawn = pictures(fit_pages(result), failures) if task.with_figures else {}
+    files |= {f"{FIGURE_FOLDER}/{name}": picture for name, picture in drawn.items()}
+    shown = "".join(html.figure(p, name.removesuffix(".png").replace("_", " ")) for name, p in drawn.items())
+    if failures.found:
+        shown += html.bullets(failure.sentence for failure in failures.found)
     parts = [html.Section("Fit", result.card().html()), html.Section("Figures", shown)]
     text = html.document(task.name, "", parts if shown else parts[:1])
     return files | {FIT_PAGE: text.encode()}

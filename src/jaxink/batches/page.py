@@ -8,6 +8,7 @@ from jaxink.batches.result import SUMMARY_CSV, Batch
 from jaxink.batches.row import Row, RowOutcome, RowParameter
 from jaxink.display.html import paragraph, table
 from jaxink.numerics.digits import with_uncertainty
+from jaxink.numerics.failures import Failures
 from jaxink.report import html
 
 _MOST_ROWS = 5000
@@ -42,16 +43,21 @@ def _counts(batch: Batch) -> html.Section:
 def _figures(batch: Batch, far: dict[str, set[str]]) -> list[html.Section]:
     if not any(row.parameters for row in batch):
         return []
-    from jaxink.batches.figures import map_figures, trend_figures
-
     words = (
         "Each point is a measurement, in the order of the plan, with its standard error; the line is the "
         "median. Filled red: an outlier; open: the fit misses the noise or has not converged, so that its "
         "standard error means little."
     )
-    drawn = [html.figure(figure.png(), caption) for caption, figure in trend_figures(batch, far)]
-    sections = [html.section("Trends over the run", paragraph(words), *drawn)]
-    maps = [html.figure(figure.png(), caption) for caption, figure in map_figures(batch)]
+    failures, trends, maps = Failures(), list[str](), list[str]()
+    with failures.sparing("the drawing of figures", ""):
+        from jaxink.batches.figures import map_figures, trend_figures
+
+        for caption, figure in trend_figures(batch, far):
+            trends.append(html.figure(figure.png(), caption))
+        for caption, figure in map_figures(batch):
+            maps.append(html.figure(figure.png(), caption))
+    trends += [html.bullets(failure.sentence for failure in failures.found)] if failures.found else []
+    sections = [html.section("Trends over the run", paragraph(words), *trends)]
     return [*sections, html.section("Maps", *maps)] if maps else sections
 
 

@@ -32,7 +32,7 @@ from jaxink.cli.reading_options import (
     Which,
     columns_of,
 )
-from jaxink.cli.session import CommandLine, one_sentence, silence_xla
+from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
 from jaxink.files.version import installed_version
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -51,6 +51,7 @@ app = typer.Typer(
 def main() -> None:
     """Run the command ``jaxink`` in a process of its own."""
     silence_xla()
+    draw_to_files()
     # Tracing makes millions of objects, few of them garbage; full collections would take seconds.
     gc.set_threshold(100_000, 20, 100)
     app()

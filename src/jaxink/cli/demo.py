@@ -16,6 +16,7 @@ from jaxink.cli.session import ExitCode
 from jaxink.data import STRAY_LIGHT_TRUTH, stray_light_example
 from jaxink.files.writing import require_folder, whole_folder
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
+from jaxink.numerics.failures import Failures
 
 if TYPE_CHECKING:
     from jaxink import Diagnosis, FitResult
@@ -46,8 +47,10 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
     from jaxink.report import write_report
     from jaxink.report.ink_table import inside_change
 
-    change = inside_change(found)
-    files += write_report(found, out / REPORT, bool(formats), [str(out / inputs[0].name)], change)
+    change, failures = inside_change(found), Failures()
+    words = [str(out / inputs[0].name)]
+    files += write_report(found, out / REPORT, bool(formats), words, change, failures)
+    session.show_failures(failures)
     if not isinstance(change, str):
         files += write_folder(change.after, "csv", out / INK, ExportOptions())[0]
     if to is not None:

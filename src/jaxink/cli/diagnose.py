@@ -11,8 +11,9 @@ from jaxink.cli import session
 from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import CORRECTED, DECLARED, UNFINISHED
+from jaxink.files.result_folder import CORRECTED, DECLARED, UNFINISHED, require_not_replaced
 from jaxink.files.writing import require_folder
+from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
 
 
@@ -33,6 +34,7 @@ def run_diagnose(
     ``tables``, ``json`` or ``quiet``. ``is_resumed``: go on from what a stopped one left in ``out``.
     """
     require_folder(out, (FIGURE_FOLDER, DECLARED, CORRECTED))
+    require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     figures = ["jaxink.plots.diagnosis_figures"] if with_figures else []
@@ -53,7 +55,9 @@ def run_diagnose(
     from jaxink.report import next_steps, write_report
 
     inputs = input_words(data_files, columns)
-    written = write_report(found, out, with_figures, inputs)
+    failures = Failures()
+    written = write_report(found, out, with_figures, inputs, failures=failures)
+    session.show_failures(failures)
     if found.time_limit is None or not found.time_limit.not_done:
         unfinished.clear()
     if output == "json":

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from jaxink.cli.fit_tables import DELTA_CHI_SQUARE, plain_table, show_files, show_lines, show_outcome
+from jaxink.cli.fit_tables import (
+    DELTA_CHI_SQUARE,
+    add_column,
+    plain_table,
+    show_files,
+    show_lines,
+    show_outcome,
+)
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
@@ -86,7 +93,7 @@ def step_table(diagnosis: "Diagnosis") -> Table:
     table = plain_table("Effects added")
     words = ("effect", "unit", "indistinguishable from")
     for head in ("effect", "strength(s.e.)", "unit", *_DELTAS, "held-out gain", words[-1]):
-        table.add_column(head, justify="left" if head in words else "right", no_wrap=head != words[-1])
+        add_column(table, head, head in words, wraps=head in words or head in _DELTAS)
     for s in diagnosis.steps:
         strength = with_uncertainty(s.shown, s.standard_error)
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
@@ -102,7 +109,8 @@ def change_table(diagnosis: "Diagnosis") -> Table:
     if diagnosis.structure_remains:
         heads += ["possible shift by misfit", "determined"]
     for head in heads:
-        table.add_column(head, justify="left" if head == "parameter" else "right", no_wrap=True)
+        wraps = head in ("parameter", "possible shift by misfit", "determined")
+        add_column(table, head, head == "parameter", wraps)
     for name, (value, error) in diagnosis.parameters_after.items():
         first = diagnosis.parameters_before.get(name)
         before = "" if first is None else with_uncertainty(*first)
@@ -121,7 +129,7 @@ def candidate_table(diagnosis: "Diagnosis") -> Table:
     deltas = (f"{DELTA_CHI_SQUARE} screen", f"{DELTA_CHI_SQUARE} refit")
     for head in ("effect", "z", "adj. p", *deltas, "strength", "unit", "degenerate", "status"):
         words = head in ("effect", "unit", "status")
-        table.add_column(head, justify="left" if words else "right", no_wrap=True)
+        add_column(table, head, words, wraps=words or head in (*deltas, "degenerate"))
     added = {step.effect for step in diagnosis.steps}
     for row in diagnosis.candidates[:MOST_CANDIDATES]:
         table.add_row(

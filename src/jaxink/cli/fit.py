@@ -12,9 +12,11 @@ import jaxink
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
+from jaxink.files.result_folder import require_not_replaced
 from jaxink.files.writing import require_folder, whole_folder
 from jaxink.measurement.columns import option_words
-from jaxink.plots import FIGURE_FOLDER, save_figures
+from jaxink.numerics.failures import Failures
+from jaxink.plots import FIGURE_FOLDER
 
 if TYPE_CHECKING:
     from jaxink import FitResult
@@ -39,6 +41,7 @@ def run_fit(
     figures; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, OWNED)
+    require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
     from jaxink.fitting import check_input
@@ -87,7 +90,10 @@ def write_result(
     inputs: Sequence[Path] = (),
     simplex: "FitResult | None" = None,
 ) -> list[Path]:
-    """Write a result with its figures, and the inputs and the simplex fit if given; all files or none."""
+    """Write a result, and the inputs and the simplex fit if given, all or none; then its figures.
+
+    What fails of the figures is said on stderr.
+    """
     with whole_folder(out, owned=OWNED) as folder:
         result.write_into(folder)
         if simplex is not None:
@@ -95,6 +101,25 @@ def write_result(
             simplex.write_into(folder / SIMPLEX)
         for file in inputs:
             shutil.copyfile(file, folder / file.name)
-        if formats:
-            save_figures(result, folder / FIGURE_FOLDER, formats)
-        return [out / file.relative_to(folder) for file in sorted(folder.rglob("*")) if file.is_file()]
+        files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
+    if formats:
+        files += _write_figures(result, out, formats)
+    return sorted(files)
+
+
+def _write_figures(result: "FitResult", out: Path, formats: Sequence[str]) -> list[Path]:
+    """Write the figures that can be drawn; the result is in place already, and stays."""
+    from jaxink.plots.fit_figures import fit_pages
+    from jaxink.plots.pictures import pictures
+
+    failures, files = Failures(), list[Path]()
+    drawn = pictures(fit_pages(result), failures, formats)
+    if drawn:
+        with failures.sparing("the writing of figures", ""):
+            with whole_folder(out, owned=(FIGURE_FOLDER,)) as folder:
+                (folder / FIGURE_FOLDER).mkdir()
+                for name, content in drawn.items():
+                    (folder / FIGURE_FOLDER / name).write_bytes(content)
+            files = [out / FIGURE_FOLDER / name for name in drawn]
+    session.show_failures(failures)
+    return files

@@ -95,13 +95,27 @@ def show_outcome(to: Console, result: "FitResult") -> None:
 def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool = True) -> Table:
     """One row for each parameter; standard errors that do not hold are marked."""
     rows = [_parameter_row(p) for p in parameters]
-    heads = ["parameter", _value_head(errors_hold), "rel.", "start", "min", "max", "free", "tie", "flag"]
-    shown = [i for i in range(len(heads)) if i < 7 or any(row[i] for row in rows)]
+    heads = [
+        "parameter",
+        "nm",
+        _value_head(errors_hold),
+        "rel.",
+        "start",
+        "min",
+        "max",
+        "free",
+        "tie",
+        "flag",
+    ]
+    words = ("parameter", "free", "tie", "flag")
+    shown = [
+        i for i, head in enumerate(heads) if head not in ("nm", "tie", "flag") or any(r[i] for r in rows)
+    ]
     if not errors_hold:
         shown.remove(heads.index("rel."))
     table = plain_table("")
     for i in shown:
-        table.add_column(heads[i], justify="left" if i in (0, 6, 7, 8) else "right", no_wrap=i < 7)
+        add_column(table, heads[i], heads[i] in words, wraps=heads[i] in ("parameter", "tie", "flag"))
     for parameter, row in zip(parameters, rows, strict=True):
         table.add_row(*(row[i] for i in shown), style="" if parameter.free else "dim")
     return table
@@ -112,10 +126,19 @@ def _value_head(errors_hold: bool) -> str:
 
 
 def _parameter_row(p: "FittedParameter") -> list[str]:
+    name, _, wavelength_nm = p.name.partition("@")
     if not p.free:
-        return [p.name, plain(p.value), "", "", "", "", "no", p.tie or "", p.flag]
+        return [name, wavelength_nm, plain(p.value), "", "", "", "", "no", p.tie or "", p.flag]
     errors = [f(p.value, p.standard_error) for f in (with_uncertainty, relative_error)]
-    return [p.name, *errors, *(plain(v) for v in (p.start, p.minimum, p.maximum)), "yes", "", p.flag]
+    return [
+        name,
+        wavelength_nm,
+        *errors,
+        *(plain(v) for v in (p.start, p.minimum, p.maximum)),
+        "yes",
+        "",
+        p.flag,
+    ]
 
 
 def parameter_notes(result: "FitResult") -> list[str]:
@@ -144,7 +167,7 @@ def derived_table(result: "FitResult") -> Table:
     """Scattering and absorption of each layer at each wavelength."""
     table = plain_table("Derived optical properties")
     for head in ("layer", "nm", "quantity"):
-        table.add_column(head, no_wrap=True)
+        add_column(table, head, is_text=True, wraps=head != "nm")
     head = _value_head(result.verdict.standard_errors_hold)
     table.add_column(head, justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
@@ -276,3 +299,8 @@ def plain_table(title: str) -> Table:
     return Table(
         title=title or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1)
     )
+
+
+def add_column(table: Table, head: str, is_text: bool, wraps: bool = False) -> None:
+    """Add a column; on a narrow terminal those of words wrap, so that no number is cut."""
+    table.add_column(head, justify="left" if is_text else "right", no_wrap=not wraps, overflow="fold")

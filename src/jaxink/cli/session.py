@@ -18,6 +18,7 @@ import typer
 
 from jaxink.cli.progress_lines import ProgressLines
 from jaxink.errors import InputRefusedError, JaxinkError
+from jaxink.numerics.failures import Failures
 from jaxink.numerics.program_store import FATAL_ONLY, JAX_LOG_LEVEL, LOG_LEVEL, limit_xla_log
 from jaxink.numerics.progress import Progress
 
@@ -123,6 +124,12 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
         )
 
 
+def show_failures(failures: Failures) -> None:
+    """Say on stderr which parts failed."""
+    for failure in failures.found:
+        typer.echo(f"jaxink: {failure.sentence}", err=True)
+
+
 def _fail(sentence: str, code: ExitCode) -> NoReturn:
     typer.echo(f"jaxink: {sentence}", err=True)
     raise typer.Exit(code)
@@ -160,6 +167,14 @@ def silence_xla() -> None:
         limit_xla_log(FATAL_ONLY)
 
 
+def draw_to_files() -> None:
+    """Have matplotlib draw to files only; in the command's own process, before matplotlib is imported.
+
+    A command that a notebook starts inherits the notebook's backend, which need not be installed here.
+    """
+    os.environ["MPLBACKEND"] = "agg"
+
+
 def prepare_jax() -> None:
     """Import JAX and keep its compiled programs on disk between commands."""
     from jaxink.numerics.program_store import lend_to_jax
@@ -171,8 +186,8 @@ def import_meanwhile(*modules: str) -> None:
     """Import modules that will be needed, in another thread, while this one waits for XLA."""
 
     def work():
-        # What is wrong with a module is said where it is needed.
-        with suppress(ImportError):
+        # What is wrong with a module, whatever it raises, is said where it is needed.
+        with suppress(Exception):
             for module in modules:
                 import_module(module)
 

@@ -1,11 +1,13 @@
 """Rows of a table by name: what `parameters` is, of a sample, of a fit and of a diagnosis."""
 
 import dataclasses
+import difflib
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from jaxink.display.brief import MOST_LINES, brief
 from jaxink.display.card import CardTable
+from jaxink.errors import NoSuchNameError, no_such_name
 
 if TYPE_CHECKING:
     import pandas
@@ -26,7 +28,13 @@ class NamedRows(Mapping[str, RowT]):
         self._by_name = dict(rows)
 
     def __getitem__(self, name: str) -> RowT:
+        if name not in self._by_name:
+            near = difflib.get_close_matches(str(name), list(self._by_name), n=3)
+            raise NoSuchNameError(f"{name!r} is asked for, {no_such_name(self, ' or '.join(near))}")
         return self._by_name[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._by_name)

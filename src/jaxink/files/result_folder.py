@@ -1,10 +1,33 @@
 """Names of the files in the folders of fits and diagnoses."""
 
 import os
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
+
+from jaxink.errors import InputRefusedError
 
 RESULT_FILE = "result.json"
 SAMPLE_FILE = "sample.toml"
+# The parameters of a fit, for spreadsheets, and its head.
+PARAMETER_FILE = "parameters.csv"
+PARAMETER_COLUMNS = (
+    "parameter",
+    "wavelength_nm",
+    "value",
+    "standard_error",
+    "unit",
+    "minimum",
+    "maximum",
+    "state",
+    "note",
+)
+# How files begin that a fit or a diagnosis has written, whose names a user's own may have.
+FIT_HEAD, DIAGNOSIS_HEAD = "Fit of", "Diagnosis of"
+_HEADS = {
+    SAMPLE_FILE: (f"# {FIT_HEAD} ", f"# {DIAGNOSIS_HEAD} "),
+    PARAMETER_FILE: (",".join(PARAMETER_COLUMNS),),
+}
 LARGEST_RESULT_BYTES = 256_000_000
 # Of a diagnosis: its report, and the folders of its two fits.
 REPORT_FILE = "report.json"
@@ -21,3 +44,16 @@ def result_file(path: Path) -> Path:
         return path
     is_diagnosis = os.path.lexists(path / REPORT_FILE) and not os.path.lexists(path / RESULT_FILE)
     return path / CORRECTED / RESULT_FILE if is_diagnosis else path / RESULT_FILE
+
+
+def require_not_replaced(folder: Path, inputs: Iterable[Path]) -> None:
+    """Reject a folder in which a result would replace one of the inputs, or a file that no result wrote."""
+    for name, heads in _HEADS.items():
+        file = folder / name
+        with suppress(OSError):
+            with file.open(encoding="utf-8", errors="replace") as text:
+                is_ours = text.readline(4096).startswith(heads)
+            if not is_ours or any(one.exists() and one.samefile(file) for one in inputs):
+                raise InputRefusedError(
+                    f"{file}: would be replaced by the result's file of that name; choose another folder."
+                )

@@ -14,20 +14,22 @@ from jaxink.effects import AugmentedModel, forward_model
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
-from jaxink.files.result_folder import RESULT_FILE
+from jaxink.files.result_folder import FIT_HEAD, PARAMETER_FILE, RESULT_FILE, SAMPLE_FILE
+from jaxink.files.version import installed_version
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
 from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.parameter_file import parameter_text
 from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.digits import percent
 from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
-from jaxink.sample import Sample, sample_to_dict
+from jaxink.sample import Sample, sample_text, sample_to_dict
 from jaxink.solver.config import SolverConfig
 
 if TYPE_CHECKING:
@@ -382,8 +384,19 @@ class FitResult(SavedInFolder, Presented):
         return plain(head | fields)
 
     def files_beside(self) -> dict[str, bytes]:
-        """The measurement with its prediction, as netCDF."""
-        return {DATA_FILE: netcdf_bytes(self.to_dataset())}
+        """The measurement with its prediction, the fitted sample as a sample file, and the parameters."""
+        source = " ".join((self.data.source or "a measurement").split())
+        head = [
+            f"{FIT_HEAD} {source} by jaxink {installed_version()}.",
+            self.verdict.sentence,
+            "Values are those of the fit; what was free is still free.",
+            "",
+        ]
+        return {
+            DATA_FILE: netcdf_bytes(self.to_dataset()),
+            SAMPLE_FILE: sample_text(self.sample, head=head).encode(),
+            PARAMETER_FILE: parameter_text(self.parameters).encode(),
+        }
 
 
 def json_fields() -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
+from jaxink.model.checks import require_not_negative
 from jaxink.model.media import Media, index_behind
 from jaxink.model.mie_sizes import MieSizes, mie_sizes
 from jaxink.model.volume import LayerCoefficients, layer_optics, scattering_matrix
@@ -73,6 +74,7 @@ class StackBuilder(eqx.Module):
         free_values
             Values by name, in place of those of the sample's table.
         """
+        require_not_negative(self.sample, free_values)
         values = self.sample.parameters.values_with(free_values)
         each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
         return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}

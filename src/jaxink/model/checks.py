@@ -1,9 +1,29 @@
 """Check that a sample can be predicted at the points of a measurement."""
 
+from collections.abc import Mapping
+
 from jaxink.errors import InputRefusedError
 from jaxink.model.points import Points
 from jaxink.model.volume import check_phase_table
+from jaxink.numerics.validity import require
 from jaxink.sample import Sample
+
+_NOT_NEGATIVE = ("scattering_per_mm", "absorption_per_mm", "thickness_mm", "thickness_um")
+
+
+def require_not_negative(sample: Sample, values: Mapping) -> None:
+    """Reject a negative coefficient or thickness; one that is traced or tied passes.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+    values
+        Values by name, in place of those of the sample's table.
+    """
+    for name, parameter in sample.parameters.items():
+        if parameter.tie is None and name.split("@")[0].rpartition(".")[2] in _NOT_NEGATIVE:
+            require(name, values.get(name, parameter.value), lambda v: v >= 0, "be at least 0")
 
 
 def require_predictable(sample: Sample, points: Points) -> None:
@@ -29,6 +49,7 @@ def require_predictable(sample: Sample, points: Points) -> None:
         )
     for layer in sample.layers:
         check_phase_table(layer)
+    require_not_negative(sample, {})
 
 
 def _check_wavelengths(sample: Sample, wavelengths_nm: tuple[float, ...]) -> None:

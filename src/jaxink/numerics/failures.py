@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple, TypeVar
 
-from jaxink.errors import ForkedProcessError, JaxinkError, PrecisionError, UnsafeVersionError
+from jaxink.errors import ForkedProcessError, JaxinkError, PlatformError, PrecisionError, UnsafeVersionError
 
 _LOG = logging.getLogger("jaxink")
 # Wrong in the session, not in a part: everything would fail alike.
-_OF_THE_SESSION = (PrecisionError, UnsafeVersionError, ForkedProcessError)
+_OF_THE_SESSION = (PrecisionError, PlatformError, UnsafeVersionError, ForkedProcessError)
 _LONGEST_REASON = 240
 Item = TypeVar("Item")
 Result = TypeVar("Result")

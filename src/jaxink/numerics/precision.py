@@ -8,7 +8,7 @@ from pathlib import Path
 import jax
 import jaxlib
 
-from jaxink.errors import PrecisionError, UnsafeVersionError
+from jaxink.errors import PlatformError, PrecisionError, UnsafeVersionError
 from jaxink.numerics.forking import claim_process
 from jaxink.numerics.loaded_programs import LOADED
 from jaxink.numerics.program_store import kept_by_jax
@@ -19,6 +19,15 @@ _LOG = logging.getLogger("jaxink")
 # such calls as there are threads wait for each other for ever.
 _FIRST_UNSAFE = (0, 10, 0)
 _FIRST_SAFE_AGAIN = (0, 11, 1)
+# Values of JAX's flags under which jaxink's functions do not work, and what to compute inside instead.
+_FORBIDDEN = ("disallow", "disallow_explicit"), 'transfer_guard("allow")'
+_STRICT = {
+    "numpy_dtype_promotion": (("strict",), 'numpy_dtype_promotion("standard")'),
+    "numpy_rank_promotion": (("raise",), 'numpy_rank_promotion("allow")'),
+    "transfer_guard_host_to_device": _FORBIDDEN,
+    "transfer_guard_device_to_device": _FORBIDDEN,
+    "transfer_guard_device_to_host": _FORBIDDEN,
+}
 
 
 def is_deadlock_prone(jaxlib_version: str) -> bool:
@@ -37,9 +46,10 @@ def require_safe_jaxlib() -> None:
 
 
 def require_float64() -> None:
-    """Raise `PrecisionError` if JAX uses 32-bit floats, and the errors of `refuse_in_fork` and jaxlib."""
+    """Raise `PrecisionError` if JAX uses 32-bit floats or is strict, and the errors of `computing`."""
     require_safe_jaxlib()
     claim_process()
+    require_platform()
     # JAX makes the attributes of its configuration at run time.
     if not jax.config.jax_enable_x64:  # type: ignore[attr-defined]
         raise PrecisionError(
@@ -47,6 +57,29 @@ def require_float64() -> None:
             'jax.config.update("jax_enable_x64", True) first, or compute inside '
             "`with jax.enable_x64(True):`, as jaxink.fit and jaxink.predict do."
         )
+    for flag, (strict, context) in _STRICT.items():
+        # A derivative is computed after the function has returned, so that it cannot set them itself.
+        value = getattr(jax.config, f"jax_{flag}")
+        if value in strict:
+            raise PrecisionError(
+                f"jaxink cannot compute under JAX's flag {flag}={value}; call its functions and those made "
+                f"of them, such as their gradient, inside `with jax.{context}:`, as jaxink.fit and "
+                "jaxink.predict do."
+            )
+
+
+def require_platform() -> None:
+    """Raise `PlatformError` if JAX finds none of the devices that it is told to use."""
+    try:
+        jax.default_backend()
+    except (RuntimeError, AssertionError):
+        platforms = jax.config.jax_platforms  # type: ignore[attr-defined]
+        if not platforms:
+            raise
+        raise PlatformError(
+            f"JAX finds no device of the platform {platforms!r} that JAX_PLATFORMS names; unset this "
+            "variable, or set JAX_PLATFORMS=cpu, or install JAX for that device and check its driver."
+        ) from None
 
 
 def release_programs(most_mappings: int | None = None) -> bool:
@@ -89,15 +122,27 @@ def _mappings() -> int:
 def computing() -> Iterator[None]:
     """Compute with 64-bit floats and one BLAS thread, and store programs; all settings are restored.
 
+    Strictness that a user's own code asks of JAX does not concern jaxink's: columns meet rows, Python numbers
+    meet arrays, and arrays go to the device as they come, on purpose.
+
     The solver's matrices are small, but OpenBLAS splits those of 40 rows over threads that wait for each
     other; on a busy machine, a solve then takes fifty times as long. Raises as `require_safe_jaxlib` and
-    `claim_process`.
+    `claim_process` and `require_platform`.
     """
     require_safe_jaxlib()
     claim_process()
+    require_platform()
     # Loads the BLAS that jaxlib calls, to limit its threads before the first call.
     import scipy.linalg  # noqa: F401
     from threadpoolctl import threadpool_limits
 
-    with jax.enable_x64(True), kept_by_jax(), threadpool_limits(limits=1, user_api="blas"):
+    with (
+        jax.enable_x64(True),
+        jax.numpy_dtype_promotion("standard"),
+        jax.numpy_rank_promotion("allow"),
+        jax.disable_jit(False),
+        jax.transfer_guard("allow"),
+        kept_by_jax(),
+        threadpool_limits(limits=1, user_api="blas"),
+    ):
         yield

@@ -2,10 +2,11 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.numerics.validity import known_array
+from jaxink.numerics.validity import known_array, require
 from jaxink.optics.phase_function import PhaseFunction
 
 
@@ -24,6 +25,9 @@ class ClearLayer(eqx.Module):
 
     refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+
+    def __check_init__(self):
+        _require_physical(self)
 
 
 class ScatteringLayer(eqx.Module):
@@ -48,6 +52,24 @@ class ScatteringLayer(eqx.Module):
     single_scattering_albedo: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     phase_function: PhaseFunction
 
+    def __check_init__(self):
+        _require_physical(self)
+        name, albedo = "single_scattering_albedo of a ScatteringLayer", self.single_scattering_albedo
+        # A quotient of coefficients may exceed 1 by rounding.
+        require(name, albedo, lambda a: (a >= 0) & (a <= 1 + _ROUNDING), "be from 0 to 1")
+
+
+def _require_physical(layer: ClearLayer | ScatteringLayer) -> None:
+    where = f"of a {type(layer).__name__}"
+    require(f"refractive_index {where}", layer.refractive_index, _is_positive, "be positive and finite")
+    require(f"optical_thickness {where}", layer.optical_thickness, lambda t: t >= 0, "be at least 0")
+
+
+def _is_positive(value):
+    return (value > 0) & np.isfinite(value)
+
+
+_ROUNDING = 1e-6
 
 # Of an opaque layer: its transmittance is below 1e-7 even without absorption.
 OPAQUE_OPTICAL_THICKNESS = 1e8

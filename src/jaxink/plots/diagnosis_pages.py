@@ -1,8 +1,9 @@
 """Figures of a diagnosis: residuals and in-plane scans before and after, candidates, and the ink's BSDF."""
 
 import dataclasses
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from jaxink.plots.discs import DiscLayout, draw_discs
 from jaxink.plots.figure import PageFigure, blank_figure
 from jaxink.plots.ink_table import InsideLayout, draw_inside
 from jaxink.plots.scan_views import (
+    MOST_WAVELENGTHS,
     SIDES,
     ScanView,
+    drawn_wavelengths,
     measurement_name,
     residual_label,
     residual_limit,
@@ -27,38 +30,31 @@ if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Summary
     from jaxink.ink.comparison import TableComparison
 
-# With more, the report would become too long.
-MOST_WAVELENGTHS = 3
 # Residuals after a correction are also drawn on their own scale if it is finer by this factor.
 _FINER = 1.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CaptionedFigure:
-    """A figure with its caption and the name of its file, without suffix."""
+    """A figure with its caption and the name of its file, without suffix; drawn on first use."""
 
     name: str
     caption: str
-    figure: PageFigure
+    draw: Callable[[], PageFigure] = dataclasses.field(repr=False)
+
+    @cached_property
+    def figure(self) -> PageFigure:
+        """The figure."""
+        return self.draw()
 
     def _repr_png_(self) -> bytes:
         return self.figure.png()
 
 
-def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
-    """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
-    data = diagnosis.declared.data
-    of_point = data.wavelength_nm[data.used]
-    wavelengths = np.unique(of_point)
-    misfit = [np.mean(diagnosis.before.whitened[of_point == w] ** 2) for w in wavelengths]
-    worst = np.argsort(misfit)[::-1][:MOST_WAVELENGTHS]
-    return tuple(sorted(wavelengths[worst].tolist()))
-
-
 def diagnosis_figures(
     diagnosis: "Diagnosis", change: "TableComparison | None" = None
 ) -> Iterator[CaptionedFigure]:
-    """Draw all figures of a diagnosis, one after the other.
+    """All figures of a diagnosis.
 
     Parameters
     ----------
@@ -135,21 +131,22 @@ class _Pages:
     def _strips(self, sides: list[str], shown: Sequence[int], limit: float) -> CaptionedFigure:
         rows = [[(f"{SIDES[s]}, {self.states[i]}", self.views[s][i]) for i in shown] for s in sides]
         layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(shown))
-        with blank_figure(*layout.size) as page:
-            draw_strips(page, rows, self._title("residuals"), limit, residual_label(self.diagnosis.declared))
+        label = residual_label(self.diagnosis.declared)
+        draw = _on_page(layout.size, draw_strips, rows, self._title("residuals"), limit, label)
         text = f"Residuals{self._of(shown)}, measured minus model, in standard deviations of the noise."
         name = f"residuals{self._tag(shown)}_{self.wavelength_nm:g}nm"
-        return CaptionedFigure(name, self._caption(text), page)
+        return CaptionedFigure(name, self._caption(text), draw)
 
     def _discs(self, side: str, shown: Sequence[int], limit: float) -> CaptionedFigure:
         views = [scan[i] for scan in zip(*self.views[side], strict=True) for i in shown]
         title, label = self._title(f"residuals in {SIDES[side]}"), residual_label(self.diagnosis.declared)
         states = tuple(self.states[i] for i in shown)
-        with blank_figure(*DiscLayout(len(views), len(states)).size) as page:
-            draw_discs(page, views, title, limit, label, states)
+        draw = _on_page(
+            DiscLayout(len(views), len(states)).size, draw_discs, views, title, limit, label, states
+        )
         text = f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions."
         name = f"residual_discs{self._tag(shown)}_{side}_{self.wavelength_nm:g}nm"
-        return CaptionedFigure(name, self._caption(text), page)
+        return CaptionedFigure(name, self._caption(text), draw)
 
     def shapes(self) -> Iterator[CaptionedFigure]:
         """The remaining relative residual of each side, and the part of it that smooth modes carry."""
@@ -159,13 +156,14 @@ class _Pages:
         for side in self.views:
             title = self._title(f"shape of the residual in {SIDES[side]}")
             predicted = diagnosis.after.predicted_per_sr
-            page = shape_page(diagnosis.declared.data, predicted, shape, self.wavelength_nm, side, title)
+            data = diagnosis.declared.data
+            draw = partial(shape_page, data, predicted, shape, self.wavelength_nm, side, title)
             text = (
                 f"Relative residual that remains in {SIDES[side]}, and the part of it that the modes of the "
                 "table below carry."
             )
             name = f"residual_shape_{side}_{self.wavelength_nm:g}nm"
-            yield CaptionedFigure(name, self._caption(text), page)
+            yield CaptionedFigure(name, self._caption(text), draw)
 
     def _is_part(self, shown: Sequence[int]) -> bool:
         return len(shown) < len(self.states)
@@ -185,41 +183,50 @@ class _Pages:
             if own is not None:
                 rows.append(ResidualRow("after [σ], enlarged", len(self.states) - 1, own))
             title = self._title(f"in-plane scans in {SIDES[side]}")
-            page = cut_page(self.views[side], rows, title)
+            draw = partial(cut_page, self.views[side], rows, title)
             text = (
                 f"Measured and modelled BSDF in {SIDES[side]}, with the residuals in standard deviations of "
                 "the noise below; a triangle marks a residual beyond the edge."
             )
             if own is not None:
                 text += " The last row shows the residuals after the correction on their own scale."
-            yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), page)
+            yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), draw)
 
 
 def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
     rows = diagnosis.candidates[:MOST_BARS]
     added = [step.effect for step in diagnosis.steps]
     title = _title(diagnosis, "candidate effects")
-    with blank_figure(*candidates_size(len(rows))) as page:
-        draw_candidates(page, rows, added, title)
+    draw = _on_page(candidates_size(len(rows)), draw_candidates, rows, added, title)
     text = (
         f"Decrease in chi-square by each of the {len(rows)} leading of {len(diagnosis.candidates)} effects "
         "alone, predicted by the first screen and, if there was a refit, obtained by it."
     )
-    return CaptionedFigure("candidates", text, page)
+    return CaptionedFigure("candidates", text, draw)
 
 
 def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[CaptionedFigure]:
     for i, wavelength_nm in enumerate(change.before.wavelength_nm):
         title = _title(diagnosis, f"the ink's BSDF inside the plate at {wavelength_nm:g} nm")
-        with blank_figure(*InsideLayout().size) as page:
-            draw_inside(page, change, i, title)
+        draw = _on_page(InsideLayout().size, draw_inside, change, i, title)
         index = float(change.before.index_inside[i])
         text = (
             f"BSDF of the ink alone for light from inside the plate (index {index:g}), in the plane of "
             "incidence, by the declared and by the extended model."
         )
         caption = " ".join([text, *_spectrum_words(diagnosis)])
-        yield CaptionedFigure(f"inside_{wavelength_nm:g}nm", caption, page)
+        yield CaptionedFigure(f"inside_{wavelength_nm:g}nm", caption, draw)
+
+
+def _on_page(
+    size_inch: tuple[float, float], fill: Callable[..., None], *content: Any
+) -> Callable[[], PageFigure]:
+    def draw() -> PageFigure:
+        with blank_figure(*size_inch) as page:
+            fill(page, *content)
+        return page
+
+    return draw
 
 
 def _title(diagnosis: "Diagnosis", what: str) -> str:

@@ -1,6 +1,7 @@
 """Figures of a fit, one for each wavelength and side."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from jaxink.fitting import FitResult
+    from jaxink.plots.pictures import Page
 
 FIGURE_FOLDER = "figures"
 FORMATS = ("png", "pdf", "svg")
@@ -112,17 +114,23 @@ def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
         ``cuts_R_550nm`` for data in the plane of incidence, ``residual_map_R_550nm`` for data out of it,
         ``residual_shape_R_550nm`` for a misfit.
     """
+    for name, draw in fit_pages(result):
+        yield name, draw()
+
+
+def fit_pages(result: "FitResult") -> Iterator["Page"]:
+    """The same figures, each to be drawn by a call."""
     pages = sorted({(s.wavelength_nm, s.side) for s in result.data.scans if s.used})
     for wavelength_nm, side in pages:
         views = used_views(result, wavelength_nm, side)
         name = f"{side}_{wavelength_nm:g}nm"
         has_cut = any(view.has_cut for view in views)
         if has_cut:
-            yield f"cuts_{name}", cut_figure(result, wavelength_nm, side)
+            yield f"cuts_{name}", partial(cut_figure, result, wavelength_nm, side)
         if not has_cut or any((view.used & ~view.in_plane).any() for view in views):
-            yield f"residual_map_{name}", residual_map(result, wavelength_nm, side)
+            yield f"residual_map_{name}", partial(residual_map, result, wavelength_nm, side)
         if result.residual_shape is not None and result.residual_shape.modes:
-            yield f"residual_shape_{name}", residual_shape_figure(result, wavelength_nm, side)
+            yield f"residual_shape_{name}", partial(residual_shape_figure, result, wavelength_nm, side)
 
 
 def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]:

@@ -7,13 +7,13 @@ import numpy as np
 
 from jaxink.plots.cuts import BEFORE, FITTED
 from jaxink.plots.figure import PageFigure, set_angle_axis
+from jaxink.plots.scan_views import FROM_INSIDE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from jaxink.ink.comparison import TableComparison
 
-FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "to the other side"}
 # In the plate; beyond the critical angle light is guided.
 INCIDENCES_DEG = (0.0, 30.0, 50.0, 70.0)
 _VIEW_DEG = np.linspace(-85.0, 85.0, 171)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from jaxink.diagnosis import Diagnosis
     from jaxink.fitting import FitResult
     from jaxink.measurement import GonioData
 
@@ -14,6 +15,10 @@ IN_PLANE_DEG = 1.0
 _NORMAL_DEG = 1e-3
 FEWEST_IN_PLANE = 5
 SIDES = {"R": "reflection", "T": "transmission"}
+# Components of an ink table for light from the plate.
+FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "to the other side"}
+# With more, the report of a diagnosis would become too long.
+MOST_WAVELENGTHS = 3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,3 +116,13 @@ def residual_limit(views: list[ScanView], in_plane: bool) -> float:
     shown = [view.used & view.in_plane if in_plane else view.used for view in views]
     sizes = np.concatenate([np.abs(view.residual[here]) for view, here in zip(views, shown, strict=True)])
     return float(max(3.0, np.ceil(np.percentile(sizes, 99.5)))) if sizes.size else 3.0
+
+
+def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
+    """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
+    data = diagnosis.declared.data
+    of_point = data.wavelength_nm[data.used]
+    wavelengths = np.unique(of_point)
+    misfit = [np.mean(diagnosis.before.whitened[of_point == w] ** 2) for w in wavelengths]
+    worst = np.argsort(misfit)[::-1][:MOST_WAVELENGTHS]
+    return tuple(sorted(wavelengths[worst].tolist()))

@@ -8,7 +8,6 @@ from html import escape
 
 from jaxink.display.html import class_attribute, table
 from jaxink.numerics.digits import percent, rounded
-from jaxink.plots.figure import DPI
 
 _STYLE = """
 body { font: 10.5pt/1.45 "Helvetica Neue", Arial, sans-serif; color: #1a1a1a; max-width: 66rem;
@@ -91,6 +90,9 @@ def bullets(lines: Iterable[str]) -> str:
 
 def figure(png: bytes, caption: str) -> str:
     """A figure embedded in the page."""
+    # Takes matplotlib, which a page without figures can do without.
+    from jaxink.plots.figure import DPI
+
     data = base64.b64encode(png).decode("ascii")
     words = escape(caption, quote=True)
     # The width in pixels, from the header of the file; figures keep their size, and so do their letters.

@@ -7,7 +7,7 @@ from jaxink.effects import Effect
 from jaxink.errors import InputRefusedError
 from jaxink.ink.areas import apart_from_the_ink
 from jaxink.ink.comparison import TableComparison, compare_tables
-from jaxink.plots.diagnosis_pages import drawn_wavelengths
+from jaxink.plots.scan_views import drawn_wavelengths
 from jaxink.sample import Sample
 from jaxink.sample.effect_schema import EFFECTS
 

@@ -8,8 +8,8 @@ import numpy as np
 from jaxink.display.html import paragraph, table
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
-from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.plots.scan_views import measurement_name
+from jaxink.numerics.failures import Failure
+from jaxink.plots.scan_views import FROM_INSIDE, measurement_name
 from jaxink.report.html import (
     NONE,
     Section,
@@ -41,8 +41,8 @@ def report_title(diagnosis: "Diagnosis") -> str:
     return f"Diagnosis: {measurement_name(diagnosis.declared)}"
 
 
-def top(diagnosis: "Diagnosis") -> str:
-    """The verdict, the measurement, and whether the fit converged."""
+def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
+    """The verdict, the measurement, whether the fit converged, and what is missing here."""
     result, found = diagnosis.declared, diagnosis.verdict
     data = result.data
     wavelengths = np.unique(data.wavelength_nm[data.used])
@@ -59,6 +59,9 @@ def top(diagnosis: "Diagnosis") -> str:
     if diagnosis.failures:
         parts.append(paragraph("Parts of the diagnosis failed and are missing:"))
         parts.append(bullets(failure.sentence for failure in diagnosis.failures))
+    if missing:
+        parts.append(paragraph("Parts of this page failed and are missing; the results are complete:"))
+        parts.append(bullets(failure.sentence for failure in missing))
     what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
     title = f" Sample: {result.sample.title}." if result.sample.title else ""
     parts.append(paragraph(f"{what}.{title} Noise: {result.noise_sentence}"))

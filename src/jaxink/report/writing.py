@@ -1,23 +1,28 @@
 """Write the report of a diagnosis: JSON, HTML and figures."""
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.writing import whole_folder
 from jaxink.ink.comparison import TableComparison
+from jaxink.ink.table import InkTable
+from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.diagnosis_pages import diagnosis_figures
+from jaxink.plots.pictures import Page, pictures
 from jaxink.report import html, sections
 from jaxink.report.ink_table import inside_change
 from jaxink.report.next_steps import next_steps
 from jaxink.report.shape import shape
 
+_LOG = logging.getLogger("jaxink")
 REPORT_PAGE = "report.html"
 INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
 # Replaced as a whole, or removed: they would belong to an older diagnosis.
-OWNED = (FIGURE_FOLDER, *Diagnosis.owned, *INSIDE_FILES)
+_SHOWN = (FIGURE_FOLDER, *INSIDE_FILES, REPORT_PAGE)
+OWNED = (*_SHOWN, *Diagnosis.owned)
 
 
 def write_report(
@@ -26,8 +31,11 @@ def write_report(
     with_figures: bool = True,
     inputs: Sequence[str] = (),
     change: TableComparison | str | None = None,
+    failures: Failures | None = None,
 ) -> list[Path]:
-    """Write the report, the corrected model and the figures; all of them or none.
+    """Write the answer, all of it or nothing; then the page with its figures and the ink's BSDF.
+
+    The answer is in place before anything is drawn, and stays whatever fails then.
 
     These are ``report.json`` and ``report.html``; ``sample.toml``, the sample file of the corrected model;
     the results of both fits in the folders ``declared`` and ``corrected``; the ink's BSDF inside the plate by
@@ -46,33 +54,72 @@ def write_report(
         As of `next_steps`.
     change
         What `inside_change` returns, if it is known already.
+    failures
+        Takes note of figures, and tables of the ink, that fail; None: they are logged. The page names them.
 
     Raises
     ------
     InputRefusedError
-        If the folder cannot be written.
+        If the answer cannot be written.
     """
-    change = inside_change(diagnosis) if change is None else change
-    tables = None if isinstance(change, str) else change
-    inside = {} if tables is None else dict(zip(INSIDE_FILES, (tables.before, tables.after), strict=True))
-    pictures, embedded = {}, {}
-    for drawn in diagnosis_figures(diagnosis, tables) if with_figures else ():
-        pictures[drawn.name] = drawn.figure.png()
-        embedded[drawn.name] = html.figure(pictures[drawn.name], drawn.caption)
-    text = _page(diagnosis, change, embedded, next_steps(diagnosis, folder, inputs))
+    if failures is None:
+        failures = Failures()
+        files = write_report(diagnosis, folder, with_figures, inputs, change, failures)
+        for failure in failures.found:
+            _LOG.warning("%s", failure.sentence)
+        return files
     with whole_folder(folder, owned=OWNED) as part:
         diagnosis.write_into(part)
+        files = _files_in(part)
+    if change is None:
+        change = "The ink's BSDF inside the plate is missing, see above."
+        with failures.sparing("the tabulation of the ink's BSDF inside the plate", ""):
+            change = inside_change(diagnosis)
+    tables = None if isinstance(change, str) else change
+    inside = {} if tables is None else dict(zip(INSIDE_FILES, (tables.before, tables.after), strict=True))
+    captions = dict[str, str]()
+    drawn = pictures(_pages(diagnosis, tables, captions), failures) if with_figures else {}
+    embedded = {
+        name: html.figure(drawn[f"{name}.png"], words)
+        for name, words in captions.items()
+        if f"{name}.png" in drawn
+    }
+    text = _page(diagnosis, change, embedded, next_steps(diagnosis, folder, inputs), failures)
+    with failures.sparing("the writing of the page and its figures", ""):
+        files += _write_shown(folder, text, drawn, inside)
+    return [Path(folder) / name for name in sorted(files)]
+
+
+def _write_shown(
+    folder: str | Path, text: str, drawn: dict[str, bytes], inside: dict[str, InkTable]
+) -> list[Path]:
+    """Write the page, its figures and the ink's BSDF, all or none, beside the answer."""
+    with whole_folder(folder, owned=_SHOWN) as part:
         for name, table in inside.items():
             (part / name).write_bytes(netcdf_bytes(table.to_dataset()))
         (part / REPORT_PAGE).write_text(text, encoding="utf-8")
-        if pictures:
+        if drawn:
             (part / FIGURE_FOLDER).mkdir()
-        for name, picture in pictures.items():
-            (part / FIGURE_FOLDER / f"{name}.png").write_bytes(picture)
-        return [Path(folder) / p.relative_to(part) for p in sorted(part.rglob("*")) if p.is_file()]
+        for name, picture in drawn.items():
+            (part / FIGURE_FOLDER / name).write_bytes(picture)
+        files = _files_in(part)
+    return files
 
 
-def _page(diagnosis, change, embedded, todo) -> str:
+def _files_in(folder: Path) -> list[Path]:
+    return [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
+
+
+def _pages(diagnosis: Diagnosis, tables: TableComparison | None, captions: dict[str, str]) -> Iterator[Page]:
+    """The figures, whose captions are put down in passing."""
+    from jaxink.plots.diagnosis_pages import diagnosis_figures
+
+    for one in diagnosis_figures(diagnosis, tables):
+        captions[one.name] = one.caption
+        yield one.name, one.draw
+
+
+def _page(diagnosis, change, embedded, todo, failures) -> str:
     def drawn(*stems: str) -> list[str]:
         return [shown for name, shown in embedded.items() if name.startswith(stems)]
 
@@ -89,5 +136,5 @@ def _page(diagnosis, change, embedded, todo) -> str:
         sections.origin(diagnosis),
     )
     shown = [part for part in parts if part is not None]
-    top = sections.top(diagnosis) + html.commands((step.words, step.command) for step in todo)
+    top = sections.top(diagnosis, failures.found) + html.commands((step.words, step.command) for step in todo)
     return html.document(sections.report_title(diagnosis), top, shown)

@@ -2,6 +2,7 @@
 
 from jaxink.diagnosis.findings.verdict import Verdict
 from jaxink.diagnosis.search.step import Step
+from jaxink.files.result_folder import DIAGNOSIS_HEAD
 from jaxink.files.version import installed_version
 from jaxink.fitting import FitResult
 from jaxink.numerics.digits import with_uncertainty
@@ -11,7 +12,7 @@ from jaxink.sample import sample_text
 def corrected_text(corrected: FitResult, verdict: Verdict, steps: tuple[Step, ...]) -> str:
     """Text of the sample file of the corrected model of a diagnosis."""
     head = [
-        f"Diagnosis of {corrected.data.source or 'a measurement'} by jaxink {installed_version()}.",
+        f"{DIAGNOSIS_HEAD} {corrected.data.source or 'a measurement'} by jaxink {installed_version()}.",
         verdict.sentence,
         "The declared sample with the effects that were found. Values are those of the fit; what was free is",
         "still free.",
