@@ -87,11 +87,23 @@ def test_scan_factor_is_recovered(told):
 
 
 def test_reciprocal_pairs_alone_contain_the_scan_factor(told):
-    estimate = estimate_noise(simulated(0.01, 0.03, phis=(0, 180)))
+    data = simulated(0.01, 0.03, phis=(0,))
+    # Eight views are too few for the roughness of a scan.
+    estimate = estimate_noise(data.replace(mask=np.where(data.theta_o_deg > 53, 32, 0)))
     assert estimate.adopted == "reciprocal"
     assert estimate.model.scan_relative == 0
     assert 0.02 < estimate.model.relative < 0.05
     told(estimate.sentence, "reciprocal", numbers=False)
+
+
+def test_roughness_tells_the_scan_factor_from_the_noise_of_a_point(told):
+    estimate = estimate_noise(simulated(0.01, 0.03, phis=(0, 180)))
+    assert estimate.adopted == "roughness"
+    level = estimate.level
+    assert level.relative == pytest.approx(0.01, rel=3 / np.sqrt(2 * level.degrees_of_freedom))
+    factor = np.random.default_rng(20).standard_normal(RADIANCE_ANGLES.size)
+    assert estimate.model.scan_relative == pytest.approx(0.03 * factor.std(ddof=1), rel=0.2)
+    told(estimate.sentence, "roughness", "reciprocal", numbers=False)
 
 
 def test_transmission_has_no_reciprocal_partner():

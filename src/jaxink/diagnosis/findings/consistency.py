@@ -60,7 +60,7 @@ def consistency_of(
     within = float(np.sqrt(np.mean(relative**2)))
     found = []
     for source in estimate_noise(data).sources:
-        if source.pairs < policy.fewest_pairs or not source.relative > 0:
+        if source.name not in _WORDS or source.pairs < policy.fewest_pairs or not source.relative > 0:
             continue
         between = _between(data, noise.scan_relative) if source.name == "reciprocal" else 0.0
         expected = float(np.hypot(within, between))
