@@ -31,7 +31,7 @@ from jaxink.measurement.scans import Scan
 MINIMUM_PAIRS = 10
 _OUTLIER = 5.0
 # Two estimates disagree if a ratio as extreme has a smaller probability.
-_DISAGREE = 0.01
+_DISAGREE = 1e-3
 _KINDS = {"repeats": "repeat", "mirror": "mirror", "reciprocal": "reciprocal"}
 
 

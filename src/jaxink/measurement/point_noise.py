@@ -1,4 +1,4 @@
-"""Noise of the used points of a measurement: from the file, as declared, or estimated from pairs."""
+"""Noise of the used points of a measurement: from the file, as declared, or estimated from the values."""
 
 import dataclasses
 
@@ -9,6 +9,7 @@ from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.noise import estimate_noise
+from jaxink.measurement.noise_model import NoiseLevel
 
 # A residual is not consistent with noise if the probability of its chi-square is below this.
 LEAST_PROBABILITY = 1e-3
@@ -49,8 +50,10 @@ class FitNoise:
     origin
         Sentence for reports.
     known
-        False if neither the file nor a declaration nor pairs give the noise: chi-square and standard errors
-        are then meaningless and not given.
+        False if neither the file nor a declaration nor the values give the noise: chi-square and standard
+        errors are then meaningless and not given.
+    level
+        Of an estimated noise: its size, and how well it is known; None if it is stated or unknown.
     """
 
     __repr__ = brief_repr
@@ -59,10 +62,16 @@ class FitNoise:
     scan_relative: float
     origin: str
     known: bool = True
+    level: NoiseLevel | None = None
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Of the estimate of its level; infinite if it is stated."""
+        return np.inf if self.level is None else self.level.degrees_of_freedom
 
 
 def noise_of(data: GonioData, declared: Noise) -> FitNoise:
-    """Noise of the used points: from the file, as declared, or estimated from pairs; never from a misfit.
+    """Noise of the used points: from the file, as declared, or from the values; never from a misfit.
 
     Raises
     ------
@@ -85,7 +94,7 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
 
 
 def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
-    """Noise from pairs of the data; the factor of a scan is at least the declared one."""
+    """Noise from the values themselves; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
     if estimate.model is None:
         sigma = np.full(bsdf.shape, np.median(np.abs(bsdf)))
@@ -94,4 +103,5 @@ def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
     if np.ptp(relative) > 0:
         span = f"{100 * relative.min():.2f} to {100 * relative.max():.2f} %"
         origin += f" The noise differs between scans ({span}), so each has its own value."
-    return FitNoise(relative * np.abs(bsdf), max(estimate.model.scan_relative, scan_relative), origin)
+    factor = max(estimate.model.scan_relative, scan_relative)
+    return FitNoise(relative * np.abs(bsdf), factor, origin, level=estimate.level)
