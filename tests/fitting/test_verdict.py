@@ -7,10 +7,10 @@ import pytest
 
 import jaxink
 from jaxink.fitting import Outcome
-from jaxink.fitting.merit import probability_above
 from jaxink.fitting.uncertainty import Covariance
 from jaxink.fitting.verdict import exceeds_noise, falls_short_of_noise, judge_fit
 from jaxink.measurement import Noise, NoiseLevel
+from jaxink.numerics.chi_square import probability_above
 
 N, PARAMETERS = 648, 3
 
@@ -94,7 +94,7 @@ def test_the_probability_is_that_of_fishers_distribution():
     ("scale", "freedom", "code", "words"),
     [
         (1.0, 230, "consistent", "within the estimated noise, 0.50(2) %"),
-        (1.33, 16, "consistent", "Only the level of the noise is in doubt"),
+        (1.33, 16, "consistent", "Only the noise is in doubt"),
         (1.33, 230, "misfit", "the estimated noise, 0.50(2) %, gives about 1"),
         (0.1, 230, "overstated_noise", "The estimated noise, 0.50(2) %, is too large"),
     ],

@@ -3,9 +3,9 @@
 import dataclasses
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc
 
 from jaxink.measurement import GonioData
+from jaxink.numerics.chi_square import probability_above
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,16 +76,6 @@ def rms(values) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def probability_above(chi_square: float, degrees_of_freedom: int, noise_freedom: float = np.inf) -> float:
-    """Probability that noise alone gives a chi-square at least as large.
-
-    Noise whose variance is an estimate of so many degrees of freedom follows Fisher's F distribution.
-    """
-    if not np.isfinite(noise_freedom):
-        return float(chdtrc(degrees_of_freedom, chi_square))
-    return float(fdtrc(degrees_of_freedom, noise_freedom, chi_square / degrees_of_freedom))
-
-
 def merit(
     data: GonioData,
     predicted: np.ndarray,
@@ -117,7 +107,7 @@ def merit(
     probability: float | None = None
     if whitened is not None:
         square, freedom = float(np.sum(whitened**2)), len(measured) - n_parameters
-        probability = probability_above(square, freedom, noise_freedom) if freedom > 0 else None
+        probability = float(probability_above(square, freedom, noise_freedom)) if freedom > 0 else None
     log_m, log_s = (np.log(v) if positive else None for v in (measured, predicted))
     relative = (measured - predicted) / (0.5 * (measured + predicted)) if positive else None
     return Merit(

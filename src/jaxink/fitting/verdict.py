@@ -7,10 +7,10 @@ import numpy as np
 from scipy.special import chdtr, fdtr
 
 from jaxink.display.brief import brief_repr
-from jaxink.fitting.merit import probability_above
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import NoiseLevel
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+from jaxink.numerics.chi_square import probability_above
 
 # Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.
 OVERSTATED_FACTOR = 2.0
@@ -120,7 +120,7 @@ def judge_fit(
         reduced = chi_square / freedom
         if objective == "chi_square":
             code = _judged(chi_square, freedom, level)
-            doubt = _doubt(chi_square, freedom, level)
+            doubt = level_in_doubt(chi_square, freedom, level)
     if outcome is Outcome.GOAL:
         code = FitVerdictCode.NOT_JUDGED
     elif not outcome.converged:
@@ -145,14 +145,14 @@ def _judged(chi_square: float, freedom: int, level: NoiseLevel | None) -> FitVer
     return FitVerdictCode.CONSISTENT
 
 
-def _doubt(chi_square: float, freedom: int, level: NoiseLevel | None) -> str:
-    """That a fit passes only because its noise is not known well."""
-    if level is None or not exceeds_noise(chi_square, freedom):
+def level_in_doubt(chi_square: float, degrees_of_freedom: int, level: NoiseLevel | None) -> str:
+    """That a fit passes only because its noise is not known well; empty if not."""
+    if level is None or not exceeds_noise(chi_square, degrees_of_freedom):
         return ""
-    p = probability_above(chi_square, freedom, level.degrees_of_freedom)
+    p = probability_above(chi_square, degrees_of_freedom, level.degrees_of_freedom)
     return (
-        f" (p = {p:.2g}). Only the level of the noise is in doubt: if it were known exactly, this would be a "
-        "misfit; state it in column sigma_per_sr or in [noise]"
+        f"Only the noise is in doubt (p = {p:.2g}): if its level were known exactly, and no factor of a scan "
+        "were missing, this would be a misfit. State it in column sigma_per_sr or in [noise]."
     )
 
 
@@ -185,7 +185,8 @@ def _sentence(
             f"instead of about 1. Standard errors are too large by as much, and a misfit could not be seen; "
             f"{remedy}."
         )
-    return f"The model fits within the {noise.rstrip(',')}: reduced chi-square {reduced:.4g}{doubt}."
+    found = f"The model fits within the {noise.rstrip(',')}: reduced chi-square {reduced:.4g}."
+    return f"{found} {doubt}".rstrip()
 
 
 def _why_not_judged(objective: str, whitened: np.ndarray | None, reduced: float | None) -> str:
