@@ -1,7 +1,15 @@
 import numpy as np
 import pytest
 
-from jaxink.measurement import GonioData, NoiseModel, estimate_noise, read, symmetry_repeatability
+from jaxink.measurement import (
+    GonioData,
+    Noise,
+    NoiseModel,
+    estimate_noise,
+    noise_of,
+    read,
+    symmetry_repeatability,
+)
 
 RADIANCE_ANGLES = np.arange(0.0, 75.1, 7.5)
 
@@ -74,6 +82,49 @@ def test_repeats_are_trusted_first():
     # 1782 degrees of freedom: standard error 1.7 %; averaged repeats must not shrink the others.
     for name, tolerance in (("repeats", 0.05), ("mirror", 0.12), ("reciprocal", 0.15)):
         assert estimate.source(name).relative == pytest.approx(0.01, rel=tolerance)
+
+
+def repeated(factor, relative=0.003):
+    """Two readings of each direction; the second by a factor that may depend on both angles."""
+    first = simulated(relative, phis=(0, 180))
+    scatter = 1 + relative * np.random.default_rng(2).standard_normal(len(first))
+    again = first.bsdf_per_sr * scatter * factor(first.theta_i_deg, first.theta_o_deg)
+    names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission")
+    columns = {name: np.tile(getattr(first, name), 2) for name in names}
+    value = np.concatenate([first.bsdf_per_sr, again])
+    return GonioData(**columns, bsdf_per_sr=value, source="a.csv + b.csv")
+
+
+@pytest.mark.parametrize(
+    "factor",
+    [lambda i, o: 1.5 + 0 * i, lambda i, o: 1 + 0.1 * (np.cos(np.deg2rad(i)) + np.cos(np.deg2rad(o)))],
+    ids=["brighter", "another shape"],
+)
+def test_repeats_of_another_sample_are_refused(factor, refused):
+    data = repeated(factor)
+    with refused("a.csv + b.csv", "row", "same sample", "[noise]", numbers=False):
+        noise_of(data, Noise())
+    # What is stated is taken as it is.
+    assert noise_of(data, Noise(relative=0.1)).degrees_of_freedom == np.inf
+
+
+def test_files_of_two_thicknesses_are_not_repeats(shared_data, refused):
+    names = [f"joint_{name}_lit_ink.csv" for name in ("thin", "thick")]
+    data = read([shared_data / "simulated" / name for name in names]).replace(sigma_per_sr=None)
+    with refused(*names, "neighbours", "same sample", numbers=False):
+        noise_of(data, Noise())
+
+
+def test_a_sample_that_was_mounted_anew_is_not_refused():
+    # By 2 %: each of two readings is off by half of it, in addition to its own scatter.
+    noise = noise_of(repeated(lambda i, o: 1.02 + 0 * i), Noise())
+    assert noise.level.relative == pytest.approx(np.sqrt(0.003**2 + 0.02**2 / 2), rel=0.1)
+
+
+def test_averaged_repeats_do_not_shrink_the_roughness():
+    estimate = estimate_noise(simulated(0.01, phis=(0, 180), repeats=4))
+    roughness = estimate.source("roughness")
+    assert roughness.relative == pytest.approx(0.01, rel=3 / np.sqrt(2 * roughness.pairs))
 
 
 def test_scan_factor_is_recovered(told):

@@ -8,13 +8,17 @@ from jaxtyping import Float
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.noise import estimate_noise
-from jaxink.measurement.noise_model import NoiseLevel
+from jaxink.measurement.noise import MINIMUM_PAIRS, estimate_noise
+from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel
+from jaxink.measurement.pairs import direction_groups
 
 # A residual is not consistent with noise if the probability of its chi-square is below this.
 LEAST_PROBABILITY = 1e-3
 # Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
 SIGMA_TOLERANCE = 1.1
+# Repeats that scatter by more than this, and by so many times what other pairs or neighbours scatter, are
+# readings of different samples: remounting a sample changes a BSDF by a few per cent at most.
+_UNLIKE_REPEATS, _TIMES_OTHERS = 0.03, 5.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +80,8 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
     Raises
     ------
     InputRefusedError
-        If the declared standard deviation is 0 at some point.
+        If the declared standard deviation is 0 at some point, or none is declared and repeats cannot be
+        readings of one sample.
     """
     bsdf = data.bsdf_per_sr[data.used]
     if data.sigma_per_sr is not None and declared.use_file_sigma:
@@ -96,6 +101,7 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
 def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
     """Noise from the values themselves; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
+    _refuse_unlike_repeats(data, estimate)
     if estimate.model is None:
         sigma = np.full(bsdf.shape, np.median(np.abs(bsdf)))
         return FitNoise(sigma, 0.0, "unknown: " + estimate.sentence, known=False)
@@ -105,3 +111,39 @@ def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
         origin += f" The noise differs between scans ({span}), so each has its own value."
     factor = max(estimate.model.scan_relative, scan_relative)
     return FitNoise(relative * np.abs(bsdf), factor, origin, level=estimate.level)
+
+
+def _refuse_unlike_repeats(data: GonioData, estimate: NoiseEstimate) -> None:
+    """Refuse repeats that differ far more than everything else that should agree."""
+    repeats = estimate.source("repeats")
+    others = [
+        source
+        for source in estimate.sources
+        if source is not repeats and source.pairs >= MINIMUM_PAIRS and source.relative > 0
+    ]
+    if not others or repeats.pairs < MINIMUM_PAIRS or not repeats.relative > _UNLIKE_REPEATS:
+        return
+    other = min(others, key=lambda source: source.relative)
+    if repeats.relative < _TIMES_OTHERS * other.relative:
+        return
+    words = "neighbours along a scan" if other.name == "roughness" else f"{other.name} pairs"
+    first, second = _most_unlike(data)
+    values = " and ".join(f"{data.bsdf_per_sr[point]:.4g}" for point in (first, second))
+    raise InputRefusedError(
+        f"{data.source or 'the measurement'}: repeated readings of a direction differ by "
+        f"{repeats.relative:.1%}, but {words} by {other.relative:.2%} only (most of all {data.place(first)} "
+        f"and {data.place(second)}: {values} /sr); is it the same sample? Fit different samples one by one; "
+        "if it is the same, state as relative in [noise] how well its readings reproduce."
+    )
+
+
+def _most_unlike(data: GonioData) -> tuple[int, int]:
+    """The two readings of one direction with the largest ratio."""
+    here = np.flatnonzero(data.used & (data.bsdf_per_sr > 0))
+    order = here[np.lexsort((data.bsdf_per_sr[here], direction_groups(data)[here]))]
+    group, level = direction_groups(data)[order], np.log(data.bsdf_per_sr[order])
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    ends = np.append(starts[1:], group.size) - 1
+    most = int(np.argmax(level[ends] - level[starts]))
+    first, second = sorted((int(order[starts[most]]), int(order[ends[most]])))
+    return first, second

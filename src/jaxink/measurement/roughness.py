@@ -54,11 +54,11 @@ def roughness_of_scans(data: GonioData) -> tuple[ScanRoughness, ...]:
     Parameters
     ----------
     data
-        Its used points must be positive and no copies of each other; repeats are averaged beforehand.
+        Its used points must be positive and no copies of each other. Repeats are averaged.
     """
     found = []
     for scan in np.unique(data.scan_index[data.used]).tolist():
-        lines = [_Line.of(position, value) for position, value in _lines(data, scan)]
+        lines = [_Line.of(*line) for line in _lines(data, scan)]
         one = _roughness(scan, [line for line in lines if line is not None])
         if one is not None:
             found.append(one)
@@ -67,33 +67,46 @@ def roughness_of_scans(data: GonioData) -> tuple[ScanRoughness, ...]:
 
 @dataclass(frozen=True)
 class _Line:
-    """Scaled differences along a line of points, and of every second point; correlations of the former."""
+    """Scaled differences along a line of points; `coarse` are those of every second point.
+
+    Of each difference, `terms` are the standard deviations that its five values contribute, with signs.
+    """
 
     difference: Float[np.ndarray, " differences"]
     coarse: Float[np.ndarray, " differences"]
-    correlation: Float[np.ndarray, "differences differences"]
+    terms: Float[np.ndarray, "differences 5"]
 
     @classmethod
-    def of(cls, position: np.ndarray, value: np.ndarray) -> "_Line | None":
+    def of(cls, position: np.ndarray, value: np.ndarray, count: np.ndarray) -> "_Line | None":
+        """Of mean values of so many readings at each position."""
         # Every second point of nine makes the first coarse difference.
         if position.size < 2 * _ORDER + 1:
             return None
-        fine, coarse = (_differences(position, value, stride) for stride in (1, 2))
+        fine, terms = _differences(position, value, count, 1)
+        coarse, _ = _differences(position, value, count, 2)
         # Each fine difference is judged by the coarse one around the same point, or the nearest one.
-        nearest = np.clip(np.arange(len(fine)) - _ORDER // 2, 0, len(coarse) - 1)
-        return cls(fine.sum(axis=1), np.abs(coarse.sum(axis=1))[nearest], fine @ fine.T)
+        nearest = np.clip(np.arange(fine.size) - _ORDER // 2, 0, coarse.size - 1)
+        return cls(fine, np.abs(coarse)[nearest], terms)
+
+    def squared_correlations(self, keep: np.ndarray) -> float:
+        """Sum over all pairs of the differences kept, each with itself included."""
+        total = float(keep.sum())
+        for lag in range(1, min(_ORDER, keep.size - 1) + 1):
+            shared = np.sum(self.terms[:-lag, lag:] * self.terms[lag:, :-lag], axis=1)
+            total += 2 * float(np.sum(shared[keep[:-lag] & keep[lag:]] ** 2))
+        return total
 
 
-def _differences(position: np.ndarray, value: np.ndarray, stride: int) -> np.ndarray:
-    """Rows of terms c_k f_k of each fourth divided difference, of unit sum of squares; 0 elsewhere."""
-    count = position.size - _ORDER * stride
-    index = np.arange(count)[:, None] + stride * np.arange(_ORDER + 1)
+def _differences(
+    position: np.ndarray, value: np.ndarray, count: np.ndarray, stride: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fourth divided differences over their standard deviation for a relative noise of 1, and its terms."""
+    index = np.arange(position.size - _ORDER * stride)[:, None] + stride * np.arange(_ORDER + 1)
     at = position[index]
     gaps = at[:, :, None] - at[:, None, :] + np.eye(_ORDER + 1)
-    terms = value[index] / gaps.prod(axis=2)
-    rows = np.zeros((count, position.size))
-    np.put_along_axis(rows, index, terms / np.linalg.norm(terms, axis=1, keepdims=True), axis=1)
-    return rows
+    terms = value[index] / np.sqrt(count[index]) / gaps.prod(axis=2)
+    terms /= np.linalg.norm(terms, axis=1, keepdims=True)
+    return np.sum(terms * np.sqrt(count[index]), axis=1), terms
 
 
 def _roughness(scan: int, lines: list[_Line]) -> ScanRoughness | None:
@@ -116,7 +129,7 @@ def _roughness(scan: int, lines: list[_Line]) -> ScanRoughness | None:
     keep = flat & (size <= _OUTLIER * scale)
     starts = np.cumsum([0, *(line.difference.size for line in lines)])
     squares = sum(
-        np.sum(line.correlation[np.ix_(keep[a:b], keep[a:b])] ** 2)
+        line.squared_correlations(keep[a:b])
         for line, a, b in zip(lines, starts[:-1], starts[1:], strict=True)
     )
     freedom = keep.sum() ** 2 / squares
@@ -124,8 +137,8 @@ def _roughness(scan: int, lines: list[_Line]) -> ScanRoughness | None:
     return ScanRoughness(scan, relative, float(freedom), int((flat & ~keep).sum()))
 
 
-def _lines(data: GonioData, scan: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Positions and values along the planes of a scan, from horizon to horizon, or around its rings."""
+def _lines(data: GonioData, scan: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Positions, mean values and numbers of readings along the planes of a scan, or around its rings."""
     here = np.flatnonzero(data.used & (data.scan_index == scan))
     polar, azimuth = data.theta_o_deg[here], data.phi_deg[here]
     value = data.bsdf_per_sr[here]
@@ -138,7 +151,8 @@ def _lines(data: GonioData, scan: int) -> Iterator[tuple[np.ndarray, np.ndarray]
     for number in np.unique(line):
         these = np.flatnonzero(line == number)
         position, group = _distinct(along[these])
-        yield position, np.bincount(group, weights=value[these]) / np.bincount(group)
+        count = np.bincount(group)
+        yield position, np.bincount(group, weights=value[these]) / count, count
 
 
 def _distinct(along: np.ndarray) -> tuple[np.ndarray, Int[np.ndarray, " points"]]:
