@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from benchmarks.simulated_data import declared_text
 from jaxink.fitting import Outcome
 from jaxink.fitting.uncertainty import Covariance
 from jaxink.fitting.verdict import exceeds_noise, falls_short_of_noise, judge_fit
@@ -135,3 +136,24 @@ def test_a_fit_without_stated_noise_knows_how_well_it_is_known(example_result, c
     loaded = jaxink.load_result(result.save(tmp_path / "kept"))
     assert loaded.noise["level"] == level
     assert loaded.verdict == result.verdict
+
+
+def test_a_model_that_is_right_fits_without_any_stated_noise(shared_data, tmp_path):
+    path = shared_data / "simulated" / "plain_hg.csv"
+    toml = tmp_path / "plain_hg.toml"
+    toml.write_text(declared_text("plain_hg"), encoding="utf-8")
+    stated = jaxink.load_sample(toml)
+    data = jaxink.read(path).replace(sigma_per_sr=None)
+    # Far from any regular peak, Henyey-Greenstein scattering of g = 0.6 needs few moments.
+    config = jaxink.SolverConfig(nodes_escaping=16, nodes_trapped=10, n_moments=40, n_orders=10)
+    options = jaxink.FitOptions(config=config, profile="none")
+    result = jaxink.fit(data, dataclasses.replace(stated, noise=Noise()), options)
+    level = result.noise["level"]
+    assert level.relative == pytest.approx(
+        stated.noise.relative, rel=2 / np.sqrt(2 * level.degrees_of_freedom)
+    )
+    # The factor of each scan, 0.2 %, is too small for 16 reciprocal pairs to find, but allowed for.
+    assert result.noise["scan_relative"] >= stated.noise.scan_relative
+    assert (result.verdict.code, result.verdict.standard_errors_hold) == ("consistent", True)
+    assert result.merit.probability > 0.01
+    assert "in doubt" not in result.verdict.sentence

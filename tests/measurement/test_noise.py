@@ -68,7 +68,8 @@ def test_mirror_pairs_recover_the_noise(relative, told):
     # rms of 330 differences: standard error 1 / sqrt(660) = 4 %.
     assert estimate.model.relative == pytest.approx(relative, rel=0.12)
     assert estimate.model.floor_per_sr == 0
-    assert estimate.model.scan_relative == 0
+    # What 235 reciprocal pairs do not exclude.
+    assert 0 < estimate.model.scan_relative < 0.5 * relative
     told(estimate.sentence, "330 mirror", numbers=False)
     # 55 pairs of angles less those with the normal have 5 azimuths, |phi| in 0, 45, 90, 135, 180.
     assert estimate.source("reciprocal").pairs == 45 * 5 + 10
@@ -155,6 +156,17 @@ def test_roughness_tells_the_scan_factor_from_the_noise_of_a_point(told):
     factor = np.random.default_rng(20).standard_normal(RADIANCE_ANGLES.size)
     assert estimate.model.scan_relative == pytest.approx(0.03 * factor.std(ddof=1), rel=0.2)
     told(estimate.sentence, "roughness", "reciprocal", numbers=False)
+
+
+@pytest.mark.parametrize("scan_relative", [0.0, 0.002])
+def test_a_factor_too_small_to_be_found_is_allowed_for(scan_relative):
+    data = simulated(0.005, scan_relative, phis=(0, 180))
+    # Five incidences: ten pairs of them in two half planes, as in a usual measurement.
+    kept = np.isin(data.theta_i_deg, RADIANCE_ANGLES[1:10:2])
+    estimate = estimate_noise(data.replace(mask=np.where(kept, 0, 32)))
+    assert estimate.adopted == "roughness"
+    assert "not excluded" in estimate.sentence
+    assert 0.002 <= estimate.model.scan_relative < 0.006
 
 
 def test_transmission_has_no_reciprocal_partner():

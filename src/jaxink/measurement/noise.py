@@ -7,6 +7,8 @@ times the median of |d|) are excluded and counted; this removes 6e-7 of Gaussian
 scans, see `jaxink.measurement.roughness`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from jaxink.measurement.dataset import GonioData
@@ -69,16 +71,25 @@ def _source(name: str, differences: Differences, scans: tuple[Scan, ...]) -> Noi
     return NoiseSource(name, pairs, relative, int((~keep).sum()), tuple(by_scan))
 
 
-def _scan_relative(reciprocal: Differences, within: NoiseSource) -> float:
-    """Standard deviation of scan factors, from excess variance between scans; 0 below 2 standard errors."""
+class _ScanFactor(NamedTuple):
+    """Standard deviation of the common factors of scans, and whether they are significant."""
+
+    relative: float
+    is_found: bool
+
+
+def _scan_factor(reciprocal: Differences, within: NoiseSource) -> _ScanFactor:
+    """From the excess variance between scans; below 2 standard errors, what one standard error allows."""
     kept = reciprocal.only(_inliers(reciprocal))
     if kept.weight.size < MINIMUM_PAIRS:
-        return 0.0
+        return _ScanFactor(0.0, False)
     expected = within.relative**2 * kept.spread
     excess = float(np.mean(kept.relative**2 * kept.spread - expected))
     error = np.sqrt(2 * np.sum(expected**2) / kept.weight.size**2 + 2 * np.mean(expected) ** 2 / within.pairs)
+    is_found = excess > 2 * error
     # Half, because each of the two scans has its own factor.
-    return float(np.sqrt(excess / 2)) if excess > 2 * error else 0.0
+    variance = (excess if is_found else max(excess, 0.0) + error) / 2
+    return _ScanFactor(float(np.sqrt(variance)), is_found)
 
 
 def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
@@ -135,7 +146,8 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
     Mirror pairs assume an azimuthally isotropic sample, reciprocal pairs f(i, o) = f(o, i) in reflection.
     Violations, such as by a tilted sample, are included in the estimate. Readings that agree exactly in all
     pairs are copies made by the instrument's software and are ignored. Roughness that exceeds the scatter of
-    reciprocal pairs is structure of the scans and is ignored, too.
+    reciprocal pairs is structure of the scans and is ignored, too. If reciprocal pairs do not scatter
+    significantly more than points of one scan, ``scan_relative`` is what one standard error does not exclude.
     """
     used = without_copies(data)
     repeats, means = repeat_differences(used)
@@ -154,9 +166,9 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
         )
         return NoiseEstimate(sources, None, None, text)
     is_within = adopted.name != "reciprocal"
-    scan_relative = _scan_relative(reciprocal, adopted) if is_within else 0.0
-    model = NoiseModel(adopted.relative, 0.0, scan_relative)
-    sentence = _sentence(data, sources, adopted, model)
+    factor = _scan_factor(reciprocal, adopted) if is_within else _ScanFactor(0.0, False)
+    model = NoiseModel(adopted.relative, 0.0, factor.relative)
+    sentence = _sentence(data, sources, adopted, factor)
     return NoiseEstimate(sources, adopted.name, model, sentence)
 
 
@@ -180,8 +192,8 @@ def _adopted(
     return roughness if agrees and roughness.pairs > first.pairs else first
 
 
-def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
-    text = NoiseLevel(model.relative, adopted.pairs).text
+def _sentence(data, sources, adopted: NoiseSource, factor: _ScanFactor) -> str:
+    text = NoiseLevel(adopted.relative, adopted.pairs).text
     parts = [f"Relative noise {text} from {_pairs(adopted)}"]
     if adopted.pairs < MINIMUM_PAIRS:
         parts[0] += f" (uncertain: fewer than {MINIMUM_PAIRS} pairs)"
@@ -199,10 +211,12 @@ def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
             parts.append(f"{_pairs(source)} {verb} {source.relative:.2%}{few}")
     if adopted.name == "reciprocal":
         parts.append("this includes a factor of each scan")
-    elif model.scan_relative > 0:
-        parts.append(f"in addition, scans differ by a common factor with {model.scan_relative:.2%}")
-    elif sources[2].pairs >= MINIMUM_PAIRS:
-        parts.append("scans do not scatter beyond it")
+    elif factor.is_found:
+        parts.append(f"in addition, scans differ by a common factor with {factor.relative:.2%}")
+    elif factor.relative:
+        parts.append(
+            f"scans do not scatter beyond it, but a common factor with {factor.relative:.2%} is not excluded"
+        )
     else:
         parts.append("a factor that varies from scan to scan cannot be estimated")
     if data.sigma_per_sr is not None:
