@@ -328,3 +328,21 @@ def test_refused_descriptions(refused):
     many = np.random.default_rng(19).standard_normal((30, 13))
     with refused("13"):
         screen(np.ones(30), many, [], at_bound=np.full(13, -1))
+
+
+def test_scores_in_noise_of_an_uncertain_level_follow_students_t(points, jacobian, candidates):
+    rng, freedom = np.random.default_rng(6), 16
+    options = ScreenOptions(noise_freedom=freedom)
+    estimated, exact = (prepare_screen(jacobian, candidates, options=o) for o in (options, ScreenOptions()))
+    residuals = rng.standard_normal((DRAWS, len(points)))
+    residuals /= np.sqrt(rng.chisquare(freedom, (DRAWS, 1)) / freedom)
+    raw = estimated.p_values(residuals).raw
+    # One candidate of one direction and both signs: its score has exactly the law of t.
+    alone = next(i for i, c in enumerate(candidates) if c.sign == 0 and c.directions.shape[1] == 1)
+    z = np.array([exact.screen(r).candidates[alone].z for r in residuals[:20]])
+    np.testing.assert_allclose(raw[:20, alone], 2 * stats.t.sf(np.abs(z), freedom), rtol=1e-6)
+    called, taken_as_exact = calls(estimated, residuals), calls(exact, residuals)
+    assert called <= stats.binom.ppf(0.999, DRAWS, options.level)
+    assert taken_as_exact > called
+    found, before = (test.screen(residuals[0]).candidates[alone].critical_z for test in (estimated, exact))
+    assert stats.t.sf(found, freedom) == pytest.approx(stats.norm.sf(before), rel=1e-6)

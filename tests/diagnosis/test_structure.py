@@ -191,3 +191,19 @@ def test_short_scans_are_told_by_chi_square_alone():
     assert [statistic.name for statistic in result.statistics] == ["chi_square"]
     assert result.chi_square == pytest.approx(9 * len(points))
     assert result.p_value < 0.002
+
+
+def test_noise_of_an_uncertain_level_is_no_structure(points, jacobian):
+    rng, freedom, sets = np.random.default_rng(4), 16, 200
+    options = ScreenOptions(n_bootstrap=1000, noise_freedom=freedom)
+    exact, estimated = (
+        prepare_structure(jacobian, points, options=o) for o in (ScreenOptions(n_bootstrap=1000), options)
+    )
+    residuals = rng.standard_normal((sets, len(points)))
+    residuals /= np.sqrt(rng.chisquare(freedom, (sets, 1)) / freedom)
+    p = np.array([[test.find(r)["chi_square"].p_value for test in (exact, estimated)] for r in residuals])
+    # Uniform if the level is taken for what it is; taken as exact, far too many are significant.
+    assert np.mean(p[:, 1] < 0.05) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / sets)
+    assert np.mean(p[:, 0] < 0.05) > 0.25
+    family = np.array([estimated.find(r).p_value for r in residuals])
+    assert np.mean(family < 0.05) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / sets)

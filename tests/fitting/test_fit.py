@@ -131,6 +131,8 @@ def test_a_parameter_that_the_data_do_not_know_is_called_so(inputs):
 def test_unknown_noise_is_refused_for_chi_square(inputs, refused):
     data, sample = inputs
     in_plane_half = data.select(theta_i_deg=30.0, side="R").replace(sigma_per_sr=None)
+    # Of every eighth view, the scan is not dense enough to tell its noise.
+    in_plane_half = in_plane_half.replace(mask=np.where(np.arange(len(in_plane_half)) % 8 > 0, 32, 0))
     silent = dataclasses.replace(sample, noise=jaxink.sample.Noise())
     with refused("noise"):
         jaxink.fit(in_plane_half, silent)

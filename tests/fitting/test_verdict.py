@@ -5,8 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+import jaxink
+from benchmarks.simulated_data import declared_text
 from jaxink.fitting import Outcome
+from jaxink.fitting.uncertainty import Covariance
 from jaxink.fitting.verdict import exceeds_noise, falls_short_of_noise, judge_fit
+from jaxink.measurement import Noise, NoiseLevel
+from jaxink.numerics.chi_square import probability_above
 
 N, PARAMETERS = 648, 3
 
@@ -59,3 +64,96 @@ def test_points_of_weight_zero_do_not_count(example_result):
     assert spoiled.verdict.is_misfit
     ignoring = dataclasses.replace(spoiled.sample, weights=((None, "R", 0.0),))
     assert dataclasses.replace(spoiled, sample=ignoring).verdict.code == "consistent"
+
+
+def estimated(freedom):
+    """Residuals in an estimate of their own noise, of so many degrees of freedom, in many repetitions."""
+    rng = np.random.default_rng(11)
+    return [rng.standard_normal(N) / np.sqrt(rng.chisquare(freedom) / freedom) for _ in range(400)]
+
+
+@pytest.mark.parametrize("freedom", [10, 16, 230])
+def test_estimated_noise_makes_no_misfit_of_a_model_that_fits(freedom):
+    level = NoiseLevel(0.005, freedom)
+    codes = [judge_fit(Outcome.CONVERGED, "chi_square", w, 0, level=level).code for w in estimated(freedom)]
+    # Less than one of 400 is expected at a probability of 0.001.
+    assert codes.count("misfit") <= 2
+    if freedom < 20:
+        taken_as_exact = [judge_fit(Outcome.CONVERGED, "chi_square", w, 0).code for w in estimated(freedom)]
+        assert taken_as_exact.count("misfit") > 80
+
+
+def test_the_probability_is_that_of_fishers_distribution():
+    # 95 % point of F with 10 and 20 degrees of freedom: 2.348 (tables).
+    assert probability_above(10 * 2.348, 10, 20) == pytest.approx(0.05, abs=1e-4)
+    # Its limit is the distribution of chi-square, whose 95 % point of 10 is 18.307.
+    assert probability_above(18.307, 10, 1e9) == pytest.approx(0.05, abs=1e-4)
+    assert probability_above(18.307, 10) == pytest.approx(0.05, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("scale", "freedom", "code", "words"),
+    [
+        (1.0, 230, "consistent", "within the estimated noise, 0.50(2) %"),
+        (1.33, 16, "consistent", "Only the noise is in doubt"),
+        (1.33, 230, "misfit", "the estimated noise, 0.50(2) %, gives about 1"),
+        (0.1, 230, "overstated_noise", "The estimated noise, 0.50(2) %, is too large"),
+    ],
+)
+def test_a_sentence_says_that_the_noise_is_estimated(scale, freedom, code, words, told):
+    level = NoiseLevel(0.005, freedom)
+    verdict = judge_fit(Outcome.CONVERGED, "chi_square", residual(scale), PARAMETERS, level=level)
+    assert verdict.code == code
+    assert "stated noise" not in verdict.sentence
+    told(verdict.sentence, words)
+
+
+def test_standard_errors_include_the_uncertainty_of_an_estimated_noise():
+    errors = Covariance(np.diag([4.0, np.inf]), np.zeros(2, bool))
+    assert errors.for_noise_of(np.inf) is errors
+    # 68.27 % of Student's t with 10 degrees of freedom lie within 1.0527 (tables: 1.053).
+    widened = errors.for_noise_of(10).deviation
+    assert widened[0] / 2 == pytest.approx(1.053, abs=1e-3)
+    assert np.isinf(widened[1])
+
+
+def test_a_fit_without_stated_noise_knows_how_well_it_is_known(example_result, coarse, tmp_path):
+    from jaxink.data import simulated_example
+
+    path, sample = simulated_example()
+    data = jaxink.read(path).replace(sigma_per_sr=None)
+    silent = dataclasses.replace(jaxink.load_sample(sample), noise=Noise())
+    result = jaxink.fit(data, silent, jaxink.FitOptions(config=coarse, profile="none"))
+    level = result.noise["level"]
+    used = example_result.data.used
+    stated = example_result.sigma_per_sr / example_result.data.bsdf_per_sr[used]
+    assert level.relative == pytest.approx(
+        np.sqrt(np.mean(stated**2)), rel=3 / np.sqrt(2 * level.degrees_of_freedom)
+    )
+    assert result.verdict.code == "consistent"
+    assert "estimated noise" in result.verdict.sentence
+    assert result.merit.probability > 1e-3
+    loaded = jaxink.load_result(result.save(tmp_path / "kept"))
+    assert loaded.noise["level"] == level
+    assert loaded.verdict == result.verdict
+
+
+def test_a_model_that_is_right_fits_without_any_stated_noise(shared_data, tmp_path):
+    path = shared_data / "simulated" / "plain_hg.csv"
+    toml = tmp_path / "plain_hg.toml"
+    toml.write_text(declared_text("plain_hg"), encoding="utf-8")
+    stated = jaxink.load_sample(toml)
+    data = jaxink.read(path).replace(sigma_per_sr=None)
+    # Far from any regular peak, Henyey-Greenstein scattering of g = 0.6 needs few moments.
+    config = jaxink.SolverConfig(nodes_escaping=16, nodes_trapped=10, n_moments=40, n_orders=10)
+    options = jaxink.FitOptions(config=config, profile="none")
+    result = jaxink.fit(data, dataclasses.replace(stated, noise=Noise()), options)
+    level = result.noise["level"]
+    assert level.relative == pytest.approx(
+        stated.noise.relative, rel=2 / np.sqrt(2 * level.degrees_of_freedom)
+    )
+    # The factor of each scan, 0.2 %, is too small for 16 reciprocal pairs to find, but allowed for.
+    assert result.noise["scan_relative"] >= stated.noise.scan_relative
+    assert (result.verdict.code, result.verdict.standard_errors_hold) == ("consistent", True)
+    assert result.merit.probability > 0.01
+    assert "in doubt" not in result.verdict.sentence

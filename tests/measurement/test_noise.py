@@ -1,7 +1,15 @@
 import numpy as np
 import pytest
 
-from jaxink.measurement import GonioData, NoiseModel, estimate_noise, read, symmetry_repeatability
+from jaxink.measurement import (
+    GonioData,
+    Noise,
+    NoiseModel,
+    estimate_noise,
+    noise_of,
+    read,
+    symmetry_repeatability,
+)
 
 RADIANCE_ANGLES = np.arange(0.0, 75.1, 7.5)
 
@@ -60,7 +68,8 @@ def test_mirror_pairs_recover_the_noise(relative, told):
     # rms of 330 differences: standard error 1 / sqrt(660) = 4 %.
     assert estimate.model.relative == pytest.approx(relative, rel=0.12)
     assert estimate.model.floor_per_sr == 0
-    assert estimate.model.scan_relative == 0
+    # What 235 reciprocal pairs do not exclude.
+    assert 0 < estimate.model.scan_relative < 0.5 * relative
     told(estimate.sentence, "330 mirror", numbers=False)
     # 55 pairs of angles less those with the normal have 5 azimuths, |phi| in 0, 45, 90, 135, 180.
     assert estimate.source("reciprocal").pairs == 45 * 5 + 10
@@ -76,6 +85,49 @@ def test_repeats_are_trusted_first():
         assert estimate.source(name).relative == pytest.approx(0.01, rel=tolerance)
 
 
+def repeated(factor, relative=0.003):
+    """Two readings of each direction; the second by a factor that may depend on both angles."""
+    first = simulated(relative, phis=(0, 180))
+    scatter = 1 + relative * np.random.default_rng(2).standard_normal(len(first))
+    again = first.bsdf_per_sr * scatter * factor(first.theta_i_deg, first.theta_o_deg)
+    names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission")
+    columns = {name: np.tile(getattr(first, name), 2) for name in names}
+    value = np.concatenate([first.bsdf_per_sr, again])
+    return GonioData(**columns, bsdf_per_sr=value, source="a.csv + b.csv")
+
+
+@pytest.mark.parametrize(
+    "factor",
+    [lambda i, o: 1.5 + 0 * i, lambda i, o: 1 + 0.1 * (np.cos(np.deg2rad(i)) + np.cos(np.deg2rad(o)))],
+    ids=["brighter", "another shape"],
+)
+def test_repeats_of_another_sample_are_refused(factor, refused):
+    data = repeated(factor)
+    with refused("a.csv + b.csv", "row", "same sample", "[noise]", numbers=False):
+        noise_of(data, Noise())
+    # What is stated is taken as it is.
+    assert noise_of(data, Noise(relative=0.1)).degrees_of_freedom == np.inf
+
+
+def test_files_of_two_thicknesses_are_not_repeats(shared_data, refused):
+    names = [f"joint_{name}_lit_ink.csv" for name in ("thin", "thick")]
+    data = read([shared_data / "simulated" / name for name in names]).replace(sigma_per_sr=None)
+    with refused(*names, "neighbours", "same sample", numbers=False):
+        noise_of(data, Noise())
+
+
+def test_a_sample_that_was_mounted_anew_is_not_refused():
+    # By 2 %: each of two readings is off by half of it, in addition to its own scatter.
+    noise = noise_of(repeated(lambda i, o: 1.02 + 0 * i), Noise())
+    assert noise.level.relative == pytest.approx(np.sqrt(0.003**2 + 0.02**2 / 2), rel=0.1)
+
+
+def test_averaged_repeats_do_not_shrink_the_roughness():
+    estimate = estimate_noise(simulated(0.01, phis=(0, 180), repeats=4))
+    roughness = estimate.source("roughness")
+    assert roughness.relative == pytest.approx(0.01, rel=3 / np.sqrt(2 * roughness.pairs))
+
+
 def test_scan_factor_is_recovered(told):
     estimate = estimate_noise(simulated(0.01, 0.03))
     assert estimate.adopted == "mirror"
@@ -87,11 +139,34 @@ def test_scan_factor_is_recovered(told):
 
 
 def test_reciprocal_pairs_alone_contain_the_scan_factor(told):
-    estimate = estimate_noise(simulated(0.01, 0.03, phis=(0, 180)))
+    data = simulated(0.01, 0.03, phis=(0,))
+    # Eight views are too few for the roughness of a scan.
+    estimate = estimate_noise(data.replace(mask=np.where(data.theta_o_deg > 53, 32, 0)))
     assert estimate.adopted == "reciprocal"
     assert estimate.model.scan_relative == 0
     assert 0.02 < estimate.model.relative < 0.05
     told(estimate.sentence, "reciprocal", numbers=False)
+
+
+def test_roughness_tells_the_scan_factor_from_the_noise_of_a_point(told):
+    estimate = estimate_noise(simulated(0.01, 0.03, phis=(0, 180)))
+    assert estimate.adopted == "roughness"
+    level = estimate.level
+    assert level.relative == pytest.approx(0.01, rel=3 / np.sqrt(2 * level.degrees_of_freedom))
+    factor = np.random.default_rng(20).standard_normal(RADIANCE_ANGLES.size)
+    assert estimate.model.scan_relative == pytest.approx(0.03 * factor.std(ddof=1), rel=0.2)
+    told(estimate.sentence, "roughness", "reciprocal", numbers=False)
+
+
+@pytest.mark.parametrize("scan_relative", [0.0, 0.002])
+def test_a_factor_too_small_to_be_found_is_allowed_for(scan_relative):
+    data = simulated(0.005, scan_relative, phis=(0, 180))
+    # Five incidences: ten pairs of them in two half planes, as in a usual measurement.
+    kept = np.isin(data.theta_i_deg, RADIANCE_ANGLES[1:10:2])
+    estimate = estimate_noise(data.replace(mask=np.where(kept, 0, 32)))
+    assert estimate.adopted == "roughness"
+    assert "not excluded" in estimate.sentence
+    assert 0.002 <= estimate.model.scan_relative < 0.006
 
 
 def test_transmission_has_no_reciprocal_partner():

@@ -68,6 +68,9 @@ def assemble(
     data: GonioData, sample: Sample, options: FitOptions, noise: FitNoise, objective: Objective, found: Found
 ) -> FitResult:
     """The result of a fit, given its input, the objective at the final resolution, and its searches."""
+    if found.errors is not None:
+        errors = found.errors.for_noise_of(noise.degrees_of_freedom)
+        found = dataclasses.replace(found, errors=errors)
     best, errors, free = found.best, found.errors, sample.parameters.free
     table = sample.parameters
     found_values = objective.numbers(best.unit)
@@ -105,9 +108,14 @@ def assemble(
         correlation_names=() if errors is None else tuple(p.name for p in free),
         correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
         derived=derived,
-        merit=merit(data, best.predicted, whitened, len(free)),
+        merit=merit(data, best.predicted, whitened, len(free), noise.degrees_of_freedom),
         scans=merit_by_scan(data, best.predicted, whitened),
-        noise={"origin": noise.origin, "scan_relative": noise.scan_relative, "known": noise.known},
+        noise={
+            "origin": noise.origin,
+            "scan_relative": noise.scan_relative,
+            "known": noise.known,
+            "level": noise.level,
+        },
         searches=tuple(_summary(s, objective) for s in (*found.searches, *found.series)),
         profiles=tuple(_curve(p, objective, best) for p in found.profiles),
         solver=dataclasses.asdict(config) | {"layer_method": layer_method(config.layer_method)},

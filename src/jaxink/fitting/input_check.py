@@ -65,7 +65,7 @@ def check_input(
     """Look for a mistake in the input of a fit that misses the noise, and add what was found to the result.
 
     Nothing is corrected: a mistake is a hypothesis, tested by one refit from the declared start. A fit that
-    the stated noise explains is returned as it is.
+    the noise explains is returned as it is.
 
     Parameters
     ----------
@@ -272,8 +272,10 @@ class _Check:
         weighted = objective.weight > 0
         freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
         chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
-        # Chi-square itself is known to its standard deviation only.
-        excess = max(abs(chi_square / freedom - 1) - float(np.sqrt(2 / freedom)), 0.0)
+        # Chi-square itself is known to its standard deviation only, and so is an estimated noise.
+        level = self.result.noise.get("level")
+        known = np.inf if level is None else level.degrees_of_freedom
+        excess = max(abs(chi_square / freedom - 1) - float(np.sqrt(2 / freedom + 2 / known)), 0.0)
         left = excess / max(abs(self.before - 1), 1e-300)
         ordered = is_ordered(data, whitened, weighted)
         return RefittedHypothesis(
@@ -284,6 +286,7 @@ class _Check:
             is_possible=not (hypothesis.about_noise and ordered),
             is_ordered=ordered,
             log_determinant=log_determinant(objective, search.predicted),
+            noise_freedom=known,
         )
 
     def _search(
@@ -299,7 +302,7 @@ class _Check:
     def _noise(self, data: GonioData, sample: Sample) -> FitNoise:
         """Noise of a corrected input.
 
-        Noise estimated from pairs of readings keeps its relative size: a wrong correction makes pairs
+        Noise estimated from the values keeps its relative size: a wrong correction makes pairs
         disagree, and the misfit would then pass for noise.
         """
         before, used = self.result, self.result.data.used
@@ -308,7 +311,9 @@ class _Check:
             return noise_of(data, sample.noise)
         was = np.abs(before.data.bsdf_per_sr[used])
         factor = np.where(was > 0, np.abs(data.bsdf_per_sr[used]) / np.where(was > 0, was, 1.0), 1.0)
-        return FitNoise(before.sigma_per_sr * factor, before.noise["scan_relative"], before.noise["origin"])
+        stated = before.noise
+        sigma, level = before.sigma_per_sr * factor, stated.get("level")
+        return FitNoise(sigma, stated["scan_relative"], stated["origin"], level=level)
 
     def _objective(self, data: GonioData, sample: Sample) -> tuple[GonioData, Objective]:
         """Measurement and objective at the points of the fit, so that hypotheses share its programs.

@@ -3,9 +3,9 @@
 import dataclasses
 
 import numpy as np
-from scipy.special import chdtrc
 
 from jaxink.measurement import GonioData
+from jaxink.numerics.chi_square import probability_above
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Merit:
     points
         Number of points compared.
     chi_square, degrees_of_freedom, reduced_chi_square, probability
-        Under the stated noise, with scan factors in the covariance; None if the noise is unknown.
+        Under the stated or estimated noise, with scan factors in the covariance; None if it is unknown.
     rmsd_absolute_pi
         Root mean square of pi (m - s), with the measured BSDF m and the predicted BSDF s.
     rmsd_absolute_intensity
@@ -76,7 +76,13 @@ def rms(values) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n_parameters: int) -> Merit:
+def merit(
+    data: GonioData,
+    predicted: np.ndarray,
+    whitened: np.ndarray | None,
+    n_parameters: int,
+    noise_freedom: float = np.inf,
+) -> Merit:
     """Figures of merit over the used points.
 
     Parameters
@@ -89,6 +95,8 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         Residuals whitened by the noise, or None.
     n_parameters
         Number of fitted parameters.
+    noise_freedom
+        Degrees of freedom of an estimated noise.
     """
     used = data.used
     measured = data.bsdf_per_sr[used]
@@ -96,8 +104,10 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
     positive = bool(np.all(measured > 0) and np.all(predicted > 0))
     square: float | None = None
     freedom: int | None = None
+    probability: float | None = None
     if whitened is not None:
         square, freedom = float(np.sum(whitened**2)), len(measured) - n_parameters
+        probability = float(probability_above(square, freedom, noise_freedom)) if freedom > 0 else None
     log_m, log_s = (np.log(v) if positive else None for v in (measured, predicted))
     relative = (measured - predicted) / (0.5 * (measured + predicted)) if positive else None
     return Merit(
@@ -105,7 +115,7 @@ def merit(data: GonioData, predicted: np.ndarray, whitened: np.ndarray | None, n
         chi_square=square,
         degrees_of_freedom=freedom,
         reduced_chi_square=square / freedom if square is not None and freedom and freedom > 0 else None,
-        probability=float(chdtrc(freedom, square)) if freedom and freedom > 0 else None,
+        probability=probability,
         rmsd_absolute_pi=np.pi * rms(measured - predicted),
         rmsd_absolute_pi_percent=100 * rms(measured - predicted) / float(np.max(measured)),
         rmsd_absolute_intensity=rms(cosine * (measured - predicted)),

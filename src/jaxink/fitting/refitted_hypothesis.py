@@ -32,6 +32,8 @@ class RefittedHypothesis:
         Whether neighbouring residuals are correlated.
     log_determinant
         Of the noise covariance, in units of the independent variances.
+    noise_freedom
+        Degrees of freedom of an estimated noise.
     """
 
     hypothesis: Hypothesis
@@ -41,6 +43,7 @@ class RefittedHypothesis:
     is_possible: bool
     is_ordered: bool
     log_determinant: float
+    noise_freedom: float = np.inf
 
     @property
     def reduced(self) -> float:
@@ -49,9 +52,10 @@ class RefittedHypothesis:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the rest is what the stated noise leaves, neither more nor less."""
-        below = falls_short_of_noise(self.chi_square, self.freedom, SIGMA_TOLERANCE)
-        return not (below or exceeds_noise(self.chi_square, self.freedom))
+        """Whether the rest is what the noise leaves, neither more nor less."""
+        known = self.noise_freedom
+        below = falls_short_of_noise(self.chi_square, self.freedom, SIGMA_TOLERANCE, known)
+        return not (below or exceeds_noise(self.chi_square, self.freedom, known))
 
 
 def log_determinant(objective: Objective, predicted: np.ndarray) -> float:

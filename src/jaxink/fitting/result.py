@@ -4,7 +4,7 @@ import dataclasses
 import hashlib
 import json
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, TypedDict, cast
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.parameter_file import parameter_text
 from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
-from jaxink.measurement import GonioData
+from jaxink.measurement import GonioData, NoiseLevel
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.numerics.digits import percent
 from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
@@ -139,11 +139,15 @@ class NeglectedPolarisation:
 
 
 class NoiseOrigin(TypedDict):
-    """Origin of the noise, relative factor of each scan, and whether the noise is known at all."""
+    """Origin of the noise, relative factor of each scan, whether the noise is known at all, and how well.
+
+    The level is that of an estimated noise, None for a stated one; an older result has none.
+    """
 
     origin: str
     scan_relative: float
     known: bool
+    level: NotRequired[NoiseLevel | None]
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -232,13 +236,14 @@ class FitResult(SavedInFolder, Presented):
 
     @cached_property
     def verdict(self) -> FitVerdict:
-        """Whether the residual is what the stated noise would leave; points of weight 0 do not count."""
+        """Whether the residual is what the noise would leave; points of weight 0 do not count."""
         weighted = weights_of(self.data, self.sample) > 0
         at_bound = ("at lower bound", "at upper bound")
         bounds = tuple(name for name, p in self.parameters.items() if p.flag in at_bound)
         whitened = None if self.whitened is None else self.whitened[weighted]
         n_free = len(self.sample.parameters.free)
-        verdict = judge_fit(self.outcome, self.objective, whitened, n_free, bounds)
+        level = self.noise.get("level")
+        verdict = judge_fit(self.outcome, self.objective, whitened, n_free, bounds, level)
         mistakes = mistakes_sentence(self.mistakes, verdict.reduced_chi_square)
         return dataclasses.replace(verdict, sentence=f"{verdict.sentence} {mistakes}".rstrip())
 

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.outcome import Search
@@ -29,6 +30,12 @@ class Covariance:
 
     matrix: np.ndarray
     held: np.ndarray
+
+    def for_noise_of(self, degrees_of_freedom: float) -> "Covariance":
+        """The covariance whose standard errors cover 68.3 % if the noise is an estimate: Student's t."""
+        if not np.isfinite(degrees_of_freedom):
+            return self
+        return dataclasses.replace(self, matrix=self.matrix * stdtrit(degrees_of_freedom, ndtr(1.0)) ** 2)
 
     @property
     def deviation(self) -> np.ndarray:

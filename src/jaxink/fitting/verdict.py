@@ -1,14 +1,16 @@
-"""The verdict on a fit: whether its residual is what the stated noise would leave."""
+"""The verdict on a fit: whether its residual is what the stated or estimated noise would leave."""
 
 import dataclasses
 import enum
 
 import numpy as np
-from scipy.special import chdtr, chdtrc
+from scipy.special import chdtr, fdtr
 
 from jaxink.display.brief import brief_repr
 from jaxink.fitting.outcome import Outcome
+from jaxink.measurement import NoiseLevel
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+from jaxink.numerics.chi_square import probability_above
 
 # Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.
 OVERSTATED_FACTOR = 2.0
@@ -19,9 +21,9 @@ class FitVerdictCode(enum.StrEnum):
 
     meaning: str
 
-    CONSISTENT = "consistent", "the residual is consistent with the stated noise"
-    MISFIT = "misfit", "the residual exceeds the stated noise, and standard errors are meaningless"
-    OVERSTATED_NOISE = "overstated_noise", "the residual is far smaller than the stated noise"
+    CONSISTENT = "consistent", "the residual is consistent with the stated or estimated noise"
+    MISFIT = "misfit", "the residual exceeds the noise, and standard errors are meaningless"
+    OVERSTATED_NOISE = "overstated_noise", "the residual is far smaller than the noise"
     NOT_CONVERGED = "not_converged", "the search did not end in a minimum"
     NOT_JUDGED = (
         "not_judged",
@@ -64,18 +66,27 @@ class FitVerdict:
         return self.code is FitVerdictCode.MISFIT
 
 
-def exceeds_noise(chi_square: float, degrees_of_freedom: int) -> bool:
-    """Whether a chi-square is too large for noise whose standard deviation is known to `SIGMA_TOLERANCE`."""
-    improbable = chdtrc(degrees_of_freedom, chi_square) < LEAST_PROBABILITY
+def exceeds_noise(chi_square: float, degrees_of_freedom: int, noise_freedom: float = np.inf) -> bool:
+    """Whether a chi-square is too large for noise whose standard deviation is known to `SIGMA_TOLERANCE`.
+
+    The variance of an estimated noise is uncertain, in addition, by its degrees of freedom.
+    """
+    improbable = probability_above(chi_square, degrees_of_freedom, noise_freedom) < LEAST_PROBABILITY
     return bool(improbable and chi_square > SIGMA_TOLERANCE**2 * degrees_of_freedom)
 
 
 def falls_short_of_noise(
-    chi_square: float, degrees_of_freedom: int, factor: float = OVERSTATED_FACTOR
+    chi_square: float,
+    degrees_of_freedom: int,
+    factor: float = OVERSTATED_FACTOR,
+    noise_freedom: float = np.inf,
 ) -> bool:
     """Whether a chi-square is so small that standard deviations are overstated by more than a factor."""
-    improbable = chdtr(degrees_of_freedom, chi_square) < LEAST_PROBABILITY
-    return bool(improbable and chi_square * factor**2 < degrees_of_freedom)
+    if np.isfinite(noise_freedom):
+        probability = fdtr(degrees_of_freedom, noise_freedom, chi_square / degrees_of_freedom)
+    else:
+        probability = chdtr(degrees_of_freedom, chi_square)
+    return bool(probability < LEAST_PROBABILITY and chi_square * factor**2 < degrees_of_freedom)
 
 
 def judge_fit(
@@ -84,6 +95,7 @@ def judge_fit(
     whitened: np.ndarray | None,
     n_parameters: int,
     at_bound: tuple[str, ...] = (),
+    level: NoiseLevel | None = None,
 ) -> FitVerdict:
     """Verdict on a fit.
 
@@ -97,15 +109,18 @@ def judge_fit(
         Number of fitted parameters.
     at_bound
         Parameters that ended at a bound of their range.
+    level
+        Of an estimated noise; None if it is stated.
     """
-    reduced, code = None, FitVerdictCode.NOT_JUDGED
+    reduced, code, doubt = None, FitVerdictCode.NOT_JUDGED, ""
     if whitened is not None and whitened.size > n_parameters:
         # A saved file may hold residuals whose squares are infinite.
         with np.errstate(over="ignore"):
             chi_square, freedom = float(np.sum(whitened**2)), whitened.size - n_parameters
         reduced = chi_square / freedom
         if objective == "chi_square":
-            code = _judged(chi_square, freedom)
+            code = _judged(chi_square, freedom, level)
+            doubt = level_in_doubt(chi_square, freedom, level)
     if outcome is Outcome.GOAL:
         code = FitVerdictCode.NOT_JUDGED
     elif not outcome.converged:
@@ -117,35 +132,61 @@ def judge_fit(
     elif code is FitVerdictCode.NOT_JUDGED:
         sentence = _why_not_judged(objective, whitened, reduced)
     else:
-        sentence = _sentence(code, outcome, reduced, at_bound)
+        sentence = _sentence(code, outcome, reduced, at_bound, level, doubt)
     return FitVerdict(code, sentence, reduced, holds)
 
 
-def _judged(chi_square: float, freedom: int) -> FitVerdictCode:
-    if not np.isfinite(chi_square) or exceeds_noise(chi_square, freedom):
+def _judged(chi_square: float, freedom: int, level: NoiseLevel | None) -> FitVerdictCode:
+    known = np.inf if level is None else level.degrees_of_freedom
+    if not np.isfinite(chi_square) or exceeds_noise(chi_square, freedom, known):
         return FitVerdictCode.MISFIT
-    if falls_short_of_noise(chi_square, freedom):
+    if falls_short_of_noise(chi_square, freedom, noise_freedom=known):
         return FitVerdictCode.OVERSTATED_NOISE
     return FitVerdictCode.CONSISTENT
 
 
-def _sentence(code: FitVerdictCode, outcome: Outcome, reduced: float | None, at_bound) -> str:
+def level_in_doubt(chi_square: float, degrees_of_freedom: int, level: NoiseLevel | None) -> str:
+    """That a fit passes only because its noise is not known well; empty if not."""
+    if level is None or not exceeds_noise(chi_square, degrees_of_freedom):
+        return ""
+    p = probability_above(chi_square, degrees_of_freedom, level.degrees_of_freedom)
+    return (
+        f"Only the noise is in doubt (p = {p:.2g}): if its level were known exactly, and no factor of a scan "
+        "were missing, this would be a misfit. State it in column sigma_per_sr or in [noise]."
+    )
+
+
+def _sentence(
+    code: FitVerdictCode,
+    outcome: Outcome,
+    reduced: float | None,
+    at_bound: tuple[str, ...],
+    level: NoiseLevel | None,
+    doubt: str,
+) -> str:
+    noise = "stated noise" if level is None else f"estimated noise, {level.text},"
     if code is FitVerdictCode.NOT_CONVERGED:
         return f"The fit {outcome.value}. Its values and standard errors are not a result."
     if code is FitVerdictCode.MISFIT:
         where = f" {' and '.join(at_bound)} ended at a bound." if at_bound else ""
         return (
-            f"The model does not fit: reduced chi-square {reduced:.4g}, where the stated noise gives about 1."
+            f"The model does not fit: reduced chi-square {reduced:.4g}, where the {noise} gives about 1."
             f"{where} Standard errors are meaningless, and the fitted values may be far off."
         )
     if code is FitVerdictCode.OVERSTATED_NOISE:
         factor = np.inf if not reduced else reduced**-0.5
-        return (
-            f"The stated noise is too large, about {factor:.2g} times: reduced chi-square {reduced:.2g} "
-            "instead of about 1. Standard errors are too large by as much, and a misfit could not be seen; "
-            "check the unit of sigma (sigma_per_sr is absolute, in 1/sr)."
+        remedy = (
+            "check the unit of sigma (sigma_per_sr is absolute, in 1/sr)"
+            if level is None
+            else "readings that must agree differ by more than the points scatter, so check these"
         )
-    return f"The model fits within the stated noise: reduced chi-square {reduced:.4g}."
+        return (
+            f"The {noise} is too large, about {factor:.2g} times: reduced chi-square {reduced:.2g} "
+            f"instead of about 1. Standard errors are too large by as much, and a misfit could not be seen; "
+            f"{remedy}."
+        )
+    found = f"The model fits within the {noise.rstrip(',')}: reduced chi-square {reduced:.4g}."
+    return f"{found} {doubt}".rstrip()
 
 
 def _why_not_judged(objective: str, whitened: np.ndarray | None, reduced: float | None) -> str:

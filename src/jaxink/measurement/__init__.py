@@ -4,7 +4,7 @@ from jaxink.measurement.csv_file import write_csv
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS, MaskFlag, MaskLimits, mask_counts, mask_sentences
 from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
-from jaxink.measurement.noise_model import NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
+from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.point_noise import FitNoise, Noise, noise_of
 from jaxink.measurement.reader import read, read_csv, read_netcdf, read_workbook
 from jaxink.measurement.scans import Scan
@@ -17,6 +17,7 @@ __all__ = [
     "MaskLimits",
     "Noise",
     "NoiseEstimate",
+    "NoiseLevel",
     "NoiseModel",
     "NoiseSource",
     "Scan",

@@ -1,15 +1,25 @@
-"""Noise of a measurement, estimated from values that must agree: repeats, mirror images, reciprocal pairs.
+"""Noise of a measurement, estimated from its values: repeats, mirror images, reciprocal pairs, roughness.
 
 No model of the sample is used, so a misfit is never mistaken for noise. Every estimate is the root mean
 square of relative differences d = (a - b) / mean, scaled such that independent errors of relative standard
 deviation s give s. If there are at least 20 differences, those beyond 5 robust standard deviations (1.4826
-times the median of |d|) are excluded and counted; this removes 6e-7 of Gaussian errors.
+times the median of |d|) are excluded and counted; this removes 6e-7 of Gaussian errors. For the roughness of
+scans, see `jaxink.measurement.roughness`.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.noise_model import ROBUST_FROM, NoiseEstimate, NoiseModel, NoiseSource, ScanScatter
+from jaxink.measurement.noise_model import (
+    ROBUST_FROM,
+    NoiseEstimate,
+    NoiseLevel,
+    NoiseModel,
+    NoiseSource,
+    ScanScatter,
+)
 from jaxink.measurement.pairs import (
     Differences,
     mirror_differences,
@@ -17,10 +27,13 @@ from jaxink.measurement.pairs import (
     repeat_differences,
     without_copies,
 )
+from jaxink.measurement.roughness import roughness_of_scans
 from jaxink.measurement.scans import Scan
 
 MINIMUM_PAIRS = 10
 _OUTLIER = 5.0
+# Two estimates disagree if a ratio as extreme has a smaller probability.
+_DISAGREE = 1e-3
 _KINDS = {"repeats": "repeat", "mirror": "mirror", "reciprocal": "reciprocal"}
 
 
@@ -58,16 +71,25 @@ def _source(name: str, differences: Differences, scans: tuple[Scan, ...]) -> Noi
     return NoiseSource(name, pairs, relative, int((~keep).sum()), tuple(by_scan))
 
 
-def _scan_relative(reciprocal: Differences, within: NoiseSource) -> float:
-    """Standard deviation of scan factors, from excess variance between scans; 0 below 2 standard errors."""
+class _ScanFactor(NamedTuple):
+    """Standard deviation of the common factors of scans, and whether they are significant."""
+
+    relative: float
+    is_found: bool
+
+
+def _scan_factor(reciprocal: Differences, within: NoiseSource) -> _ScanFactor:
+    """From the excess variance between scans; below 2 standard errors, what one standard error allows."""
     kept = reciprocal.only(_inliers(reciprocal))
     if kept.weight.size < MINIMUM_PAIRS:
-        return 0.0
+        return _ScanFactor(0.0, False)
     expected = within.relative**2 * kept.spread
     excess = float(np.mean(kept.relative**2 * kept.spread - expected))
     error = np.sqrt(2 * np.sum(expected**2) / kept.weight.size**2 + 2 * np.mean(expected) ** 2 / within.pairs)
+    is_found = excess > 2 * error
     # Half, because each of the two scans has its own factor.
-    return float(np.sqrt(excess / 2)) if excess > 2 * error else 0.0
+    variance = (excess if is_found else max(excess, 0.0) + error) / 2
+    return _ScanFactor(float(np.sqrt(variance)), is_found)
 
 
 def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
@@ -80,8 +102,32 @@ def symmetry_repeatability(data: GonioData) -> tuple[ScanScatter, ...]:
     return _source("mirror", mirror_differences(means), data.scans).scans
 
 
+def _roughness(data: GonioData) -> NoiseSource:
+    """From the scans that tell it, if they have half of the points: fewer do not speak for the others."""
+    scans = {scan.index: scan for scan in data.scans}
+    found = roughness_of_scans(data)
+    if 2 * sum(scans[one.scan].used for one in found) < data.used.sum():
+        found = ()
+    freedom = sum(one.degrees_of_freedom for one in found)
+    squares = sum(one.degrees_of_freedom * one.relative**2 for one in found)
+    by_scan = tuple(
+        ScanScatter(scans[one.scan], round(one.degrees_of_freedom), one.relative, 0.0) for one in found
+    )
+    relative = float(np.sqrt(squares / freedom)) if found else float("nan")
+    return NoiseSource("roughness", round(freedom), relative, sum(one.outliers for one in found), by_scan)
+
+
+def _exceeds(one: NoiseSource, other: NoiseSource) -> bool:
+    """Whether one estimate is significantly larger than another."""
+    # Imported late because reading a file needs no scipy.
+    from scipy.special import fdtrc
+
+    ratio = (one.relative / other.relative) ** 2
+    return bool(fdtrc(one.pairs, other.pairs, ratio) < _DISAGREE)
+
+
 def estimate_noise(data: GonioData) -> NoiseEstimate:
-    """Relative noise of a measurement, estimated from values that must agree.
+    """Relative noise of a measurement, estimated from its values alone.
 
     Parameters
     ----------
@@ -91,14 +137,17 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
     Returns
     -------
     NoiseEstimate
-        From the first of repeats, mirror pairs and reciprocal pairs that has ``MINIMUM_PAIRS``, otherwise
-        from the one with most pairs. ``floor_per_sr`` is 0, as pairs cannot separate it from relative noise.
+        From repeats or else mirror pairs; from the roughness of the scans, if it agrees with these and tells
+        the noise better, or if there are fewer than ``MINIMUM_PAIRS`` of them; otherwise from reciprocal
+        pairs, or from the source with most pairs. ``floor_per_sr`` is 0.
 
     Notes
     -----
     Mirror pairs assume an azimuthally isotropic sample, reciprocal pairs f(i, o) = f(o, i) in reflection.
     Violations, such as by a tilted sample, are included in the estimate. Readings that agree exactly in all
-    pairs are copies made by the instrument's software and are ignored.
+    pairs are copies made by the instrument's software and are ignored. Roughness that exceeds the scatter of
+    reciprocal pairs is structure of the scans and is ignored, too. If reciprocal pairs do not scatter
+    significantly more than points of one scan, ``scan_relative`` is what one standard error does not exclude.
     """
     used = without_copies(data)
     repeats, means = repeat_differences(used)
@@ -107,44 +156,67 @@ def estimate_noise(data: GonioData) -> NoiseEstimate:
         _source("repeats", repeats, data.scans),
         _source("mirror", mirror_differences(means), data.scans),
         _source("reciprocal", reciprocal, data.scans),
+        _roughness(used),
     )
-    telling = [source for source in sources if source.pairs and source.relative > 0]
-    if not telling:
+    adopted = _adopted(*sources)
+    if adopted is None:
         text = (
-            "There are no repeat, mirror or reciprocal pairs to estimate the noise from; give column "
-            "sigma_per_sr or a noise model."
+            "There are no repeat, mirror or reciprocal pairs, nor scans dense and smooth enough, to estimate "
+            "the noise from; give column sigma_per_sr or a noise model."
         )
         return NoiseEstimate(sources, None, None, text)
-    enough = [source for source in telling if source.pairs >= MINIMUM_PAIRS]
-    adopted = enough[0] if enough else max(telling, key=lambda source: source.pairs)
     is_within = adopted.name != "reciprocal"
-    scan_relative = _scan_relative(reciprocal, adopted) if is_within else 0.0
-    model = NoiseModel(adopted.relative, 0.0, scan_relative)
-    sentence = _sentence(data, sources, adopted, model)
+    factor = _scan_factor(reciprocal, adopted) if is_within else _ScanFactor(0.0, False)
+    model = NoiseModel(adopted.relative, 0.0, factor.relative)
+    sentence = _sentence(data, sources, adopted, factor)
     return NoiseEstimate(sources, adopted.name, model, sentence)
 
 
-def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
-    parts = [f"Relative noise {model.relative:.2%} from {_pairs(adopted)}"]
+def _adopted(
+    repeats: NoiseSource, mirror: NoiseSource, reciprocal: NoiseSource, roughness: NoiseSource
+) -> NoiseSource | None:
+    """The source to use, see `estimate_noise`."""
+    sources = (repeats, mirror, reciprocal, roughness)
+    telling = [source for source in sources if source.pairs and source.relative > 0]
+    enough = [source for source in telling if source.pairs >= MINIMUM_PAIRS]
+    if not enough:
+        return max(telling, key=lambda source: source.pairs, default=None)
+    first = enough[0]
+    if roughness not in enough or first is roughness:
+        return first
+    agrees = not _exceeds(roughness, first)
+    if first is reciprocal:
+        # These also contain the factors of two scans.
+        return roughness if agrees else first
+    agrees = agrees and not _exceeds(first, roughness)
+    return roughness if agrees and roughness.pairs > first.pairs else first
+
+
+def _sentence(data, sources, adopted: NoiseSource, factor: _ScanFactor) -> str:
+    text = NoiseLevel(adopted.relative, adopted.pairs).text
+    parts = [f"Relative noise {text} from {_pairs(adopted)}"]
     if adopted.pairs < MINIMUM_PAIRS:
         parts[0] += f" (uncertain: fewer than {MINIMUM_PAIRS} pairs)"
     for source in sources:
         if source is adopted:
             continue
         if not source.pairs:
-            parts.append(f"no {_KINDS[source.name]} pairs")
+            if source.name != "roughness":
+                parts.append(f"no {_KINDS[source.name]} pairs")
         elif source.relative == 0:
             parts.append(f"{_pairs(source)} agree exactly, so they are copies")
         else:
             few = ", too few to trust" if source.pairs < MINIMUM_PAIRS else ""
-            verb = "gives" if source.pairs == 1 else "give"
+            verb = "gives" if source.pairs == 1 or source.name == "roughness" else "give"
             parts.append(f"{_pairs(source)} {verb} {source.relative:.2%}{few}")
     if adopted.name == "reciprocal":
         parts.append("this includes a factor of each scan")
-    elif model.scan_relative > 0:
-        parts.append(f"in addition, scans differ by a common factor with {model.scan_relative:.2%}")
-    elif sources[-1].pairs >= MINIMUM_PAIRS:
-        parts.append("scans do not scatter beyond it")
+    elif factor.is_found:
+        parts.append(f"in addition, scans differ by a common factor with {factor.relative:.2%}")
+    elif factor.relative:
+        parts.append(
+            f"scans do not scatter beyond it, but a common factor with {factor.relative:.2%} is not excluded"
+        )
     else:
         parts.append("a factor that varies from scan to scan cannot be estimated")
     if data.sigma_per_sr is not None:
@@ -155,7 +227,11 @@ def _sentence(data, sources, adopted: NoiseSource, model: NoiseModel) -> str:
 
 
 def _pairs(source: NoiseSource) -> str:
-    text = f"{source.pairs} {_KINDS[source.name]} pair{'s' * (source.pairs != 1)}"
+    if source.name == "roughness":
+        count = len(source.scans)
+        text = f"the roughness of {count} scan{'s' * (count != 1)}"
+    else:
+        text = f"{source.pairs} {_KINDS[source.name]} pair{'s' * (source.pairs != 1)}"
     if source.outliers:
         text += f" ({source.outliers} outlier{'s' * (source.outliers != 1)} left out)"
     return text

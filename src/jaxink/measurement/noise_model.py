@@ -1,4 +1,4 @@
-"""Noise of a measurement: the model, and estimates from pairs of values."""
+"""Noise of a measurement: the model, and estimates from the values themselves."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,7 @@ from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.scans import Scan
+from jaxink.numerics.digits import with_uncertainty
 
 ROBUST_FROM = 20
 _DIFFER = 1e-3
@@ -50,15 +51,37 @@ class NoiseModel:
 
 
 @dataclass(frozen=True)
+class NoiseLevel:
+    """How well an estimated noise is known.
+
+    Parameters
+    ----------
+    relative
+        Relative standard deviation of a point.
+    degrees_of_freedom
+        Of its square.
+    """
+
+    relative: float
+    degrees_of_freedom: float
+
+    @property
+    def text(self) -> str:
+        """The level with its standard error, such as ``0.49(2) %``."""
+        error = self.relative / np.sqrt(2 * self.degrees_of_freedom)
+        return f"{with_uncertainty(100 * self.relative, 100 * error)} %"
+
+
+@dataclass(frozen=True)
 class ScanScatter:
-    """Estimate from the pairs of one scan.
+    """Estimate from the pairs, or the roughness, of one scan.
 
     Parameters
     ----------
     scan
         The scan.
     pairs
-        Number of independent differences.
+        Number of independent differences; degrees of freedom of the roughness.
     relative
         Relative standard deviation of one value: root mean square of the differences / sqrt(2).
     mean_difference
@@ -76,14 +99,15 @@ class ScanScatter:
 
 @dataclass(frozen=True)
 class NoiseSource:
-    """One kind of pairs.
+    """One kind of pairs, or the roughness of scans.
 
     Parameters
     ----------
     name
-        ``"repeats"``, ``"mirror"`` or ``"reciprocal"``.
+        ``"repeats"``, ``"mirror"``, ``"reciprocal"`` or ``"roughness"``.
     pairs
-        Number of independent differences; k repeats of a direction count k - 1.
+        Number of independent differences: degrees of freedom of ``relative`` squared. k repeats of a
+        direction count k - 1; overlapping differences of neighbours count less than one each.
     relative
         Relative standard deviation of one value, NaN without pairs.
     outliers
@@ -108,11 +132,11 @@ class NoiseEstimate:
     Parameters
     ----------
     sources
-        Repeats, mirror and reciprocal pairs, in the order of preference.
+        Repeats, mirror pairs, reciprocal pairs and roughness.
     adopted
-        Name of the source that was used, None if no pair was found.
+        Name of the source that was used, None if there is none.
     model
-        The noise model, None if no pair was found.
+        The noise model, None if there is no source.
     sentence
         What was used, and why.
     """
@@ -124,14 +148,21 @@ class NoiseEstimate:
     model: NoiseModel | None
     sentence: str
 
+    @property
+    def level(self) -> NoiseLevel | None:
+        """The relative noise, and how well it is known."""
+        if self.model is None or self.adopted is None:
+            return None
+        return NoiseLevel(self.model.relative, self.source(self.adopted).pairs)
+
     def relative_of(self, data: GonioData) -> Float[np.ndarray, " points"]:
         """Relative standard deviation of each point of the measurement; NaN without a model.
 
-        It is that of the point's own scan if the adopted pairs lie within scans, every scan has at least 20,
-        and their variances differ (Bartlett 1937, level 0.001); otherwise that of the model.
+        It is that of the point's own scan if the adopted source lies within scans, every scan has at least 20
+        pairs, and their variances differ (Bartlett 1937, level 0.001); otherwise that of the model.
         """
         model = np.full(len(data), np.nan if self.model is None else self.model.relative)
-        if self.adopted not in ("repeats", "mirror"):
+        if self.adopted not in ("repeats", "mirror", "roughness"):
             return model
         scans = self.source(self.adopted).scans
         told = {scatter.scan.index for scatter in scans if scatter.pairs >= ROBUST_FROM}
@@ -145,7 +176,7 @@ class NoiseEstimate:
         return np.array([by_scan.get(index, np.nan) for index in data.scan_index.tolist()])
 
     def source(self, name: str) -> NoiseSource:
-        """Estimate from one kind of pairs, by name."""
+        """Estimate from one source, by name."""
         return next(source for source in self.sources if source.name == name)
 
 

@@ -1,4 +1,4 @@
-"""Noise of the used points of a measurement: from the file, as declared, or estimated from pairs."""
+"""Noise of the used points of a measurement: from the file, as declared, or estimated from the values."""
 
 import dataclasses
 
@@ -8,12 +8,17 @@ from jaxtyping import Float
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.noise import estimate_noise
+from jaxink.measurement.noise import MINIMUM_PAIRS, estimate_noise
+from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel
+from jaxink.measurement.pairs import direction_groups
 
 # A residual is not consistent with noise if the probability of its chi-square is below this.
 LEAST_PROBABILITY = 1e-3
 # Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
 SIGMA_TOLERANCE = 1.1
+# Repeats that scatter by more than this, and by so many times what other pairs or neighbours scatter, are
+# readings of different samples: remounting a sample changes a BSDF by a few per cent at most.
+_UNLIKE_REPEATS, _TIMES_OTHERS = 0.03, 5.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,8 +54,10 @@ class FitNoise:
     origin
         Sentence for reports.
     known
-        False if neither the file nor a declaration nor pairs give the noise: chi-square and standard errors
-        are then meaningless and not given.
+        False if neither the file nor a declaration nor the values give the noise: chi-square and standard
+        errors are then meaningless and not given.
+    level
+        Of an estimated noise: its size, and how well it is known; None if it is stated or unknown.
     """
 
     __repr__ = brief_repr
@@ -59,15 +66,22 @@ class FitNoise:
     scan_relative: float
     origin: str
     known: bool = True
+    level: NoiseLevel | None = None
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Of the estimate of its level; infinite if it is stated."""
+        return np.inf if self.level is None else self.level.degrees_of_freedom
 
 
 def noise_of(data: GonioData, declared: Noise) -> FitNoise:
-    """Noise of the used points: from the file, as declared, or estimated from pairs; never from a misfit.
+    """Noise of the used points: from the file, as declared, or from the values; never from a misfit.
 
     Raises
     ------
     InputRefusedError
-        If the standard deviation, declared or estimated, is 0 at some point.
+        If the standard deviation, declared or estimated, is 0 at some point, or none is declared and repeats
+        cannot be readings of one sample.
     """
     bsdf = data.bsdf_per_sr[data.used]
     if data.sigma_per_sr is not None and declared.use_file_sigma:
@@ -85,8 +99,9 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
 
 
 def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
-    """Noise from pairs of the data; the factor of a scan is at least the declared one."""
+    """Noise from the values themselves; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
+    _refuse_unlike_repeats(data, estimate)
     if estimate.model is None:
         size = np.abs(bsdf)
         # Most values may be 0.
@@ -97,7 +112,8 @@ def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
     if np.ptp(relative) > 0:
         span = f"{100 * relative.min():.2f} to {100 * relative.max():.2f} %"
         origin += f" The noise differs between scans ({span}), so each has its own value."
-    return FitNoise(relative * np.abs(bsdf), max(estimate.model.scan_relative, scan_relative), origin)
+    factor = max(estimate.model.scan_relative, scan_relative)
+    return FitNoise(relative * np.abs(bsdf), factor, origin, level=estimate.level)
 
 
 def _refuse_exact_zeros(data: GonioData) -> None:
@@ -107,7 +123,43 @@ def _refuse_exact_zeros(data: GonioData) -> None:
         values = "1 value is" if zero.size == 1 else f"{zero.size} values are"
         place = f"{data.source or 'GonioData'}, {data.place(int(zero[0]))}, column bsdf_per_sr"
         raise InputRefusedError(
-            f"{place}: {values} exactly 0, where the noise estimated from pairs, which is relative, would be "
-            "0; remove what is no reading, or state noise.relative and a noise.floor_per_sr above 0 in the "
+            f"{place}: {values} exactly 0, where the estimated noise, which is relative, would be 0; "
+            "remove what is no reading, or state noise.relative and a noise.floor_per_sr above 0 in the "
             "sample file."
         )
+
+
+def _refuse_unlike_repeats(data: GonioData, estimate: NoiseEstimate) -> None:
+    """Refuse repeats that differ far more than everything else that should agree."""
+    repeats = estimate.source("repeats")
+    others = [
+        source
+        for source in estimate.sources
+        if source is not repeats and source.pairs >= MINIMUM_PAIRS and source.relative > 0
+    ]
+    if not others or repeats.pairs < MINIMUM_PAIRS or not repeats.relative > _UNLIKE_REPEATS:
+        return
+    other = min(others, key=lambda source: source.relative)
+    if repeats.relative < _TIMES_OTHERS * other.relative:
+        return
+    words = "neighbours along a scan" if other.name == "roughness" else f"{other.name} pairs"
+    first, second = _most_unlike(data)
+    values = " and ".join(f"{data.bsdf_per_sr[point]:.4g}" for point in (first, second))
+    raise InputRefusedError(
+        f"{data.source or 'the measurement'}: repeated readings of a direction differ by "
+        f"{repeats.relative:.1%}, but {words} by {other.relative:.2%} only (most of all {data.place(first)} "
+        f"and {data.place(second)}: {values} /sr); is it the same sample? Fit different samples one by one; "
+        "if it is the same, state as relative in [noise] how well its readings reproduce."
+    )
+
+
+def _most_unlike(data: GonioData) -> tuple[int, int]:
+    """The two readings of one direction with the largest ratio."""
+    here = np.flatnonzero(data.used & (data.bsdf_per_sr > 0))
+    order = here[np.lexsort((data.bsdf_per_sr[here], direction_groups(data)[here]))]
+    group, level = direction_groups(data)[order], np.log(data.bsdf_per_sr[order])
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    ends = np.append(starts[1:], group.size) - 1
+    most = int(np.argmax(level[ends] - level[starts]))
+    first, second = sorted((int(order[starts[most]]), int(order[ends[most]])))
+    return first, second

@@ -273,7 +273,7 @@ def remains(diagnosis: "Diagnosis") -> Section:
         lines.append(f"All tests combined, {name} model: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
     if diagnosis.consistency:
-        parts.append(paragraph("Readings that must agree within the stated noise:"))
+        parts.append(paragraph("Readings that must agree within the noise:"))
         heads = ["readings", "pairs", "scatter of a reading", "noise of a reading", "p"]
         pairs = (
             [c.kind, str(c.pairs), share(c.relative), share(c.expected), chance(c.p_value)]

@@ -232,7 +232,7 @@ def reduced_thickness(data: GonioData, wavelength_nm: float) -> float:
 
 
 def _noise(data: GonioData) -> Iterator[str]:
-    """The table of the noise: from the file, from pairs, or guessed."""
+    """The table of the noise: from the file, estimated, or guessed."""
     yield "[noise]"
     if data.sigma_per_sr is not None:
         yield "# The noise of each point is the column sigma_per_sr of the measurement."
@@ -240,12 +240,12 @@ def _noise(data: GonioData) -> Iterator[str]:
         estimate = estimate_noise(data)
         pairs = max((s.pairs for s in estimate.sources if s.name == estimate.adopted), default=0)
         if estimate.model is not None and pairs >= MINIMUM_PAIRS:
-            yield "# Without sigma_per_sr, a fit estimates the noise from pairs of values that must agree:"
+            yield "# Without sigma_per_sr, a fit estimates the noise from the values themselves:"
             yield f"# {_printable(estimate.sentence)}"
             yield "# To declare it instead:"
             yield f"# relative = {_rounded(estimate.model.relative)}"
         else:
-            yield "# ASSUMED: the measurement has neither sigma_per_sr nor pairs to estimate the noise from."
+            yield "# ASSUMED: the measurement has neither sigma_per_sr nor values to estimate the noise from."
             yield "# Correct it, because chi-square and all standard errors depend on it."
             typical = float(np.median(np.abs(data.bsdf_per_sr[data.bsdf_per_sr != 0])))
             yield f"relative = {_GUESSED_NOISE}"

@@ -117,7 +117,7 @@ NOISE = {
         0.0,
         1.0,
         otherwise="none",
-        meaning="relative part; without it, sigma is taken from the file or estimated from repeats and pairs",
+        meaning="relative part; without it, sigma is taken from the file or estimated from the values",
     ),
     "floor_per_sr": Quantity("1/sr", 0.0, math.inf, 0.0, meaning="constant part"),
     "scan_relative": Quantity("", 0.0, 1.0, 0.0, meaning="common factor of each scan"),

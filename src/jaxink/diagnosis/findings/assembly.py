@@ -38,7 +38,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         last.jacobian,
         found.points,
         at_bound=last.at_bound,
-        options=found.options.screen,
+        options=found.setup.options,
         policy=policy,
     )
     shifts = misfit_errors(last, found.points, location.smooth)
@@ -66,6 +66,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         shape=shape,
         time_limit=time_limit,
         failures=failures,
+        level=found.setup.noise.level,
     )
     return Diagnosis(
         declared=found.fit,

@@ -3,11 +3,11 @@
 import dataclasses
 
 import numpy as np
-from scipy.stats import chi2
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.measurement import FitNoise, GonioData, estimate_noise
 from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
+from jaxink.numerics.chi_square import probability_above
 
 _WORDS = {
     "repeats": "repeated readings",
@@ -60,14 +60,15 @@ def consistency_of(
     within = float(np.sqrt(np.mean(relative**2)))
     found = []
     for source in estimate_noise(data).sources:
-        if source.pairs < policy.fewest_pairs or not source.relative > 0:
+        if source.name not in _WORDS or source.pairs < policy.fewest_pairs or not source.relative > 0:
             continue
         between = _between(data, noise.scan_relative) if source.name == "reciprocal" else 0.0
         expected = float(np.hypot(within, between))
         # Pairs of two scans share their factors: at most one pair per scan, except the first, is independent.
         shared = (between / expected) ** 2 * max(source.pairs / max(len(source.scans) - 1, 1) - 1, 0.0)
         independent = source.pairs / (1 + shared)
-        p_value = float(chi2.sf(independent * (source.relative / expected) ** 2, independent))
+        square = independent * (source.relative / expected) ** 2
+        p_value = float(probability_above(square, independent, noise.degrees_of_freedom))
         exceeds_noise = bool(p_value < policy.noise_p and source.relative > policy.sigma_tolerance * expected)
         found.append(
             Consistency(source.name, source.pairs, source.relative, expected, p_value, exceeds_noise)

@@ -17,6 +17,8 @@ from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.fitting import FitResult
 from jaxink.fitting.mistake import mistakes_sentence
+from jaxink.fitting.verdict import level_in_doubt
+from jaxink.measurement import NoiseLevel
 from jaxink.numerics.failures import Failure
 from jaxink.residual import ResidualShape
 
@@ -30,7 +32,7 @@ class Evidence:
 
     `imitations` says of steps why they do not mean what their effect says, `as_well_without_a_name` which
     description without a cause the data do not distinguish from them; `time_limit` is None if there was none;
-    `failures` are parts of the diagnosis that failed.
+    `failures` are parts of the diagnosis that failed; `level` is that of an estimated noise.
     """
 
     steps: tuple[Step, ...]
@@ -47,6 +49,7 @@ class Evidence:
     shape: ResidualShape | None = None
     time_limit: TimeLimit | None = None
     failures: tuple[Failure, ...] = ()
+    level: NoiseLevel | None = None
 
 
 def is_met(
@@ -55,7 +58,7 @@ def is_met(
     policy: SearchPolicy = DEFAULT_POLICY,
     shape: ResidualShape | None = None,
 ) -> bool:
-    """Whether a residual is consistent with noise, or below the accuracy of the stated noise."""
+    """Whether a residual is consistent with noise, or below the accuracy of the noise."""
     figures = summary.fitted
     if figures.probability is None:
         return True
@@ -107,12 +110,23 @@ def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
         sentence += f" Not done within the time limit of {limit.limit_s:g} s: {left_out}."
     if evidence.failures:
         sentence += f" {_failed(evidence.failures)}"
+    if evidence.level is not None:
+        sentence += f" {_level(evidence.level, evidence, policy)}"
     if evidence.undetermined:
         sentence += f" Given this misfit, the data do not determine {', '.join(evidence.undetermined)}."
     broken = [c.sentence for c in evidence.consistency if c.exceeds_noise]
     if broken:
         sentence += f" The data are inconsistent: {'; '.join(broken)}."
     return dataclasses.replace(verdict, sentence=sentence)
+
+
+def _level(level: NoiseLevel, evidence: Evidence, policy: SearchPolicy) -> str:
+    """That the noise is estimated, and whether the verdict rests on how well."""
+    figures, said = evidence.after.fitted, f"The noise is estimated, {level.text}."
+    doubt = level_in_doubt(figures.chi_square, figures.degrees_of_freedom, level)
+    if doubt and is_met(evidence.after, evidence.structure, policy, evidence.shape):
+        return f"{said} {doubt}"
+    return said
 
 
 def _failed(failures: tuple[Failure, ...]) -> str:

@@ -27,8 +27,8 @@ class Figures:
     relative_rms
         Root mean square of predicted / measured - 1.
     chi_square, degrees_of_freedom, reduced_chi_square, probability
-        Under the stated noise, weighted as in the fits. For held-out points the degrees of freedom are the
-        number of points.
+        Under the stated or estimated noise, weighted as in the fits. For held-out points the degrees of
+        freedom are the number of points.
     """
 
     rmsd_absolute: float
@@ -69,25 +69,26 @@ def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
     measured, folds = cross_validation.observations.measured_per_sr, cross_validation.folds
     held_out, data, n = cross_validation.predictions(stage), stage.setup.data, len(measured)
     predicted, whitened = stage.solution.predicted_per_sr, stage.residual[:n]
-    fitted = _figures(data, predicted, whitened, len(stage.free))
+    known = stage.setup.noise.degrees_of_freedom
+    fitted = _figures(data, predicted, whitened, len(stage.free), known)
     if held_out is None:
         stage.setup.allowance.permits(Task.HELD_OUT, ["extended" if stage.accepted else "declared"])
         return Summary(fitted, None, predicted, whitened, None)
     unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
-    known = np.isfinite(unseen)
-    if not known.any():
+    finite = np.isfinite(unseen)
+    if not finite.any():
         return Summary(fitted, None, predicted, whitened, None)
     # The noise of points beside those of a fold that failed is that of a perfect prediction.
-    filled = np.where(known, unseen, measured)
+    filled = np.where(finite, unseen, measured)
     left = stage.bench.whiten(filled, measured - filled)[:n]
     seen = data.mask.copy()
-    seen[np.flatnonzero(data.used)[~known]] |= USER.bit
-    figures = _figures(data.replace(mask=seen), unseen[known], left[known], 0)
+    seen[np.flatnonzero(data.used)[~finite]] |= USER.bit
+    figures = _figures(data.replace(mask=seen), unseen[finite], left[finite], 0, known)
     return Summary(fitted, figures, predicted, whitened, unseen)
 
 
-def _figures(data: GonioData, predicted, whitened, n_parameters: int) -> Figures:
-    found = merit(data, predicted, whitened, n_parameters)
+def _figures(data: GonioData, predicted, whitened, n_parameters: int, noise_freedom: float) -> Figures:
+    found = merit(data, predicted, whitened, n_parameters, noise_freedom)
     return Figures(
         found.rmsd_absolute_pi,
         found.rmsd_relative,

@@ -25,7 +25,7 @@ class VerdictCode(enum.StrEnum):
     NOT_TESTABLE = "not_testable", "there are not more points than parameters"
     ORDER_REMAINS = (
         "order_remains",
-        "the residual is within the accuracy of the stated noise, but has an order that no effect explains",
+        "the residual is within the accuracy of the noise, but has an order that no effect explains",
     )
     IMITATED = (
         "imitated",

@@ -144,15 +144,15 @@ def search_effects(
 
 def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
     data = fit.data
-    used = data.used
+    used, noise = data.used, noise_of(data, sample.noise)
     return Setup(
         sample,
         data,
-        noise_of(data, sample.noise),
+        noise,
         _sizes(fit, sample, options),
         Scene.of(*data.used_directions, row=data.reading_order[used]),
         options.catalogue,
-        options.screen,
+        dataclasses.replace(options.screen, noise_freedom=noise.degrees_of_freedom),
         options.fit.accuracy,
         options.policy,
         rivals=_rivals(fit, sample, options.policy),

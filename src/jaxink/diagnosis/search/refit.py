@@ -73,6 +73,7 @@ def estimates(bench: Workbench, solution: Solution) -> dict[str, Estimate]:
     n = len(solution.free)
     search = solution.search
     spread = covariance(search.triangle[:, :n], search.unit[:n], search.gradient[:n])
+    spread = spread.for_noise_of(bench.noise_freedom)
     slope = bench.scale_of(solution.free).slope(search.unit[:n])
     sigma = np.where(spread.held, np.nan, spread.deviation * np.abs(slope)).tolist()
     return {

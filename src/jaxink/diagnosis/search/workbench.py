@@ -153,6 +153,7 @@ class Workbench:
     ):
         self._pieces = pieces or Pieces()
         model = AugmentedModel(sample, effects, scene, config)
+        self.noise_freedom = noise.degrees_of_freedom
         self.base, self.effects = sample, carriers(sample, effects)
         table = model.sample.parameters
         terms = {term.name: term for effect in self.effects for term in effect.terms}

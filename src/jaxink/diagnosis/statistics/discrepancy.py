@@ -79,8 +79,7 @@ def smooth_part(
     options = ScreenOptions() if options is None else options
     cone = TangentCone.of(jacobian, at_bound)
     projection = cone.projection(cone.active(residual[None, :])[0])
-    noise = np.random.default_rng(options.seed).standard_normal((options.n_bootstrap, residual.size))
-    vectors = np.vstack([residual[None, :], noise])
+    vectors = np.vstack([residual[None, :], options.noise(residual.size)])
     gains, modes = [], []
     for length in _LENGTHS_DEG:
         mode = _modes(points, length, projection)

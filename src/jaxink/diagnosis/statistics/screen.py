@@ -120,7 +120,8 @@ class PreparedScreen:
         for position, part in enumerate(self._columns.slices):
             law = self._significance.laws[position]
             if law is not None:
-                raw[:, position] = law.p_value(best_admissible(scores[:, part], law.sign))
+                best = best_admissible(scores[:, part], law.sign)
+                raw[:, position] = self._significance.p_values(law, best)
         return PValues(raw, np.where(np.isnan(raw), np.nan, self._significance.adjusted(raw)))
 
     def _view(self, active) -> _View:
@@ -215,7 +216,13 @@ def prepare_screen(
     most = _View.of(cone, columns, np.zeros(cone.n_edges, bool)) if cone.n_edges else views[0]
     correlation = most.left.unit.T @ most.left.unit
     significance = Significance.of(
-        scores, columns.slices, candidates, correlation, options.level, is_exact=cone.n_edges == 0
+        scores,
+        columns.slices,
+        candidates,
+        correlation,
+        options.level,
+        is_exact=cone.n_edges == 0,
+        noise_freedom=options.noise_freedom,
     )
     # Storing a view for each pattern would need much memory if many parameters are at bounds.
     kept = tuple(views[:_KEPT_VIEWS])

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError, require_integer, require_number
 
@@ -19,6 +20,8 @@ class ScreenOptions:
         Probability that any candidate is detected although none is present.
     seed
         Of the random numbers.
+    noise_freedom
+        Degrees of freedom of an estimated noise, infinite for a stated one.
 
     Raises
     ------
@@ -29,6 +32,7 @@ class ScreenOptions:
     n_bootstrap: int = 2000
     level: float = 0.05
     seed: int = 20260
+    noise_freedom: float = np.inf
 
     def __post_init__(self):
         require_integer("n_bootstrap", self.n_bootstrap, 1, 100_000)
@@ -41,3 +45,12 @@ class ScreenOptions:
                 f"n_bootstrap is {self.n_bootstrap}; at level {self.level:g} it must be at least "
                 f"{int(np.ceil(10 / self.level))}."
             )
+
+    def noise(self, n_rows: int) -> Float[np.ndarray, "draws rows"]:
+        """Null data sets in units of the noise in use, whose level is off by that of the estimate."""
+        rng = np.random.default_rng(self.seed)
+        draws = rng.standard_normal((self.n_bootstrap, n_rows))
+        if np.isfinite(self.noise_freedom):
+            variance = rng.chisquare(self.noise_freedom, (self.n_bootstrap, 1)) / self.noise_freedom
+            draws /= np.sqrt(variance)
+        return draws

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import ndtr, ndtri, stdtr, stdtrit
 
 from jaxink.diagnosis.statistics.candidate import Candidate
 from jaxink.diagnosis.statistics.null_law import NullLaw, admissible, tree_links
@@ -26,11 +27,15 @@ class Significance:
         |z| at which each is detected; nan if not testable.
     smallest_p
         Smallest p of all candidates in each null data set, ascending.
+    noise_freedom
+        Degrees of freedom of an estimated noise: scores then follow Student's t, and are replaced by the
+        normal deviates of equal probability.
     """
 
     laws: tuple[NullLaw | None, ...]
     critical_z: tuple[float, ...]
     smallest_p: Float[np.ndarray, " draws"]
+    noise_freedom: float = np.inf
 
     @classmethod
     def of(
@@ -41,6 +46,7 @@ class Significance:
         correlation: Float[np.ndarray, "columns columns"],
         level: float,
         is_exact: bool,
+        noise_freedom: float = np.inf,
     ) -> "Significance":
         """Laws from the scores of null data sets along the columns of all candidates.
 
@@ -61,8 +67,10 @@ class Significance:
         smallest = np.sort(smallest)
         count = int(np.floor(level * (smallest.size + 1)))
         threshold = float(smallest[count - 1])
-        critical = tuple(np.nan if law is None else law.critical(threshold) for law in laws)
-        return cls(tuple(laws), critical, smallest)
+        critical = tuple(
+            np.nan if law is None else _student(law.critical(threshold), noise_freedom) for law in laws
+        )
+        return cls(tuple(laws), critical, smallest, noise_freedom)
 
     def adjusted(self, p: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
         """Family-wise adjusted p: probability that any candidate has a p this small if none is present."""
@@ -73,7 +81,20 @@ class Significance:
         """Probability that noise alone gives the candidate at a position a score this large."""
         law = self.laws[position]
         oriented = max(float(admissible(z, law.sign)), 0.0)
-        return float(law.p_value(np.array(oriented**2)))
+        return float(self.p_values(law, np.array(oriented**2)))
+
+    def p_values(
+        self, law: NullLaw, statistic: Float[np.ndarray, "*shape"]
+    ) -> Float[np.ndarray, "*shape"] | float:
+        """Probabilities of best admissible scores, squared, of one candidate."""
+        if np.isfinite(self.noise_freedom):
+            statistic = ndtri(stdtr(self.noise_freedom, -np.sqrt(statistic))) ** 2
+        return law.p_value(statistic)
+
+
+def _student(z: float, freedom: float) -> float:
+    """The deviate of Student's t whose probability is that of a normal one."""
+    return float(-stdtrit(freedom, ndtr(-z))) if np.isfinite(freedom) else z
 
 
 def best_admissible(scores: Float[np.ndarray, "sets columns"], sign: int) -> Float[np.ndarray, " sets"]:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.special import chdtrc
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.statistics.points import Points
@@ -17,6 +16,7 @@ from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.structure_statistics import NullStatistic, scan_statistics, share_as_large
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.display.brief import brief_repr
+from jaxink.numerics.chi_square import probability_above
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ class PreparedStructure:
     cone: TangentCone
     points: Points
     policy: SearchPolicy
+    noise_freedom: float
     _square: Float[np.ndarray, " draws"]
     _nulls: tuple[NullStatistic, ...]
     _smallest: Float[np.ndarray, " draws"]
@@ -97,7 +98,7 @@ class PreparedStructure:
         left = projection.remove(residual)
         square, freedom = float(left @ left), left.size - projection.basis.shape[1]
         if self.cone.n_edges == 0:
-            p_square = float(chdtrc(freedom, square))
+            p_square = float(probability_above(square, freedom, self.noise_freedom))
         else:
             p_square = float(share_as_large(self._square, square))
         records = [StructureStatistic("chi_square", square, p_square, -1, np.nan)]
@@ -131,7 +132,7 @@ def prepare_structure(
     points
         Settings of the points; further rows of the Jacobian belong to priors.
     options
-        Number of draws and seed; None for the defaults.
+        Number of draws, seed and degrees of freedom of the noise; None for the defaults.
     policy
         Thresholds of the tests.
 
@@ -141,12 +142,12 @@ def prepare_structure(
     """
     options = ScreenOptions() if options is None else options
     cone = TangentCone.of(jacobian, at_bound)
-    noise = np.random.default_rng(options.seed).standard_normal((options.n_bootstrap, len(jacobian)))
-    vectors = cone.residuals(noise)
+    known = options.noise_freedom
+    vectors = cone.residuals(options.noise(len(jacobian)))
     square = np.sum(vectors**2, axis=1)
     ascending = np.sort(square)
     if cone.n_edges == 0:
-        smallest = chdtrc(len(jacobian) - cone.basis.shape[1], square)
+        smallest = probability_above(square, len(jacobian) - cone.basis.shape[1], known)
     else:
         smallest = share_as_large(ascending, square, 1)
     nulls = []
@@ -154,7 +155,7 @@ def prepare_structure(
         nulls.append(NullStatistic.of(statistic))
         p = nulls[-1].p_values(statistic, 1)
         smallest = np.minimum(smallest, np.minimum(p.pooled, p.worst))
-    return PreparedStructure(cone, points, policy, ascending, tuple(nulls), np.sort(smallest))
+    return PreparedStructure(cone, points, policy, known, ascending, tuple(nulls), np.sort(smallest))
 
 
 def find_structure(
