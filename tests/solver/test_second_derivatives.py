@@ -10,9 +10,9 @@ from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.layer_response import layer_response
 
 # Each shows what the others do not: equal eigenvalues (ink on ink), an eigenvalue of 0, powers of 0,
-# a face, a finite field; the page has all kinds.
+# a finite field; the page has all kinds, and what is not right yet.
 SHOWN = ["ink on ink of lower index", "thick, without absorption", "isotropic"]
-SLOW = ["facets: beckmann", "finite beam and field of view", "Mie, dense"]
+SLOW = ["finite beam and field of view", "Mie, dense"]
 
 
 @pytest.mark.parametrize("kind", [*SHOWN, *(pytest.param(kind, marks=pytest.mark.slow) for kind in SLOW)])
