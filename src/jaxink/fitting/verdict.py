@@ -4,13 +4,12 @@ import dataclasses
 import enum
 
 import numpy as np
-from scipy.special import chdtr, fdtr
 
 from jaxink.display.brief import brief_repr
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import NoiseLevel
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
-from jaxink.numerics.chi_square import probability_above
+from jaxink.numerics.chi_square import probability_above, probability_below
 
 # Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.
 OVERSTATED_FACTOR = 2.0
@@ -82,10 +81,7 @@ def falls_short_of_noise(
     noise_freedom: float = np.inf,
 ) -> bool:
     """Whether a chi-square is so small that standard deviations are overstated by more than a factor."""
-    if np.isfinite(noise_freedom):
-        probability = fdtr(degrees_of_freedom, noise_freedom, chi_square / degrees_of_freedom)
-    else:
-        probability = chdtr(degrees_of_freedom, chi_square)
+    probability = probability_below(chi_square, degrees_of_freedom, noise_freedom)
     return bool(probability < LEAST_PROBABILITY and chi_square * factor**2 < degrees_of_freedom)
 
 

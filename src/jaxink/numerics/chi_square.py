@@ -2,7 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy.special import chdtrc, fdtrc
+from scipy.special import chdtr, chdtrc, fdtr, fdtrc
 
 
 def probability_above(
@@ -15,3 +15,10 @@ def probability_above(
     if not np.isfinite(noise_freedom):
         return chdtrc(degrees_of_freedom, chi_square)
     return fdtrc(degrees_of_freedom, noise_freedom, chi_square / degrees_of_freedom)
+
+
+def probability_below(chi_square: float, degrees_of_freedom: float, noise_freedom: float = np.inf) -> float:
+    """Probability that noise alone gives a chi-square no larger, see `probability_above`."""
+    if not np.isfinite(noise_freedom):
+        return chdtr(degrees_of_freedom, chi_square)
+    return fdtr(degrees_of_freedom, noise_freedom, chi_square / degrees_of_freedom)
