@@ -261,7 +261,7 @@ def hemispherical_power(
     Raises
     ------
     PrecisionError, InputRefusedError
-        See `diffuse_bsdf`, or if known results are not shares: the streams do not resolve an incidence.
+        See `diffuse_bsdf`; also if the powers are negative or exceed 1, as of an unresolved incidence.
     """
     require_float64()
     plan = plan_channels(stack) if plan is None else plan
@@ -288,7 +288,7 @@ def _power_sizes(stack, sin_incidence, plan) -> SolverConfig:
 
 
 def _require_shares(stack, sin_incidence, powers, config) -> None:
-    """Reject powers that are no shares of the incident one."""
+    """Reject powers that are negative or exceed the incident one."""
     reflectance, transmittance = powers
     total = reflectance + (transmittance if stack.backing is None else 0.0)
     wrong = (np.minimum(reflectance, transmittance) < -_BELOW) | (total > 1 + _ABOVE)
@@ -297,8 +297,8 @@ def _require_shares(stack, sin_incidence, powers, config) -> None:
         k = int(np.argmax(wrong))
         angle = np.rad2deg(np.arcsin(np.clip(np.asarray(sin_incidence)[k], 0, 1)))
         raise InputRefusedError(
-            f"{config.nodes_escaping} streams do not resolve light incident at {angle:.6g} deg: reflectance "
-            f"{reflectance[k]:.6g} and transmittance {transmittance[k]:.6g} are no shares of the power. "
+            f"{config.nodes_escaping} streams do not resolve light incident at {angle:.6g} deg: they give a "
+            f"reflectance of {reflectance[k]:.6g} and a transmittance of {transmittance[k]:.6g}. "
             "Give smaller angles of incidence, or a config with more nodes_escaping."
         )
 
