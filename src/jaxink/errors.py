@@ -43,6 +43,10 @@ class NotFiniteError(JaxinkError, FloatingPointError):
     """A model or its derivatives are not finite where a computation cannot go on without them."""
 
 
+class NoDerivativeError(JaxinkError, NotImplementedError):
+    """A derivative was asked for that is not available, or not accurate."""
+
+
 class PrecisionError(JaxinkError, RuntimeError):
     """A differentiable function was called while JAX uses 32-bit floats, or is strict by one of its flags."""
 

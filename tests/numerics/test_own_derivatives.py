@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics.own_derivatives import by_own_inputs, point_by_point
+from jaxink.errors import NoDerivativeError
+from jaxink.numerics.own_derivatives import by_own_inputs, differentiable_once, point_by_point
 
 
 @pytest.fixture(autouse=True)
@@ -117,3 +118,35 @@ def test_a_value_that_does_not_depend_on_what_varies_in_a_batch(which):
 
     found, expected = (jax.jit(jax.jacfwd(of(own)))(jnp.asarray(AT)) for own in (True, False))
     np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def guarded(x):
+    """A product whose first factor may be differentiated once."""
+    (once,) = differentiable_once((x[0],), "no second derivatives by the first")
+    return once**2 * x[1] ** 2
+
+
+@pytest.mark.parametrize("derivative", [jax.jacfwd, jax.jacrev, lambda f: jax.jit(jax.vmap(jax.grad(f)))])
+def test_what_is_differentiable_once_has_first_derivatives(derivative):
+    at = jnp.array([3.0, 2.0])
+    found = (
+        derivative(guarded)(at)
+        if derivative in (jax.jacfwd, jax.jacrev)
+        else derivative(guarded)(at[None])[0]
+    )
+    np.testing.assert_array_equal(found, [24.0, 36.0])
+
+
+@pytest.mark.parametrize("outer", [jax.jacfwd, jax.jacrev])
+@pytest.mark.parametrize("inner", [jax.jacfwd, jax.jacrev])
+def test_second_derivatives_of_it_are_refused_and_others_are_not(outer, inner):
+    with pytest.raises(NoDerivativeError, match="no second derivatives by the first"):
+        outer(inner(guarded))(jnp.array([3.0, 2.0]))
+    np.testing.assert_array_equal(outer(inner(lambda y: guarded((3.0, y))))(2.0), 18.0)
+
+
+def test_a_derivative_by_it_may_be_differentiated_by_another_number():
+    def by_first(y):
+        return jax.grad(lambda x: guarded((x, y)))(3.0)
+
+    assert jax.grad(by_first)(2.0) == 24.0

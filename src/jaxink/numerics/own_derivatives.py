@@ -1,5 +1,6 @@
 """An expensive function of a few numbers, on which many variables act."""
 
+import dataclasses
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -11,6 +12,9 @@ import numpy as np
 from jax.custom_derivatives import SymbolicZero
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
+
+from jaxink.errors import NoDerivativeError
+from jaxink.numerics.linear_map import linear_map
 
 
 def by_own_inputs(function: Callable, *parts: Any) -> Any:
@@ -102,3 +106,48 @@ def point_by_point(function: Callable, *columns: Float[Array, " points"]) -> Flo
         return found, change
 
     return value(*columns)
+
+
+def differentiable_once(values: Any, sentence: str) -> Any:
+    """The values themselves, whose second derivatives are refused.
+
+    Parameters
+    ----------
+    values
+        A tree of real arrays.
+    sentence
+        What the error says.
+
+    Raises
+    ------
+    NoDerivativeError
+        When a derivative by the values is differentiated by them.
+    """
+    refusal = _Refusal(sentence)
+
+    @jax.custom_jvp
+    def same(value):
+        return value
+
+    @same.defjvp
+    def _(primals, tangents):
+        # Where a derivative is taken matters to nothing but the refusal.
+        (change,) = linear_map(_change, refusal, primals, tangents)
+        return same(*primals), change
+
+    return jax.tree.map(lambda value: same(jnp.asarray(value)), values)
+
+
+def _change(value, change):
+    del value
+    return (change,)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Refusal:
+    """In place of what would be differentiated a second time."""
+
+    sentence: str
+
+    def __call__(self, *_):
+        raise NoDerivativeError(self.sentence)

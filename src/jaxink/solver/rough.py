@@ -4,7 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import transpose
-from jaxink.numerics.own_derivatives import by_own_inputs
+from jaxink.numerics.own_derivatives import by_own_inputs, differentiable_once
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.solver.config import SolverConfig
@@ -38,6 +38,12 @@ def interface_between_channels(
     if isinstance(face, WaveFace):
         # Much of it depends on one of the two alone.
         return by_own_inputs(of, indices, face)
+    # Facets whose light begins or ceases to meet a second one as an index changes are steps of the sum.
+    indices = differentiable_once(
+        indices,
+        f"second derivatives by a refractive index are not available: face {k} of the stack consists of "
+        "facets, whose sum is not smooth in an index. Hold the indices fixed.",
+    )
     return by_own_inputs(lambda both: of(*both), (indices, face))
 
 

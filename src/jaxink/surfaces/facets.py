@@ -6,6 +6,7 @@ is no Jacobian for reflection or refraction, and narrow lobes do not need a fine
 """
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -77,8 +78,10 @@ def _safe_arccos(x):
 
 def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule):
     """Slope, azimuth, and weight P (o.m)/m_z of the facets of each receiver, shape (receivers, facets)."""
-    scale = density.scale
-    reach = jnp.arcsinh(density.largest_slope / scale)
+    # The nodes do not move with the density: the samples' directions would cross the ends of the channels'
+    # blocks, where each crossing is a step of the sum, and its derivatives those of steps.
+    scale, largest = jax.lax.stop_gradient((density.scale, density.largest_slope))
+    reach = jnp.arcsinh(largest / scale)
     # At these slopes, facets begin to turn away, and begin or cease to reflect totally.
     horizon = jnp.abs(cosine) / sine
     kinks = [horizon]

@@ -148,10 +148,10 @@ class RoughSizes(eqx.Module):
         Number of azimuthal orders of such light.
     """
 
-    rule: FacetRule = FacetRule(36, 8)
-    coarse_rule: FacetRule = FacetRule(36, 8)
+    rule: FacetRule = FacetRule(72, 20)
+    coarse_rule: FacetRule = FacetRule(72, 16)
     n_outer: int | None = eqx.field(static=True, default=None)
-    coarse_nodes: int = eqx.field(static=True, default=10)
+    coarse_nodes: int = eqx.field(static=True, default=12)
     coarse_orders: int = eqx.field(static=True, default=4)
 
 

@@ -37,7 +37,7 @@ _NODES_PER_E, _MOST_NODES, _FEWEST_NODES = 4, 24, 6
 
 # Quadratures over the facets of one table, and of one for each node of a refractive index, which take half as
 # long; both keep the BSDF within about 1e-3, most of it by the slopes of light that meets several facets.
-FINE = RoughSizes(FacetRule(72, 20), FacetRule(72, 16), coarse_nodes=12)
+FINE = RoughSizes()
 QUICK = RoughSizes(FacetRule(36, 8), FacetRule(72, 8), coarse_nodes=12)
 
 Content = TypeVar("Content", RoughInterface, FacetResponse)
