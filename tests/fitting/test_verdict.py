@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.stats import kstest
 
 import jaxink
 from benchmarks.simulated_data import declared_text
@@ -11,7 +12,7 @@ from jaxink.fitting import Outcome
 from jaxink.fitting.uncertainty import Covariance
 from jaxink.fitting.verdict import exceeds_noise, falls_short_of_noise, judge_fit
 from jaxink.measurement import Noise, NoiseLevel
-from jaxink.numerics.chi_square import probability_above
+from jaxink.numerics.chi_square import probability_above, residual_above, residual_below
 
 N, PARAMETERS = 648, 3
 
@@ -67,9 +68,9 @@ def test_points_of_weight_zero_do_not_count(example_result):
 
 
 def estimated(freedom):
-    """Residuals in an estimate of their own noise, of so many degrees of freedom, in many repetitions."""
-    rng = np.random.default_rng(11)
-    return [rng.standard_normal(N) / np.sqrt(rng.chisquare(freedom) / freedom) for _ in range(400)]
+    """Residuals in a noise that some of them tell, of so many degrees of freedom, in many repetitions."""
+    draws = np.random.default_rng(11).standard_normal((400, N))
+    return list(draws / np.sqrt(np.mean(draws[:, :freedom] ** 2, axis=1, keepdims=True)))
 
 
 @pytest.mark.parametrize("freedom", [10, 16, 230])
@@ -89,6 +90,18 @@ def test_the_probability_is_that_of_fishers_distribution():
     # Its limit is the distribution of chi-square, whose 95 % point of 10 is 18.307.
     assert probability_above(18.307, 10, 1e9) == pytest.approx(0.05, abs=1e-4)
     assert probability_above(18.307, 10) == pytest.approx(0.05, abs=1e-4)
+
+
+def test_the_probability_of_residuals_that_the_noise_is_estimated_from_is_uniform():
+    """Repeats: what is left around the mean of all, over what is left around those of each direction."""
+    values = np.random.default_rng(7).normal(size=(4000, 30, 2))
+    within = np.sum((values - values.mean(axis=2, keepdims=True)) ** 2, axis=(1, 2)) / 30
+    whole = np.sum((values - values.mean(axis=(1, 2), keepdims=True)) ** 2, axis=(1, 2)) / within
+    assert kstest(residual_above(whole, 59, 30), "uniform").pvalue > 0.01
+    # The two are not independent.
+    assert kstest(probability_above(whole, 59, 30), "uniform").pvalue < 1e-6
+    below = [residual_below(square, 59, 30) for square in whole[:10]]
+    np.testing.assert_allclose(below, 1 - residual_above(whole[:10], 59, 30))
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from jaxink.measurement import GonioData
-from jaxink.numerics.chi_square import probability_above
+from jaxink.numerics.chi_square import residual_above
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,7 +107,7 @@ def merit(
     probability: float | None = None
     if whitened is not None:
         square, freedom = float(np.sum(whitened**2)), len(measured) - n_parameters
-        probability = float(probability_above(square, freedom, noise_freedom)) if freedom > 0 else None
+        probability = float(residual_above(square, freedom, noise_freedom)) if freedom > 0 else None
     log_m, log_s = (np.log(v) if positive else None for v in (measured, predicted))
     relative = (measured - predicted) / (0.5 * (measured + predicted)) if positive else None
     return Merit(

@@ -9,7 +9,7 @@ from jaxink.display.brief import brief_repr
 from jaxink.fitting.outcome import Outcome
 from jaxink.measurement import NoiseLevel
 from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
-from jaxink.numerics.chi_square import probability_above, probability_below
+from jaxink.numerics.chi_square import residual_above, residual_below
 
 # Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.
 OVERSTATED_FACTOR = 2.0
@@ -70,7 +70,7 @@ def exceeds_noise(chi_square: float, degrees_of_freedom: int, noise_freedom: flo
 
     The variance of an estimated noise is uncertain, in addition, by its degrees of freedom.
     """
-    improbable = probability_above(chi_square, degrees_of_freedom, noise_freedom) < LEAST_PROBABILITY
+    improbable = residual_above(chi_square, degrees_of_freedom, noise_freedom) < LEAST_PROBABILITY
     return bool(improbable and chi_square > SIGMA_TOLERANCE**2 * degrees_of_freedom)
 
 
@@ -81,7 +81,7 @@ def falls_short_of_noise(
     noise_freedom: float = np.inf,
 ) -> bool:
     """Whether a chi-square is so small that standard deviations are overstated by more than a factor."""
-    probability = probability_below(chi_square, degrees_of_freedom, noise_freedom)
+    probability = residual_below(chi_square, degrees_of_freedom, noise_freedom)
     return bool(probability < LEAST_PROBABILITY and chi_square * factor**2 < degrees_of_freedom)
 
 
@@ -145,7 +145,7 @@ def level_in_doubt(chi_square: float, degrees_of_freedom: int, level: NoiseLevel
     """That a fit passes only because its noise is not known well; empty if not."""
     if level is None or not exceeds_noise(chi_square, degrees_of_freedom):
         return ""
-    p = probability_above(chi_square, degrees_of_freedom, level.degrees_of_freedom)
+    p = residual_above(chi_square, degrees_of_freedom, level.degrees_of_freedom)
     return (
         f"Only the noise is in doubt (p = {p:.2g}): if its level were known exactly, and no factor of a scan "
         "were missing, this would be a misfit. State it in column sigma_per_sr or in [noise]."

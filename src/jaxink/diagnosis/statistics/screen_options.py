@@ -47,10 +47,16 @@ class ScreenOptions:
             )
 
     def noise(self, n_rows: int) -> Float[np.ndarray, "draws rows"]:
-        """Null data sets in units of the noise in use, whose level is off by that of the estimate."""
+        """Null data sets in units of the noise in use, whose level is off by that of the estimate.
+
+        The noise was estimated from the same points: what it is made of is a part of their squares.
+        """
         rng = np.random.default_rng(self.seed)
         draws = rng.standard_normal((self.n_bootstrap, n_rows))
-        if np.isfinite(self.noise_freedom):
-            variance = rng.chisquare(self.noise_freedom, (self.n_bootstrap, 1)) / self.noise_freedom
-            draws /= np.sqrt(variance)
+        known = self.noise_freedom
+        if known < n_rows:
+            share = rng.beta(known / 2, (n_rows - known) / 2, (self.n_bootstrap, 1))
+            draws /= np.sqrt(share * np.sum(draws**2, axis=1, keepdims=True) / known)
+        elif np.isfinite(known):
+            draws /= np.sqrt(rng.chisquare(known, (self.n_bootstrap, 1)) / known)
         return draws

@@ -16,7 +16,7 @@ from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.structure_statistics import NullStatistic, scan_statistics, share_as_large
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.display.brief import brief_repr
-from jaxink.numerics.chi_square import probability_above
+from jaxink.numerics.chi_square import residual_above
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class PreparedStructure:
         left = projection.remove(residual)
         square, freedom = float(left @ left), left.size - projection.basis.shape[1]
         if self.cone.n_edges == 0:
-            p_square = float(probability_above(square, freedom, self.noise_freedom))
+            p_square = float(residual_above(square, freedom, self.noise_freedom))
         else:
             p_square = float(share_as_large(self._square, square))
         records = [StructureStatistic("chi_square", square, p_square, -1, np.nan)]
@@ -147,7 +147,7 @@ def prepare_structure(
     square = np.sum(vectors**2, axis=1)
     ascending = np.sort(square)
     if cone.n_edges == 0:
-        smallest = probability_above(square, len(jacobian) - cone.basis.shape[1], known)
+        smallest = residual_above(square, len(jacobian) - cone.basis.shape[1], known)
     else:
         smallest = share_as_large(ascending, square, 1)
     nulls = []
