@@ -86,7 +86,7 @@ def _of_index(index) -> Kind:
     def stack(x):
         return _plate(ScatteringLayer(x[2], jnp.exp(x[1]), x[0], HenyeyGreenstein(0.6)))
 
-    return Kind(stack, (0.95, float(np.log(3.0)), index), (2,), (0, 0, 1) if index == 1.49 else None)
+    return Kind(stack, (0.95, float(np.log(3.0)), index), (2,))
 
 
 class HeldFacets(SlopeDensity):
@@ -213,7 +213,6 @@ KINDS = {
     "Mie, two pigments": _particles(_two_pigments, (150.0, 90.0, 0.1)),
     "index above the plate's": _of_index(1.56),
     "index below the plate's": _of_index(1.45),
-    "index of the plate": _of_index(1.49),
     "ink on ink of higher index": Kind(_two_layers, (0.95, float(np.log(3.0)), 1.5), (1,)),
     "ink on ink of lower index": Kind(_two_layers, (0.95, float(np.log(3.0)), 1.7), (1,)),
     "ink in air, without an index step": Kind(
