@@ -40,15 +40,3 @@ def _headline(data: "GonioData") -> str:
     incidences = len(set(data.theta_i_deg.tolist()))
     angles = "1 angle" if incidences == 1 else f"{incidences} angles"
     return f"{len(data)} values of {data.source}: {sides} at {at}, {angles} of incidence."
-
-
-def numbers_of(option: str, text: str | None) -> list[float] | None:
-    """Numbers separated by commas."""
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputRefusedError(
-            f"{option} is {text!r}; it must be a number, or several with commas."
-        ) from None

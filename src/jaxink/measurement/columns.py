@@ -16,8 +16,14 @@ KNOWN = (*REQUIRED, "sigma_per_sr", *AZIMUTHS)
 OPTIONS = {
     "wavelength_nm": "--wavelength-nm NM (in Python: wavelength_nm=NM)",
     "side": "--side R or --side T (in Python: side='R' or side='T'; with several files, --side R,T: one for "
+    "each; with several sheets, --sheet A=R,B=T)",
+    "theta_i_deg": "--theta-i-deg DEG (in Python: theta_i_deg=DEG; with several files, --theta-i-deg "
+    "0,30,60: one for "
     "each)",
+    "phi_deg": "--phi-deg DEG (in Python: phi_deg=DEG)",
+    "phi_o_deg": "--phi-o-deg DEG (in Python: phi_o_deg=DEG)",
 }
+_SIGNED = "--signed-angles (in Python: signed_angles=True)"
 
 _RADIANS = "holds radians; multiply by 180/pi and name the column {}_deg"
 _OTHER_UNITS = {
@@ -45,7 +51,7 @@ def option_words(stated: Mapping[str, Any]) -> list[str]:
         elif isinstance(value, Mapping):
             words += [word for name, header in value.items() for word in (option, f"{name}={header}")]
         else:
-            words += [option, ",".join(map(str, value)) if isinstance(value, list) else str(value)]
+            words += [option, ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)]
     return words
 
 
@@ -214,13 +220,21 @@ def _refuse_azimuths(table, known, supplied):
         )
     else:
         name = table.names[known["phi_i_deg"]]
-        text = f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former"
+        text = (
+            f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former; if "
+            f"that is the same "
+            f"in all rows, state it: {OPTIONS['phi_o_deg']}; if theta_o_deg is negative on the side "
+            f"of the source: "
+            f"{_SIGNED}"
+        )
     raise refusal(table.source, text, column=name)
 
 
 def _refuse_missing(table, known, supplied):
     supplied = (*supplied, *(["phi_deg"] if set(AZIMUTHS) <= set(known) else []))
     if "bsdf_per_sr" in known and side_in_header(table, known) is not None:
+        supplied = (*supplied, "side")
+    if table.sheet_side is not None:
         supplied = (*supplied, "side")
     missing = [name for name in REQUIRED if name not in known and name not in supplied]
     if not missing:
@@ -238,9 +252,10 @@ def _refuse_missing(table, known, supplied):
     numbers = [name for name in table.names if is_number(name)]
     if 2 * len(numbers) > len(table.names) and len(numbers) > 2:
         text = (
-            f"{len(numbers)} columns are named by numbers, {numbers[0]} to {numbers[-1]}; write one row for "
-            "each value, in a column bsdf_per_sr, and these numbers in a column of their own (missing: "
-            f"{', '.join(missing)})"
+            f"{len(numbers)} columns are named by numbers, {numbers[0]} to {numbers[-1]}; put them "
+            f"behind the columns "
+            "of the angles to have them read as a matrix, or write one row for each value, in a column "
+            f"bsdf_per_sr, and these numbers in a column of their own (missing: {', '.join(missing)})"
         )
         raise refusal(table.source, text)
     if {"value", "unit"} <= set(table.names):
@@ -254,20 +269,25 @@ def _refuse_missing(table, known, supplied):
     text = f"{plural} {', '.join(missing)} {verb} missing; the header has {header}"
     if missing == ["bsdf_per_sr"]:
         text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
-    if set(missing) <= OPTIONS.keys():
-        text += f"; if the value is the same in all rows, state it: {' and '.join(map(OPTIONS.get, missing))}"
-    elif missing == ["phi_deg"]:
-        text += (
-            "; if theta_o_deg is negative on the side of the source, state it: --signed-angles (in Python: "
-            "signed_angles=True)"
-        )
-    else:
-        unknown = [name for name in table.names if name and meaning(name) is None]
-        first = next((name for name in missing if name not in OPTIONS), missing[0])
-        if unknown:
-            # Which of several it is would be a guess, and a reflectance is no BSDF.
-            is_clear = len(unknown) == len(missing) == 1 and first != "bsdf_per_sr"
-            text += (
-                f"; if it has another name, state it: {_stating(first, unknown[0] if is_clear else 'HEADER')}"
-            )
+    text += _remedies(table, missing)
     raise refusal(table.source, text)
+
+
+def _remedies(table: TextTable, missing: list[str]) -> str:
+    """How to state the missing columns: values of all rows, signed angles, or another name."""
+    unknown = [name for name in table.names if name and meaning(name) is None]
+    constant = [name for name in missing if name in OPTIONS]
+    # Columns without a name that is known may be any of them.
+    text = ""
+    if constant and (len(constant) == len(missing) or not unknown):
+        same = " and ".join(OPTIONS[name] for name in constant)
+        text += f"; if the value is the same in all rows, state it: {same}"
+    if "phi_deg" in missing:
+        text += f"; if theta_o_deg is negative on the side of the source, state it: {_SIGNED}"
+    angles = [name for name in missing if name in ANGLES or name == "bsdf_per_sr"]
+    if unknown and angles:
+        first = angles[0]
+        # Which of several it is would be a guess, and a reflectance is no BSDF.
+        is_clear = len(unknown) == len(missing) == 1 and first != "bsdf_per_sr"
+        text += f"; if it has another name, state it: {_stating(first, unknown[0] if is_clear else 'HEADER')}"
+    return text
