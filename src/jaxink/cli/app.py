@@ -221,13 +221,17 @@ def init(
         ),
     ] = None,
     plate_index: Annotated[
-        float | None, typer.Option(metavar="N", help="Refractive index of the plate.")
+        str | None, typer.Option(metavar="N", help="Refractive index of the plate.")
     ] = None,
-    plate_mm: Annotated[float | None, typer.Option(metavar="MM", help="Thickness of the plate.")] = None,
+    plate_mm: Annotated[
+        str | None, typer.Option(metavar="MM", help="Thickness of the plate, in mm or with its unit.")
+    ] = None,
     ink_index: Annotated[
-        float | None, typer.Option(metavar="N", help="Refractive index of the ink's binder.")
+        str | None, typer.Option(metavar="N", help="Refractive index of the ink's binder.")
     ] = None,
-    ink_um: Annotated[str | None, typer.Option(metavar="UM|opaque", help="Thickness of the ink.")] = None,
+    ink_um: Annotated[
+        str | None, typer.Option(metavar="UM|opaque", help="Thickness of the ink, in um or with its unit.")
+    ] = None,
     phase_function: Annotated[
         str | None,
         typer.Option(
@@ -236,10 +240,18 @@ def init(
         ),
     ] = None,
     particle_index: Annotated[
-        float | None, typer.Option(metavar="N", help="Refractive index of Mie particles.")
+        str | None, typer.Option(metavar="N", help="Refractive index of Mie particles.")
     ] = None,
     radius_nm: Annotated[
-        float | None, typer.Option(metavar="NM", help="Guess of the radius of Mie particles.")
+        str | None, typer.Option(metavar="NM", help="Guess of the radius of Mie particles.")
+    ] = None,
+    wavelengths: Annotated[
+        str | None,
+        typer.Option(metavar="NM,...", help="Wavelengths of the measurement to fit; all by default."),
+    ] = None,
+    asymmetry: Annotated[
+        str | None,
+        typer.Option(metavar="one|each", help="One asymmetry g for all wavelengths, or one for each."),
     ] = None,
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
@@ -264,6 +276,7 @@ def init(
         given = {"order": order, "plate_index": plate_index, "plate_mm": plate_mm, "ink_index": ink_index}
         given |= {"ink_um": ink_um, "phase_function": phase_function}
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
+        given |= {"wavelengths_nm": wavelengths, "asymmetry": asymmetry}
         stated = columns_of(
             wavelength_nm,
             side,
