@@ -48,7 +48,7 @@ def starts_a_matrix(rows: Sequence[Row]) -> bool:
     """Whether a matrix begins within the first rows of a file, which has no header of named columns."""
     if any(_is_header(cells) for _, cells in rows[:_MOST_TITLE_LINES]):
         return False
-    if _has_numeric_corner(rows):
+    if _has_numeric_corner(rows) or _side_by_side(rows) is not None:
         return True
     return any(_first_value(rows, k) is not None for k in range(min(len(rows), _MOST_TITLE_LINES)))
 
@@ -67,10 +67,14 @@ def blocks_of(source: str, rows: Sequence[Row]) -> list[Block]:
     Raises
     ------
     InputRefusedError
-        If a row of values is longer than the edge above it, or belongs to no matrix.
+        If a row of values is longer than the edge above it or belongs to no matrix, or matrices stand side by
+        side.
     """
     if not starts_a_matrix(rows):
         return []
+    if (beside := _side_by_side(rows)) is not None:
+        text = f"{beside[1]} matrices stand side by side; put them one below the other, each with its title"
+        raise refusal(source, text, beside[0])
     if _has_numeric_corner(rows):
         return [_block(source, [], rows[0], 1, list(rows[1:]))]
     blocks: list[Block] = []
@@ -171,6 +175,25 @@ def _is_monotonic(cells: Sequence[str]) -> bool:
     ]
     steps = np.diff(values)
     return bool((steps > 0).all() or (steps < 0).all())
+
+
+def _side_by_side(rows: Sequence[Row]) -> tuple[int, int] | None:
+    """Line with the edges of several matrices next to each other, and how many they are."""
+    for (line, cells), (_, below) in zip(rows[:_MOST_TITLE_LINES], rows[1:], strict=False):
+        is_value = [is_number(cell) for cell in cells]
+        starts = [j for j, here in enumerate(is_value) if here and not (j and is_value[j - 1])]
+        ends = [next((k for k in range(j, len(cells)) if not is_value[k]), len(cells)) for j in starts]
+        if len(starts) < 2 or starts[0] == 0 or len(below) < ends[-1]:
+            continue
+        # Left of each edge stands that of the rows below.
+        if all(
+            end - start >= _FEWEST
+            and _is_monotonic(cells[start:end])
+            and all(is_number(cell) for cell in below[start - 1 : end])
+            for start, end in zip(starts, ends, strict=True)
+        ):
+            return line, len(starts)
+    return None
 
 
 def _refuse_stray_values(source: str, row: Row) -> None:
