@@ -11,8 +11,8 @@ _TOP = """# As people have it
 
 Written by `python docs/as_people_have_it.py`, which makes each of these files, runs the command, and writes
 down what it says; a test repeats that. The words are those after `jaxink convert`, with `--out tidy.csv`
-behind them; `fit`, `diagnose`, `predict`, `init` and `jaxink.read` understand and refuse the same. The rules are
-on the pages on [measurement files](measurement-file.md) and
+behind them; `fit`, `diagnose`, `predict`, `init` and `jaxink.read` understand and refuse the same. The rules
+are on the pages on [measurement files](measurement-file.md) and
 [files of instruments and ray tracers](formats-in.md).
 """
 _HEADS = ("what there is", "command", "what becomes of it", "then")

@@ -77,16 +77,31 @@ def test_edges_that_are_not_known_are_refused_with_a_command_that_reads_them(
     refused = convert()
     assert refused.exit_code == 5
     told(refused.stderr, file, "row 1", says, "15", numbers=False)
-    offered = re.findall(r"--matrix [a-z_,]+", refused.stderr)
-    assert len(offered) == 2
-    for option, is_right in zip(offered, (True, False), strict=True):
-        done = convert(*shlex.split(option))
-        if is_right:
-            assert done.exit_code == 0, done.stderr
-            assert directions(jaxink.read(tmp_path / "tidy.csv")) == expected()
-        else:
-            # Negative angles of incidence have no meaning.
-            assert "theta_i_deg" in done.stderr
+    (option,) = re.findall(r"--matrix [a-z_,]+", refused.stderr)
+    done = convert(*shlex.split(option))
+    assert done.exit_code == 0, done.stderr
+    assert directions(jaxink.read(tmp_path / "tidy.csv")) == expected()
+
+
+@pytest.mark.parametrize(
+    ("corner", "down", "along", "offered"),
+    [
+        ("", EXIT, INCIDENCE, ["theta_o_deg,theta_i_deg"]),
+        # Angles of incidence are not negative.
+        ("", INCIDENCE, EXIT, ["theta_i_deg,theta_o_deg"]),
+        ("", (0, 30, 60), (0, 15, 40), ["theta_o_deg,theta_i_deg", "theta_i_deg,theta_o_deg"]),
+        ("\\ AOI", (0, 30, 60), (0, 15, 40), ["theta_o_deg,theta_i_deg"]),
+        ("", (0, 30, 60), (0, 90, 270), ["theta_o_deg,phi_deg"]),
+        ("", (0, 30, 60), (400, 500, 600), ["theta_o_deg,wavelength_nm"]),
+        ("", (250, 300), (0, 30, 60), ["wavelength_nm,theta_o_deg"]),
+        ("", (0, 30, 60), (30000, 50000), []),
+    ],
+)
+def test_only_possible_edges_are_offered(corner, down, along, offered, tmp_path):
+    path = write_csv(tmp_path / "m.csv", matrix(corner, down, along, lambda o, i: 0.2))
+    with pytest.raises(jaxink.InputRefusedError) as problem:
+        jaxink.read(path, side="R")
+    assert re.findall(r"--matrix ([a-z_,]+)", str(problem.value)) == offered
 
 
 def test_only_one_edge_is_named(tmp_path, refused):
@@ -199,6 +214,16 @@ BAD = {
         [["x"], *matrix("theta_o \\ theta_i"), ["λ = 500 nm"], *matrix("theta_o \\ theta_i")],
         "row 2",
     ),
+    "per cent": ([["BRDF [%]"], *matrix("theta_o \\ theta_i")], "row 1"),
+    "standard deviations": ([["Standardabweichung"], *matrix("theta_o \\ theta_i")], "row 1"),
+    "two samples": (
+        [["Sample A"], *matrix("theta_o \\ theta_i"), ["Sample B"], *matrix("theta_o \\ theta_i")],
+        "row 9",
+    ),
+    "side by side": (
+        [[*a, *b] for a, b in zip(matrix("theta_o \\ theta_i"), matrix("theta_o \\ theta_i"), strict=True)],
+        "row 1",
+    ),
     "other edges": ([*matrix("theta_o \\ theta_i"), [], *matrix("theta_o \\ phi")], "row 8"),
 }
 
@@ -218,6 +243,13 @@ def test_empty_cells_are_no_readings(tmp_path):
     left_out = {(550.0, "R", 0.0, -30.0), (550.0, "R", 40.0, 60.0)}
     assert directions(data) == {key: v for key, v in expected().items() if key not in left_out}
     assert any("2 cells" in note for note in data.notes)
+
+
+def test_repeats_are_named(tmp_path):
+    rows = []
+    for repeat in (1, 2):
+        rows += [[f"repeat {repeat}"], *matrix("theta_o \\ theta_i")]
+    assert len(jaxink.read(write_csv(tmp_path / "m.csv", rows), **OF_ALL)) == 30
 
 
 def test_rows_of_the_file_stay_known(tmp_path):
@@ -276,6 +308,8 @@ def test_no_cells_of_an_edge(text):
         (["Wavelengths 450, 550, 650 nm"], {}),
         (["film of 200 nm"], {}),
         (["R and T of 3.4.2025"], {}),
+        (["T = 23"], {}),
+        (["T: 23 °C"], {}),
     ],
 )
 def test_what_titles_state(cells, stated):

@@ -123,7 +123,8 @@ def test_the_command_joins_sheets(tmp_path, monkeypatch):
         ("反射率", "R"),
     ]
     + [
-        (text, None) for text in ("", "Sample R", "R und T", "Reflexion, Transmission", "angle of reflection")
+        (text, None)
+        for text in ("", "Sample R", "T 2", "R1", "R und T", "Reflexion, Transmission", "angle of reflection")
     ],
 )
 def test_sides_in_words(text, side):

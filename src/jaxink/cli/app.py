@@ -187,19 +187,8 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        stated = columns_of(
-            wavelength_nm,
-            side,
-            which,
-            sheet,
-            signed_angles,
-            cosine_weighted,
-            columns,
-            theta_i_deg,
-            phi_deg,
-            phi_o_deg,
-            matrix,
-        )
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
         raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output))
@@ -277,19 +266,8 @@ def init(
         given |= {"ink_um": ink_um, "phase_function": phase_function}
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
         given |= {"wavelengths_nm": wavelengths, "asymmetry": asymmetry}
-        stated = columns_of(
-            wavelength_nm,
-            side,
-            which,
-            sheet,
-            signed_angles,
-            cosine_weighted,
-            columns,
-            theta_i_deg,
-            phi_deg,
-            phi_o_deg,
-            matrix,
-        )
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         options = option_words(stated)
         raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
 
@@ -344,19 +322,8 @@ def diagnose(
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         choices |= {"time_limit_s": time_limit}
-        stated = columns_of(
-            wavelength_nm,
-            side,
-            which,
-            sheet,
-            signed_angles,
-            cosine_weighted,
-            columns,
-            theta_i_deg,
-            phi_deg,
-            phi_o_deg,
-            matrix,
-        )
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         output = _output(json, quiet)
         arguments = data, sample, out, choices, accuracy, stated, not no_figures, output
         raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
@@ -441,19 +408,8 @@ def predict(
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
-        stated = columns_of(
-            wavelength_nm,
-            side,
-            which,
-            sheet,
-            signed_angles,
-            cosine_weighted,
-            columns,
-            theta_i_deg,
-            phi_deg,
-            phi_o_deg,
-            matrix,
-        )
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet))
 
 

@@ -81,17 +81,6 @@ def convert(
             "every": every,
         }
         stated = {name: value for name, value in stated.items() if value is not None}
-        stated |= columns_of(
-            wavelength_nm,
-            side,
-            which,
-            sheet,
-            signed_angles,
-            cosine_weighted,
-            columns,
-            theta_i_deg,
-            phi_deg,
-            phi_o_deg,
-            matrix,
-        )
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated |= columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         raise typer.Exit(run_convert(data, out, stated, quiet))

@@ -84,16 +84,18 @@ def columns_of(
     wavelength_nm: float | None,
     side: str | None,
     which: str | None,
-    sheet: str | None,
     signed_angles: bool,
-    cosine_weighted: bool | None = None,
-    columns: list[str] | None = None,
-    theta_i_deg: str | None = None,
-    phi_deg: float | None = None,
-    phi_o_deg: float | None = None,
-    matrix: str | None = None,
+    cosine_weighted: bool | None,
+    angles: tuple[str | None, float | None, float | None],
+    layout: tuple[str | None, list[str] | None, str | None],
 ) -> dict[str, Any]:
-    """Keywords of `jaxink.read` for what the files do not state."""
+    """Keywords of `jaxink.read` for what the files do not state.
+
+    ``angles`` are theta_i_deg, phi_deg and phi_o_deg, ``layout`` the sheet, the columns and the edges of a
+    matrix.
+    """
+    theta_i_deg, phi_deg, phi_o_deg = angles
+    sheet, columns, matrix = layout
     sides = None if side is None else [each.strip() for each in side.split(",")]
     given: dict[str, Any] = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
     given |= {"signed_angles": signed_angles or None, "cosine_weighted": cosine_weighted}

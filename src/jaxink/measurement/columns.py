@@ -282,7 +282,7 @@ def _remedies(table: TextTable, missing: list[str]) -> str:
     if constant and (len(constant) == len(missing) or not unknown):
         same = " and ".join(OPTIONS[name] for name in constant)
         text += f"; if the value is the same in all rows, state it: {same}"
-    if "phi_deg" in missing:
+    if "phi_deg" in missing and "theta_o_deg" not in missing:
         text += f"; if theta_o_deg is negative on the side of the source, state it: {_SIGNED}"
     angles = [name for name in missing if name in ANGLES or name == "bsdf_per_sr"]
     if unknown and angles:

@@ -1,19 +1,21 @@
 """What the two edges of a matrix of values are: from its corner, labels, titles, or the caller."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from jaxink.measurement.blocks import Block
 from jaxink.measurement.names import meaning, unit_problem
 from jaxink.measurement.table import refusal
-from jaxink.measurement.titles import COLUMNS, COORDINATES, ROWS, Fact, edge_cell
+from jaxink.measurement.titles import COLUMNS, COORDINATES, ROWS, Fact, edge_cell, refuse_other_values
 from jaxink.measurement.units import UNITS, plain_unit
 
 # Of a corner that is divided so, the first name is that of the rows; with other signs it is not known.
 _BACKSLASH = re.compile(r"\s*\\\s*")
 _DOWN, _ALONG = "↓⇓▼", "→⇒►"
 _MOST_SHOWN = 3
+# Of light, in a list that could be one of azimuths.
+_SHORTEST_NM = 200.0
 
 
 class Edges(NamedTuple):
@@ -58,6 +60,8 @@ def edges_of(source: str, block: Block, titles: Sequence[Fact], stated: Sequence
             text = f"the {edge} of the matrix are named {' and '.join(told)}; leave one of the names"
             raise refusal(source, text, block.header[0])
     heads = [block.header[1][j].strip() for j in block.leading]
+    for head in heads:
+        refuse_other_values(source, head, block.header[0])
     of_caller = _stated(source, stated, len(heads))
     rows = next(iter(found[ROWS]), None)
     columns = next(iter(found[COLUMNS]), None)
@@ -124,7 +128,7 @@ def corner(text: str) -> list[tuple[str, tuple[str, str]]]:
     by a backslash, or arrows say which is which; with a slash or a word between them it is not known.
     """
     text = text.strip()
-    if (meant := meaning(text)) is not None:
+    if "\\" not in text and (meant := meaning(text)) is not None:
         return [(ROWS, meant)]
     if any(sign in text for sign in _DOWN + _ALONG):
         pieces = re.findall(rf"[^{_DOWN}{_ALONG}]+|[{_DOWN}{_ALONG}]", text)
@@ -140,9 +144,11 @@ def corner(text: str) -> list[tuple[str, tuple[str, str]]]:
         return found
     parts = _BACKSLASH.split(text)
     named_parts = [meaning(part) for part in parts]
-    if len(parts) == 2 and named_parts[0] is not None and named_parts[1] is not None:
-        return [(ROWS, named_parts[0]), (COLUMNS, named_parts[1])]
-    return []
+    if len(parts) != 2:
+        return []
+    return [
+        (edge, named) for edge, named in zip((ROWS, COLUMNS), named_parts, strict=True) if named is not None
+    ]
 
 
 def _labels_above(block: Block) -> Iterator[tuple[str, str, str, int]]:
@@ -181,31 +187,53 @@ def _unknown(source: str, block: Block, titles: Sequence[Fact], rows: str | None
     line, header = block.header
     entries = [cell.strip() for cell in header[block.first :] if cell.strip()]
     heads = [header[j].strip() for j in block.leading]
-    taken = {fact.name for fact in titles} | {rows, columns} | {(meaning(head) or ("",))[0] for head in heads}
-    usual = ["theta_o_deg", "theta_i_deg", "phi_deg", "wavelength_nm"]
-    free = [name for name in usual if name not in taken]
-    largest = max(abs(float(edge.number.replace(",", "."))) for cell in entries if (edge := edge_cell(cell)))
+    taken = {fact.name for fact in titles} | {(meaning(head) or ("",))[0] for head in heads}
+    along = {columns: 0} if columns else _possible(entries, taken)
     if len(heads) > 1:
-        along = "wavelength_nm" if largest > 360 and "wavelength_nm" in free else free[0]
+        stated: list[tuple[str, ...]] = [(name,) for name in sorted(along, key=lambda name: along[name])]
         text = (
             f"the columns after {', '.join(heads[:4])} are headed {_shown(entries)}, and nothing says "
             f"what these "
-            f"numbers are; state it: {_option((along,))}"
+            "numbers are"
         )
-        return refusal(source, text, line)
-    down = rows or free.pop(0)
-    along = columns or ("wavelength_nm" if largest > 360 and "wavelength_nm" in free else free[0])
-    j = block.leading[0]
-    first_column = [cells[j].strip() for _, cells in block.rows]
-    said = f"the corner says '{heads[0]}'" if heads[0] else "the corner is empty"
-    other = "" if rows or columns else f", or the other way round: --matrix {along},{down}"
-    text = (
-        f"the values stand in a matrix with {_shown(first_column)} down and {_shown(entries)} along, "
-        f"and {said}, so "
-        f"it is not known which angle or wavelength is along which edge; state it: "
-        f"{_option((down, along))}{other}"
-    )
+    else:
+        first_column = [cells[block.leading[0]].strip() for _, cells in block.rows]
+        down = {rows: 0} if rows else _possible(first_column, taken)
+        pairs = [(d, a) for d in down for a in along if d != a]
+        stated = [*sorted(pairs, key=lambda pair: down[pair[0]] + along[pair[1]])]
+        said = f"the corner says '{heads[0]}'" if heads[0] else "the corner is empty"
+        text = (
+            f"the values stand in a matrix with {_shown(first_column)} down and {_shown(entries)} "
+            f"along, and {said}, "
+            "so it is not known which angle or wavelength is along which edge"
+        )
+    if stated:
+        text += f"; state it: {_option(stated[0])}"
+    if stated and stated[0][::-1] in stated[1:]:
+        text += f", or the other way round: --matrix {','.join(stated[0][::-1])}"
     return refusal(source, text, line)
+
+
+def _possible(entries: Sequence[str], taken: Collection[str]) -> dict[str, int]:
+    """Quantities that the entries of an edge can be, each with its rank, the most usual ones first."""
+    values = [
+        float(edge.number.replace(",", ".")) for cell in entries if (edge := edge_cell(cell)) is not None
+    ]
+    low, high = min(values), max(values)
+    ranges = {
+        "theta_o_deg": (-90, 90),
+        "theta_i_deg": (0, 90),
+        "phi_deg": (-180, 360),
+        "wavelength_nm": (100, 2e4),
+    }
+    ranks = {name: rank for rank, name in enumerate(ranges)}
+    if low >= _SHORTEST_NM:
+        ranks["phi_deg"] = len(ranks)
+    return {
+        name: ranks[name]
+        for name, (least, most) in ranges.items()
+        if least <= low and high <= most and name not in taken
+    }
 
 
 def _option(names: tuple[str, ...]) -> str:

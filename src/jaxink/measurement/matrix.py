@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.measurement.blocks import Block, Row, blocks_of, cell_at, width
+from jaxink.measurement.conditions import names_a_record
 from jaxink.measurement.edges import Edges, edges_of
 from jaxink.measurement.table import TextTable, is_number, refusal
 from jaxink.measurement.titles import Fact, edge_cell, facts
@@ -54,6 +55,7 @@ def table_of(
         raise refusal(
             source, "its matrices have different edges; give each in a file of its own", blocks[-1].header[0]
         )
+    _refuse_unnamed_difference(source, blocks, tables)
     cells = tuple(row for _, part, _ in tables for row in part)
     lines = np.array([line for _, _, part in tables for line in part])
     if not cells:
@@ -92,6 +94,29 @@ def _of_each_block(source: str, blocks: list[Block], titles: list[list[Fact]]) -
             )
             raise refusal(source, text, blocks[without[0]].header[0])
     return [{name: held[name] for name in names} for held in each]
+
+
+def _refuse_unnamed_difference(source: str, blocks: list[Block], tables) -> None:
+    """Reject matrices of the same directions with other titles, such as those of two samples."""
+    seen: dict[tuple[str, ...], int] = {}
+    for k, (_, cells, _) in enumerate(tables):
+        for *where, _ in cells:
+            first = seen.setdefault(tuple(where), k)
+            titles = [" ".join(" ".join(row).split()) for row in (_texts(blocks[first]), _texts(blocks[k]))]
+            if first == k or titles[0] == titles[1] or all(names_a_record(title) for title in titles):
+                continue
+            text = (
+                f"this matrix and that in row {blocks[first].header[0]} have the same angles, and "
+                f"their titles, "
+                f"'{titles[1]}' and '{titles[0]}', do not state a wavelength, an angle or a side that "
+                f"differs; keep "
+                "one of them, or name both 'repeat' if they are repeats"
+            )
+            raise refusal(source, text, blocks[k].header[0])
+
+
+def _texts(block: Block) -> list[str]:
+    return [cell for _, cells in block.titles for cell in cells if cell.strip()]
 
 
 def _expanded(source: str, block: Block, edges: Edges, values: dict[str, Fact]):

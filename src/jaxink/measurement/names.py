@@ -88,6 +88,7 @@ SIDES = {
     "transmissie 透過 透射",
 }
 SIDES = {word: side for side, words in SIDES.items() for word in words.split()}
+_BESIDE = re.compile(r"\d{3,4}(nm)?|nm|side|seite")
 _ANGLE_WORDS = ("angle", "winkel", "theta", "azimut", "角", "ángulo", "angolo")
 # Coordinates of directions that are no angles: direction cosines and sine space.
 COSINES = """
@@ -163,15 +164,14 @@ def side_of(name: str) -> str | None:
 def side_in_words(text: str) -> str | None:
     """``R`` or ``T`` if the words of a title, or of the name of a sheet, say so and nothing else.
 
-    A single letter counts if it stands alone, next to numbers and units at most; angles of reflection are not
-    the side.
+    A single letter counts if it stands alone, or next to a wavelength; angles of reflection are not the side.
     """
     low = unicodedata.normalize("NFC", text.strip().lower())
     if any(word in low for word in _ANGLE_WORDS):
         return None
     words = [word for word in re.split(r"[\W_]+", low) if word]
     named = [SIDES.get(word) or _side_of_ideographs(word) for word in words]
-    plain = [word for word in words if not word[0].isdigit() and word not in ("nm", "deg", "side", "seite")]
+    plain = [word for word in words if not _BESIDE.fullmatch(word)]
     found = {
         side
         for word, side in zip(words, named, strict=True)

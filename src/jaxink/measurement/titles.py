@@ -74,6 +74,7 @@ def _of_piece(source: str, line: int, piece: str, is_list: bool) -> Iterator[Fac
     if (edge := _edge_statement(piece)) is not None:
         yield Fact(edge[0], edge[1], line)
         return
+    refuse_other_values(source, piece, line)
     rest = piece
     found = None if is_list else _VALUE.fullmatch(piece)
     if found is not None:
@@ -87,8 +88,29 @@ def _of_piece(source: str, line: int, piece: str, is_list: bool) -> Iterator[Fac
         elif plain_unit(unit) in UNITS["nm"] and _only_sides(found["name"]):
             yield Fact("wavelength_nm", found["value"], line)
             rest = found["name"]
+        elif len(found["name"].strip(" :=")) <= 1:
+            # T = 23 is no side.
+            return
     if (side := side_in_words(rest)) is not None:
         yield Fact("side", side, line)
+
+
+def refuse_other_values(source: str, text: str, line: int) -> None:
+    """Reject a title or a corner that says that the values are no BSDF in 1/sr."""
+    meant = meaning(text.strip(" :="))
+    if meant is None:
+        return
+    target, unit = meant
+    if target == "sigma_per_sr":
+        what = (
+            "are standard deviations, which are not read from a matrix; remove it, or write one row "
+            "for each value"
+        )
+        raise refusal(
+            source, f"'{text.strip()}' says that the values {what}, with a column sigma_per_sr", line
+        )
+    if target == "bsdf_per_sr" and (problem := unit_problem(target, unit)) is not None:
+        raise refusal(source, problem.replace("the column", "the values").partition(", and name")[0], line)
 
 
 def _named(text: str) -> tuple[str, str, str] | None:
