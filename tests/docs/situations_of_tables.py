@@ -338,6 +338,18 @@ MATRICES = (
     ),
     Situation("a spectrum beside each direction: 450 nm, 550 nm", {"wide.csv": csv(_wide(" nm"))}, values=9),
     Situation(
+        "a spectrum beside each direction: R_400 to R_760",
+        {
+            "wide.csv": csv(
+                [
+                    ["theta_i", "theta_o", "phi", *(f"R_{nm}" for nm in range(400, 761, 10))],
+                    [0, 20, 180, *[0.2] * 37],
+                ]
+            )
+        },
+        named=("37 columns", "R_400 to R_760"),
+    ),
+    Situation(
         "a spectrum beside each direction: 450, 550",
         {"wide.csv": csv(_wide())},
         named=("450, 550, 650", "--matrix wavelength_nm"),

@@ -1,11 +1,12 @@
 """Assignment of the columns of a file to quantities."""
 
 import difflib
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from jaxink.measurement.names import is_cosine, meaning, plain_name, side_of, unit_problem
-from jaxink.measurement.table import TextTable, is_number, refusal
+from jaxink.measurement.table import TextTable, refusal
 
 ANGLES = ("theta_i_deg", "theta_o_deg", "phi_deg")
 REQUIRED = (*ANGLES, "wavelength_nm", "side", "bsdf_per_sr")
@@ -36,6 +37,9 @@ _OTHER_UNITS = {
     "reflectance_factor": "holds reflectance factors; divide by pi and name the column bsdf_per_sr",
     "bsdf_cos": "holds the BSDF times a cosine; divide by cos(theta_o) and name it bsdf_per_sr",
 }
+# So many columns that differ by a number only are one kind of columns.
+_NUMBERED = re.compile(r"(\D*?)[ _]*-?\d+(?:[.,]\d+)?\s*(?:nm|°|deg)?")
+_FEWEST_NUMBERED = 4
 # More names than these are counted, not listed.
 _MOST_LISTED = 12
 _DIFFERENCE = "phi_deg is the azimuth of view minus that of the direction towards the source"
@@ -249,13 +253,13 @@ def _refuse_missing(table, known, supplied):
             "is sin(theta_o) - sin(theta_i)"
         )
         raise refusal(table.source, text, column=cosines[0])
-    numbers = [name for name in table.names if is_number(name)]
-    if 2 * len(numbers) > len(table.names) and len(numbers) > 2:
+    if (numbered := _numbered(table.names)) is not None:
         text = (
-            f"{len(numbers)} columns are named by numbers, {numbers[0]} to {numbers[-1]}; put them "
-            f"behind the columns "
-            "of the angles to have them read as a matrix, or write one row for each value, in a column "
-            f"bsdf_per_sr, and these numbers in a column of their own (missing: {', '.join(missing)})"
+            f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of a "
+            "wavelength or an angle, put them behind the columns of the angles and name them by that "
+            "alone, such as "
+            "450 nm, to have them read as a matrix, or write one row for each value, in a column bsdf_per_sr "
+            f"(missing: {', '.join(missing)})"
         )
         raise refusal(table.source, text)
     if {"value", "unit"} <= set(table.names):
@@ -271,6 +275,18 @@ def _refuse_missing(table, known, supplied):
         text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
     text += _remedies(table, missing)
     raise refusal(table.source, text)
+
+
+def _numbered(names: Sequence[str]) -> list[str] | None:
+    """The names that are one word and a number, if they are most of a header: a list of them tells "
+    "nothing.
+    """
+    found: dict[str, list[str]] = {}
+    for name in names:
+        if (parts := _NUMBERED.fullmatch(name)) is not None:
+            found.setdefault(parts[1], []).append(name)
+    most = max(found.values(), key=len, default=[])
+    return most if len(most) > _FEWEST_NUMBERED and 2 * len(most) > len(names) else None
 
 
 def _remedies(table: TextTable, missing: list[str]) -> str:
