@@ -64,8 +64,7 @@ def run_init(
     refuse_other_samples(
         data,
         "Write a sample file for each; if it is one sample, give one of the files here, and state as "
-        "relative in "
-        "[noise] how well its readings reproduce",
+        "relative in [noise] how well its readings reproduce",
     )
     if "order" not in stated and (order := lit_order(data)) is not None:
         stated["order"] = order

@@ -19,8 +19,7 @@ OPTIONS = {
     "side": "--side R or --side T (in Python: side='R' or side='T'; with several files, --side R,T: one for "
     "each; with several sheets, --sheet A=R,B=T)",
     "theta_i_deg": "--theta-i-deg DEG (in Python: theta_i_deg=DEG; with several files, --theta-i-deg "
-    "0,30,60: one for "
-    "each)",
+    "0,30,60: one for each)",
     "phi_deg": "--phi-deg DEG (in Python: phi_deg=DEG)",
     "phi_o_deg": "--phi-o-deg DEG (in Python: phi_o_deg=DEG)",
 }
@@ -225,11 +224,9 @@ def _refuse_azimuths(table, known, supplied):
     else:
         name = table.names[known["phi_i_deg"]]
         text = (
-            f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former; if "
-            f"that is the same "
-            f"in all rows, state it: {OPTIONS['phi_o_deg']}; if theta_o_deg is negative on the side "
-            f"of the source: "
-            f"{_SIGNED}"
+            f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former; if that is "
+            f"the same in all rows, state it: {OPTIONS['phi_o_deg']}; if theta_o_deg is negative on the "
+            f"side of the source: {_SIGNED}"
         )
     raise refusal(table.source, text, column=name)
 
@@ -255,11 +252,10 @@ def _refuse_missing(table, known, supplied):
         raise refusal(table.source, text, column=cosines[0])
     if (numbered := _numbered(table.names)) is not None:
         text = (
-            f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of a "
-            "wavelength or an angle, put them behind the columns of the angles and name them by that "
-            "alone, such as "
-            "450 nm, to have them read as a matrix, or write one row for each value, in a column bsdf_per_sr "
-            f"(missing: {', '.join(missing)})"
+            f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of "
+            "a wavelength or an angle, put them behind the columns of the angles and name them by that "
+            "alone, such as 450 nm, to have them read as a matrix, or write one row for each value, in a "
+            f"column bsdf_per_sr (missing: {', '.join(missing)})"
         )
         raise refusal(table.source, text)
     if {"value", "unit"} <= set(table.names):

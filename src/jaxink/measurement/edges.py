@@ -90,9 +90,8 @@ def _stated(source: str, stated: Sequence[str] | None, n_leading: int) -> dict[s
     names = [name.strip() for name in stated]
     if not 1 <= len(names) <= 2 or any(name not in COORDINATES for name in names):
         text = (
-            f"matrix is '{','.join(names)}'; it must be the quantity down the first column and that "
-            f"along the row "
-            f"above the values, of {', '.join(COORDINATES)}"
+            f"matrix is '{','.join(names)}'; it must be the quantity down the first column and that along "
+            f"the row above the values, of {', '.join(COORDINATES)}"
         )
         raise refusal(source, text)
     if n_leading > 1 or len(names) == 1:
@@ -192,9 +191,8 @@ def _unknown(source: str, block: Block, titles: Sequence[Fact], rows: str | None
     if len(heads) > 1:
         stated: list[tuple[str, ...]] = [(name,) for name in sorted(along, key=lambda name: along[name])]
         text = (
-            f"the columns after {', '.join(heads[:4])} are headed {_shown(entries)}, and nothing says "
-            f"what these "
-            "numbers are"
+            f"the columns after {', '.join(heads[:4])} are headed {_shown(entries)}, and nothing says what "
+            "these numbers are"
         )
     else:
         first_column = [cells[block.leading[0]].strip() for _, cells in block.rows]
@@ -203,9 +201,8 @@ def _unknown(source: str, block: Block, titles: Sequence[Fact], rows: str | None
         stated = [*sorted(pairs, key=lambda pair: down[pair[0]] + along[pair[1]])]
         said = f"the corner says '{heads[0]}'" if heads[0] else "the corner is empty"
         text = (
-            f"the values stand in a matrix with {_shown(first_column)} down and {_shown(entries)} "
-            f"along, and {said}, "
-            "so it is not known which angle or wavelength is along which edge"
+            f"the values stand in a matrix with {_shown(first_column)} down and {_shown(entries)} along, "
+            f"and {said}, so it is not known which angle or wavelength is along which edge"
         )
     if stated:
         text += f"; state it: {_option(stated[0])}"

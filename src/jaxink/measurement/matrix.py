@@ -106,11 +106,9 @@ def _refuse_unnamed_difference(source: str, blocks: list[Block], tables) -> None
             if first == k or titles[0] == titles[1] or all(names_a_record(title) for title in titles):
                 continue
             text = (
-                f"this matrix and that in row {blocks[first].header[0]} have the same angles, and "
-                f"their titles, "
-                f"'{titles[1]}' and '{titles[0]}', do not state a wavelength, an angle or a side that "
-                f"differs; keep "
-                "one of them, or name both 'repeat' if they are repeats"
+                f"this matrix and that in row {blocks[first].header[0]} have the same angles, and their "
+                f"titles, '{titles[1]}' and '{titles[0]}', do not state a wavelength, an angle or a side "
+                "that differs; keep one of them, or name both 'repeat' if they are repeats"
             )
             raise refusal(source, text, blocks[k].header[0])
 

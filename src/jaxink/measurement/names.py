@@ -82,8 +82,7 @@ _OF_SIDE = {
 # Words for the two sides.
 SIDES = {
     "R": "r reflection reflectance reflected brdf reflexion réflexion réflectance reflektion "
-    "reflektiert réfléchi "
-    "reflexionsgrad remission reflexión riflessione reflectie 反射",
+    "reflektiert réfléchi reflexionsgrad remission reflexión riflessione reflectie 反射",
     "T": "t transmission transmittance transmitted btdf transmittiert transmis transmisión trasmissione "
     "transmissie 透過 透射",
 }

@@ -60,12 +60,9 @@ def refuse_other_samples(data: GonioData, remedy: str = _REMEDY) -> None:
     side, nm = data.side[a], data.wavelength_nm[a]
     raise InputRefusedError(
         f"{data.source or 'the measurement'}: in {len(pairs)} directions of {side} at {nm:g} nm, the "
-        f"readings of "
-        f"{names[file[b]]} are {np.exp(offset):.3g} times those of {names[file[a]]} (most of all "
-        f"{data.place(a)} and "
-        f"{data.place(b)}: {data.bsdf_per_sr[a]:.4g} and {data.bsdf_per_sr[b]:.4g} /sr); is it the "
-        f"same sample, with "
-        f"the same thickness? {remedy}."
+        f"readings of {names[file[b]]} are {np.exp(offset):.3g} times those of {names[file[a]]} (most of "
+        f"all {data.place(a)} and {data.place(b)}: {data.bsdf_per_sr[a]:.4g} and {data.bsdf_per_sr[b]:.4g} "
+        f"/sr); is it the same sample, with the same thickness? {remedy}."
     )
 
 

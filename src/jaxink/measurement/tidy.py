@@ -212,9 +212,8 @@ def _side(table: TextTable, known, given, notes) -> np.ndarray:
     if not stated and named is None and table.sheet_side is not None:
         if given not in (None, table.sheet_side):
             text = (
-                f"the name of the sheet says {table.sheet_side}, but the caller gives {given}; state "
-                f"it with the "
-                f"sheet: --sheet NAME={given}"
+                f"the name of the sheet says {table.sheet_side}, but the caller gives {given}; state it "
+                f"with the sheet: --sheet NAME={given}"
             )
             raise refusal(table.source, text)
         notes.append(f"The name of the sheet says that every row is {table.sheet_side}.")

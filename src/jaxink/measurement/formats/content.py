@@ -35,8 +35,7 @@ class Content:
             return []
         return [
             "The last line of the file has no end. If the file was cut off, its last value may lack "
-            "digits: the format "
-            "does not tell."
+            "digits: the format does not tell."
         ]
 
     def refusal(self, text: str, row: int | None = None, column: int | None = None) -> InputRefusedError:

@@ -78,8 +78,7 @@ def _refuse_other_kind(content: Content, kind: str, choices: Choices) -> None:
     held = "with" if kind == "DSF" else "without"
     text = (
         f"the file states that its values are {kind}, {held} the cosine, but the caller gives "
-        f"cosine_weighted="
-        f"{choices.cosine_weighted}; leave it out, or correct the row if it is wrong"
+        f"cosine_weighted={choices.cosine_weighted}; leave it out, or correct the row if it is wrong"
     )
     raise content.refusal(text, row)
 
