@@ -89,6 +89,8 @@ BAD_PLANS = {
     "diagnosis of a fit": ('"*.csv"', '"*.csv"\n[diagnosis]\nmax_effects = 1', "[diagnosis]"),
     "limit": ('"*.csv"', '"*.csv"\n[limits]\nseconds = -1', "limits.seconds"),
     "side": ('"*.csv"', '"*.csv"\n[reading]\nside = "front"', "side"),
+    "matrix": ('"*.csv"', '"*.csv"\n[reading]\nmatrix = 1', "matrix"),
+    "azimuth": ('"*.csv"', '"*.csv"\n[reading]\nphi_deg = true', "phi_deg"),
     "columns": ('"*.csv"', '"*.csv"\n[reading]\ncolumns = { side = 1 }', "columns"),
     "no TOML": ("[measurements]", "[measurements", "plan.toml"),
 }

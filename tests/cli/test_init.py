@@ -68,8 +68,7 @@ def test_every_kind_of_sample_is_accepted(order, phase_function, wavelengths):
     data = measurement(wavelengths)
     sample = jaxink.parse_sample(sample_text(data, draft, draft.needed))
     assert [layer.name for layer in sample.layers] == order.split(",")
-    assert set(sample.wavelengths_nm) <= set(wavelengths)
-    assert {sample.wavelengths_nm[0], sample.wavelengths_nm[-1]} == {wavelengths[0], wavelengths[-1]}
+    assert sample.wavelengths_nm == wavelengths
     sample.parameters.require_ranges()
     assert sample.parameters.free
 
@@ -178,7 +177,108 @@ def test_reading_options_belong_to_the_next_command(run, tmp_path):
     assert words[words.index("--side") + 1] == "R,T"
 
 
+@pytest.fixture
+def spectral(tmp_path):
+    """A measurement at 31 wavelengths."""
+    rows = ["theta_i_deg,theta_o_deg,phi_deg,wavelength_nm,side,bsdf_per_sr"]
+    rows += [f"0,{o},0,{nm},R,{0.2 + o / 1000}" for nm in range(400, 701, 10) for o in (0, 20, 40, 60)]
+    (tmp_path / "spectral.csv").write_text("\n".join(rows))
+    return "spectral.csv"
+
+
+def test_every_wavelength_is_kept_and_said(run, spectral, tmp_path, told):
+    done = run("init", spectral)
+    assert done.exit_code == 0
+    assert jaxink.load_sample(tmp_path / "sample.toml").wavelengths_nm == tuple(range(400, 701, 10))
+    told(done.stdout, "31 wavelengths", "--wavelengths 400,550,700")
+
+
+@pytest.mark.parametrize("given", ["450,550,650", "650; 450 nm ;0.55 um"])
+def test_wavelengths_are_chosen(given, run, spectral, tmp_path, told):
+    done = run("init", spectral, "--wavelengths", given, "--asymmetry", "each")
+    assert done.exit_code == 0
+    sample = jaxink.load_sample(tmp_path / "sample.toml")
+    assert sample.wavelengths_nm == (450, 550, 650)
+    names = [p.name for p in sample.parameters.free if "asymmetry" in p.name]
+    assert len(names) == 3
+    told(done.stdout, "450, 550, 650")
+
+
+def test_one_asymmetry_or_one_for_each(run, spectral, tmp_path, monkeypatch, told):
+    monkeypatch.setattr("jaxink.cli.init._is_terminal", lambda: True)
+    stated = (
+        "--order",
+        "ink",
+        "--ink-index",
+        "1,5",
+        "--ink-um",
+        "0.05 mm",
+        "--phase-function",
+        "henyey_greenstein",
+    )
+    for answer, n in (("each", 2), ("", 1)):
+        done = run(
+            "init", spectral, "--wavelengths", "450,650", *stated, "--force", answers=f"maybe\n{answer}\n"
+        )
+        assert done.exit_code == 0
+        assert "all 2 wavelengths" in done.stdout
+        parameters = jaxink.load_sample(tmp_path / "sample.toml").parameters
+        assert len([p for p in parameters.free if "asymmetry" in p.name]) == n
+        assert parameters["ink.thickness_um"].value == 50
+    # At one wavelength there is nothing to ask.
+    done = run("init", spectral, "--wavelengths", "450", *stated, "--force", answers="")
+    assert (done.exit_code, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("ends", ["end of input", "interrupt"])
+def test_ended_questions_keep_the_answers(ends, run, tmp_path, monkeypatch, told):
+    monkeypatch.setattr("jaxink.cli.init._is_terminal", lambda: True)
+    if ends == "interrupt":
+        import typer
+
+        prompt, asked = typer.prompt, []
+
+        def interrupted(text, **options):
+            asked.append(text)
+            if len(asked) == 4:
+                raise typer.Abort
+            return prompt(text, **options)
+
+        monkeypatch.setattr("typer.prompt", interrupted)
+    given = ("init", DATA, "--wavelength-nm", "550", "--out", "my sample.toml")
+    done = run(*given, answers="ink,plate\n1,51\n0.2 cm\n")
+    assert done.exit_code == 130
+    assert not (tmp_path / "my sample.toml").exists()
+    told(done.stderr, "--plate-mm 2", numbers=False)
+    words = shlex.split(done.stderr.splitlines()[-1])
+    # The command asks only what is left.
+    done = run(*words[1:], answers="\n\n\n")
+    assert done.exit_code == 0
+    sample = jaxink.load_sample(tmp_path / "my sample.toml")
+    assert [layer.name for layer in sample.layers] == ["ink", "plate"]
+    assert sample.parameters["plate.refractive_index"].value == 1.51
+    assert sample.parameters["plate.thickness_mm"].value == 2
+
+
+def test_two_thicknesses_are_not_one_sample(run, tmp_path, told):
+    lines = simulated_example()[0].read_text().splitlines()
+    names = lines[0].split(",")
+    at = names.index("bsdf_per_sr")
+    for name, factor in (("thin.csv", 1.0), ("thick.csv", 1.2), ("again.csv", 1.01)):
+        rows = [line.split(",") for line in lines[1:]]
+        rows = [[*row[:at], repr(float(row[at]) * factor), *row[at + 1 :]] for row in rows]
+        (tmp_path / name).write_text("\n".join([lines[0], *(",".join(row) for row in rows)]))
+    assert run("init", "thin.csv", "again.csv").exit_code == 0
+    done = run("init", "thin.csv", "thick.csv", "--out", "both.toml")
+    assert (done.exit_code, (tmp_path / "both.toml").exists()) == (5, False)
+    told(done.stderr, "thin.csv", "thick.csv", "1.2 times")
+
+
 REFUSED = [
+    (("--ink-um", "1,500"), "ink_um"),
+    (("--plate-index", "1.5 mm"), "plate_index"),
+    (("--wavelengths", "450,550"), "550"),
+    (("--asymmetry", "two"), "asymmetry"),
     (("--order", "ink,coat"), "order"),
     (("--phase-function", "tabulated"), "phase_function"),
     (("--plate-index", "0.5"), "plate.refractive_index"),

@@ -53,11 +53,22 @@ def test_columns_need_a_name_and_a_header(given, run, other_table, told):
 @pytest.mark.parametrize("command", ["fit", "diagnose", "predict", "init", "convert"])
 def test_every_command_that_reads_has_the_options(command):
     options = {o for p in typer.main.get_command(app).commands[command].params for o in p.opts}
-    assert {"--columns", "--cosine-weighted"} <= options
+    named = {
+        "--columns",
+        "--cosine-weighted",
+        "--sheet",
+        "--matrix",
+        "--theta-i-deg",
+        "--phi-deg",
+        "--phi-o-deg",
+    }
+    assert named <= options
 
 
 def test_the_next_command_states_the_same():
     stated = {"columns": {"phi_deg": "a b", "side": "s"}, "side": ["R", "T"], "sample": "x"}
-    stated |= {"cosine_weighted": False, "signed_angles": True}
+    stated |= {"cosine_weighted": False, "signed_angles": True, "theta_i_deg": [0.0, 30.0], "phi_deg": 180.0}
+    stated |= {"sheet": "A=R,B=T", "matrix": "theta_o_deg,phi_deg"}
     words = ["--columns", "phi_deg=a b", "--columns", "side=s", "--side", "R,T", "--which", "x"]
-    assert option_words(stated) == [*words, "--no-cosine-weighted", "--signed-angles"]
+    words += ["--no-cosine-weighted", "--signed-angles", "--theta-i-deg", "0.0,30.0", "--phi-deg", "180.0"]
+    assert option_words(stated) == [*words, "--sheet", "A=R,B=T", "--matrix", "theta_o_deg,phi_deg"]

@@ -15,10 +15,13 @@ PAGE = (Path(__file__).resolve().parents[2] / "docs" / "measurement-file.md").re
 
 
 def test_the_example_is_a_measurement(tmp_path):
-    (table,) = re.findall(r"```csv\n(.*?)```", PAGE, re.DOTALL)
+    table, matrix = re.findall(r"```csv\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "example.csv").write_text(table)
     data = jaxink.read(tmp_path / "example.csv")
     assert (len(data), data.notes) == (3, ())
+    (tmp_path / "matrix.csv").write_text(matrix)
+    data = jaxink.read(tmp_path / "matrix.csv", signed_angles=True)
+    assert (len(data), set(data.wavelength_nm), set(data.side)) == (6, {550}, {"R"})
 
 
 def test_every_column_and_option_is_on_the_page():

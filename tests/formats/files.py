@@ -30,8 +30,15 @@ def specular_to_normal(angle, radial, azimuth):
     return np.degrees(np.arccos(np.clip(z, -1, 1))), np.degrees(np.arctan2(y, x))
 
 
-def zemax(side="R", incidences=(0, 30, 60), symmetry="PlaneSymmetrical", rotations=(0,), channels=None):
-    """A BSDF file of Zemax; ``channels`` are factors by tristimulus."""
+def zemax(
+    side="R",
+    incidences=(0, 30, 60),
+    symmetry="PlaneSymmetrical",
+    rotations=(0,),
+    channels=None,
+    weighted=False,
+):
+    """A BSDF file of Zemax; ``channels`` are factors by tristimulus, ``weighted`` values hold the cosine."""
     radial = np.array([0, 15, 40, 75, 110, 150])
     azimuth = np.arange(0, 181, 45) if symmetry == "PlaneSymmetrical" else np.arange(0, 361, 45)
     parts = [
@@ -59,7 +66,11 @@ def zemax(side="R", incidences=(0, 30, 60), symmetry="PlaneSymmetrical", rotatio
                     turned = [specular_to_normal(angle, r, a) for r in radial]
                     parts.append(
                         [
-                            factor * (1 + rotation / 100) * bsdf(angle, t, p, side) * (t <= 90 + 1e-9)
+                            factor
+                            * (1 + rotation / 100)
+                            * bsdf(angle, t, p, side)
+                            * (t <= 90 + 1e-9)
+                            * (np.cos(np.deg2rad(t)) if weighted else 1)
                             for t, p in turned
                         ]
                     )
@@ -68,7 +79,13 @@ def zemax(side="R", incidences=(0, 30, 60), symmetry="PlaneSymmetrical", rotatio
 
 
 def lighttools(
-    faces=("Front",), sides=("BRDF", "BTDF"), incidences=(0, 45), pois=(0,), half=(0, 360), source=90
+    faces=("Front",),
+    sides=("BRDF", "BTDF"),
+    incidences=(0, 45),
+    pois=(0,),
+    half=(0, 360),
+    source=90,
+    weighted=False,
 ):
     """A BSDF file of LightTools: the light arrives from azimuth 90, as far as is known."""
     radial, azimuth = np.array([0, 20, 50, 85]), np.arange(half[0], half[1] + 1, 30)
@@ -93,6 +110,7 @@ def lighttools(
                     parts.append("TIS 0.8")
                     side = "R" if kind == "BRDF" else "T"
                     factor = (1 if face == "Front" else 0.5) * (1 + poi / 100)
+                    factor = factor * (np.cos(np.deg2rad(radial)) if weighted else 1)
                     parts += [factor * bsdf(aoi, radial, a - source, side) for a in azimuth]
     return lines(*parts, "DataEnd")
 

@@ -165,12 +165,66 @@ def test_sentence(kind, tmp_path, refused):
 def test_a_truncated_file_is_refused(kind, tmp_path):
     path = tmp_path / "measured.bsdf"
     whole = WHOLE[kind]
-    content = whole if isinstance(whole, bytes) else whole.replace("End of file\n", "").encode()
-    # Not of the last number: a shorter one is a number, too.
-    for part in range(1, 20):
-        path.write_bytes(content[: part * (len(content) - 30) // 20])
+    content = whole if isinstance(whole, bytes) else whole.encode()
+    # Of the last number of a table without an end, a part is a number, too.
+    last = (
+        len(content) - 15 if kind == "astm" else content.rfind(b"End") + 3 if kind != "rgl" else len(content)
+    )
+    for cut in {*range(1, last, last // 60), *range(last - 40, last)}:
+        path.write_bytes(content[:cut])
         with pytest.raises(jaxink.InputRefusedError, match=re.escape(str(path))):
             jaxink.read(path, **STATED.get(kind, {}))
+
+
+@pytest.mark.parametrize("kind", ["astm", "pab", "reflet"])
+def test_a_last_line_without_an_end_is_a_note(kind, tmp_path):
+    path = tmp_path / "measured.bsdf"
+    path.write_text(WHOLE[kind], newline="")
+    whole = jaxink.read(path, **STATED[kind])
+    path.write_text(WHOLE[kind].rstrip()[:-3], newline="")
+    cut = jaxink.read(path, **STATED[kind])
+    assert cut.bsdf_per_sr[-1] != whole.bsdf_per_sr[-1]
+    assert any("may lack digits" in note for note in cut.notes)
+    assert not any("may lack digits" in note for note in whole.notes)
+
+
+@pytest.mark.parametrize("kind", COUNTED)
+def test_a_file_with_more_than_it_states_is_refused(kind, tmp_path, told):
+    path = tmp_path / "measured.bsdf"
+    whole = WHOLE[kind]
+    more = {"astm": "0,0,0,0,0.3\r\n"}.get(kind, "0.3\n")
+    path.write_bytes(whole + bytes(400) if isinstance(whole, bytes) else (whole + more).encode())
+    with pytest.raises(jaxink.InputRefusedError) as problem:
+        jaxink.read(path, **STATED.get(kind, {}))
+    told(str(problem.value), "measured.bsdf")
+
+
+@pytest.mark.parametrize(
+    ("kind", "start", "below"),
+    [("zemax", "TIS", 1), ("lighttools", "TIS", 1), ("speos", "19\t13", 2), ("brdf", "19\t13", 2)],
+)
+@pytest.mark.parametrize("change", ["fewer", "more"])
+def test_a_table_with_other_numbers_of_values_is_refused(kind, start, below, change, tmp_path, told):
+    number, _ = line(WHOLE[kind], start)
+    row = WHOLE[kind].split("\n")[number + below]
+    changed = row.rpartition(" ")[0] if change == "fewer" else f"{row} 0.25"
+    path = tmp_path / "measured.bsdf"
+    path.write_text(with_line(WHOLE[kind], start, changed, below))
+    with pytest.raises(jaxink.InputRefusedError) as problem:
+        jaxink.read(path, **STATED.get(kind, {}))
+    told(str(problem.value), "row")
+
+
+@pytest.mark.parametrize("by", [-100, -1, 1, 100])
+def test_sizes_of_merl(by, tmp_path, refused):
+    # The sentence names both sizes before the content is looked at.
+    size = 12 + 3 * 8 * 90 * 90 * 180 + by
+    path = tmp_path / "a.binary"
+    with path.open("wb") as file:
+        file.write(MERL[:12])
+        file.truncate(size)
+    with refused(str(size)):
+        jaxink.read(path, wavelength_nm=550, channel="R")
 
 
 @pytest.mark.parametrize("kind", WHOLE)

@@ -38,6 +38,14 @@ READ = {
     "astm degrees": (files.astm(["550nm"], is_radian=False), {"side": "R"}, "R"),
     "astm radians": (files.astm(["550nm"]), {"side": "R", "angle_unit": "rad"}, "R"),
     "astm both sides": (files.astm(["550nm"], is_radian=False, through=True), {}, "RT"),
+    "zemax with the cosine": (
+        files.zemax("T", weighted=True),
+        {"wavelength_nm": 550, "cosine_weighted": True},
+        "T",
+    ),
+    "lighttools with the cosine": (files.lighttools(weighted=True), {"cosine_weighted": True}, "RT"),
+    "speos as it states": (files.speos_anisotropic(), {"cosine_weighted": True}, "RT"),
+    "pab-opto as it states": (files.mountain(), {"wavelength_nm": 555, "cosine_weighted": True}, "RT"),
     "pab-opto": (files.mountain(), {"wavelength_nm": 555}, "RT"),
     "pab-opto from the back": (
         files.mountain((130.0, 20.0), "BTDF"),
@@ -177,6 +185,40 @@ def test_a_cosine_is_divided_out(tmp_path):
     np.testing.assert_allclose(
         divided.bsdf_per_sr * np.cos(np.deg2rad(plain.theta_o_deg)), plain.bsdf_per_sr, rtol=1e-12
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "stated", "named"),
+    [
+        (files.speos_anisotropic(), {"cosine_weighted": False}, "row 9"),
+        (files.speos_anisotropic(is_intensity=False), {"cosine_weighted": True}, "row 9"),
+        (files.speos_brdf(), {"cosine_weighted": True}, "row 7"),
+        (files.mountain(), {"cosine_weighted": False, "wavelength_nm": 550}, "row 2"),
+        (files.mountain(kind="BSDF"), {"cosine_weighted": True, "wavelength_nm": 550}, "row 2"),
+    ],
+    ids=["intensities", "bsdfs", "brdf", "DSF", "BSDF"],
+)
+def test_of_the_cosine_the_file_is_not_contradicted(text, stated, named, tmp_path, told):
+    with pytest.raises(InputRefusedError) as problem:
+        jaxink.read(written(tmp_path, text), **stated)
+    told(str(problem.value), named, "cosine_weighted")
+
+
+@pytest.mark.parametrize("make", [files.zemax, files.lighttools])
+def test_the_stated_total_is_compared_with_the_same_power(make, tmp_path):
+    """With the cosine or without, the values scatter the same power."""
+    stated = {"wavelength_nm": 550} if make is files.zemax else {}
+    plain = jaxink.read(written(tmp_path, make()), **stated)
+    weighted = jaxink.read(written(tmp_path, make(weighted=True)), **stated, cosine_weighted=True)
+
+    def totals(data):
+        return [note.partition("(")[2] for note in data.notes if "stated TIS" in note]
+
+    assert totals(plain)
+    # Linear interpolation between the entries is another one of values times the cosine.
+    for mine, theirs in zip(totals(plain), totals(weighted), strict=True):
+        numbers = [float(note.split(": ")[1].split(" ")[0]) for note in (mine, theirs)]
+        assert numbers[0] == pytest.approx(numbers[1], rel=0.1)
 
 
 def test_a_cosine_is_divided_out_of_a_table_with_its_sigma(tmp_path):

@@ -106,9 +106,12 @@ def test_a_refusal_shows_the_header_and_the_command(read, refused):
 
 def test_many_columns_get_one_sentence(read, refused):
     header = ["theta_i_deg", *(f"channel_{n}" for n in range(37))]
-    with refused("gonio.csv", "26 more") as caught:
+    with refused("gonio.csv", "37 columns", "channel_0 to channel_36") as caught:
         read(header, [["0"] * 38])
-    assert len(str(caught.value)) < 600
+    assert len(str(caught.value)) < 450
+    with refused("gonio.csv", "15 more") as caught:
+        read(["theta_i_deg", *(2 * chr(97 + n) for n in range(26))], [["0"] * 27])
+    assert len(str(caught.value)) < 450
     with refused("gonio.csv", "400", "760"):
         read(
             ["theta_i_deg", "theta_o_deg", "phi_deg", *(f"{nm}" for nm in range(400, 770, 10))], [["1"] * 40]

@@ -112,8 +112,11 @@ def test_repeats_of_another_sample_are_refused(factor, refused):
 def test_files_of_two_thicknesses_are_not_repeats(shared_data, refused):
     names = [f"joint_{name}_lit_ink.csv" for name in ("thin", "thick")]
     data = read([shared_data / "simulated" / name for name in names]).replace(sigma_per_sr=None)
-    with refused(*names, "neighbours", "same sample", numbers=False):
+    with refused(*names, "times those", "same sample", numbers=False):
         noise_of(data, Noise())
+    # As one file, they are repeats that scatter.
+    with refused("neighbours", "same sample", numbers=False):
+        noise_of(data.replace(extra={}), Noise())
 
 
 def test_a_sample_that_was_mounted_anew_is_not_refused():

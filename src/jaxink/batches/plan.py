@@ -147,7 +147,7 @@ def _limits(table: dict[str, Any]) -> dict[str, float]:
 def _reading(table: dict[str, Any]) -> dict[str, Any]:
     only(table, READING, "[reading]")
     true_or_false(table, "signed_angles", False, "reading.signed_angles")
-    for key in ("sample", "sheet"):
+    for key in ("sample", "sheet", "matrix"):
         if not isinstance(table.get(key, ""), str):
             raise InputRefusedError(f"reading.{key} is {table[key]!r}; it must be text.")
     headers = table.get("columns", {})
@@ -156,9 +156,10 @@ def _reading(table: dict[str, Any]) -> dict[str, Any]:
     sides = table.get("side", "R")
     for side in sides if isinstance(sides, list) and sides else [sides]:
         choice({"side": side}, "side", ("R", "T"), "[reading]")
-    wavelength = table.get("wavelength_nm", 1.0)
-    if isinstance(wavelength, bool) or not isinstance(wavelength, int | float):
-        raise InputRefusedError(f"reading.wavelength_nm is {wavelength!r}; it must be a number in nm.")
+    for key, unit in (("wavelength_nm", "nm"), ("phi_deg", "degrees"), ("phi_o_deg", "degrees")):
+        value = table.get(key, 1.0)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputRefusedError(f"reading.{key} is {value!r}; it must be a number in {unit}.")
     return {key: value for key, value in table.items() if value is not False}
 
 

@@ -44,7 +44,12 @@ READING = {
         "side of every row; a list with one entry for each file of a measurement",
     ),
     "sample": Entry("text", "-", "sample to read, if the column `sample` of the files has several"),
-    "sheet": Entry("text", "-", "sheet of a workbook, if several are not empty"),
+    "sheet": Entry(
+        "text", "-", "sheet of a workbook, if several are not empty; `R,T` or `A=R,B=T` joins several"
+    ),
+    "matrix": Entry("text", "-", "edges of a matrix that does not name them: `theta_o_deg,theta_i_deg`"),
+    "phi_deg": Entry("a number", "-", "relative azimuth of every row, if the files do not state it"),
+    "phi_o_deg": Entry("a number", "-", "azimuth of view of every row, with one of incidence in the files"),
     "signed_angles": Entry(
         "`true` or `false`", "`false`", "a negative `theta_o_deg` means the other half-plane"
     ),

@@ -24,10 +24,14 @@ from jaxink.cli.reading_options import (
     CosineWeighted,
     Data,
     Debug,
+    Matrix,
+    PhiDeg,
+    PhiODeg,
     Quiet,
     Sheet,
     Side,
     SignedAngles,
+    ThetaIDeg,
     WavelengthNm,
     Which,
     columns_of,
@@ -155,6 +159,10 @@ def fit(
     signed_angles: SignedAngles = False,
     cosine_weighted: CosineWeighted = None,
     columns: Columns = None,
+    theta_i_deg: ThetaIDeg = None,
+    phi_deg: PhiDeg = None,
+    phi_o_deg: PhiODeg = None,
+    matrix: Matrix = None,
     no_figures: NoFigures = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
@@ -179,7 +187,8 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
         raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output))
@@ -201,13 +210,17 @@ def init(
         ),
     ] = None,
     plate_index: Annotated[
-        float | None, typer.Option(metavar="N", help="Refractive index of the plate.")
+        str | None, typer.Option(metavar="N", help="Refractive index of the plate.")
     ] = None,
-    plate_mm: Annotated[float | None, typer.Option(metavar="MM", help="Thickness of the plate.")] = None,
+    plate_mm: Annotated[
+        str | None, typer.Option(metavar="MM", help="Thickness of the plate, in mm or with its unit.")
+    ] = None,
     ink_index: Annotated[
-        float | None, typer.Option(metavar="N", help="Refractive index of the ink's binder.")
+        str | None, typer.Option(metavar="N", help="Refractive index of the ink's binder.")
     ] = None,
-    ink_um: Annotated[str | None, typer.Option(metavar="UM|opaque", help="Thickness of the ink.")] = None,
+    ink_um: Annotated[
+        str | None, typer.Option(metavar="UM|opaque", help="Thickness of the ink, in um or with its unit.")
+    ] = None,
     phase_function: Annotated[
         str | None,
         typer.Option(
@@ -216,10 +229,18 @@ def init(
         ),
     ] = None,
     particle_index: Annotated[
-        float | None, typer.Option(metavar="N", help="Refractive index of Mie particles.")
+        str | None, typer.Option(metavar="N", help="Refractive index of Mie particles.")
     ] = None,
     radius_nm: Annotated[
-        float | None, typer.Option(metavar="NM", help="Guess of the radius of Mie particles.")
+        str | None, typer.Option(metavar="NM", help="Guess of the radius of Mie particles.")
+    ] = None,
+    wavelengths: Annotated[
+        str | None,
+        typer.Option(metavar="NM,...", help="Wavelengths of the measurement to fit; all by default."),
+    ] = None,
+    asymmetry: Annotated[
+        str | None,
+        typer.Option(metavar="one|each", help="One asymmetry g for all wavelengths, or one for each."),
     ] = None,
     wavelength_nm: WavelengthNm = None,
     side: Side = None,
@@ -228,6 +249,10 @@ def init(
     signed_angles: SignedAngles = False,
     cosine_weighted: CosineWeighted = None,
     columns: Columns = None,
+    theta_i_deg: ThetaIDeg = None,
+    phi_deg: PhiDeg = None,
+    phi_o_deg: PhiODeg = None,
+    matrix: Matrix = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
     debug: Debug = False,
@@ -240,7 +265,9 @@ def init(
         given = {"order": order, "plate_index": plate_index, "plate_mm": plate_mm, "ink_index": ink_index}
         given |= {"ink_um": ink_um, "phase_function": phase_function}
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
-        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        given |= {"wavelengths_nm": wavelengths, "asymmetry": asymmetry}
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         options = option_words(stated)
         raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
 
@@ -279,6 +306,10 @@ def diagnose(
     signed_angles: SignedAngles = False,
     cosine_weighted: CosineWeighted = None,
     columns: Columns = None,
+    theta_i_deg: ThetaIDeg = None,
+    phi_deg: PhiDeg = None,
+    phi_o_deg: PhiODeg = None,
+    matrix: Matrix = None,
     no_figures: NoFigures = False,
     json: Annotated[bool, typer.Option("--json", help="Print report.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -291,7 +322,8 @@ def diagnose(
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         choices |= {"time_limit_s": time_limit}
-        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         output = _output(json, quiet)
         arguments = data, sample, out, choices, accuracy, stated, not no_figures, output
         raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
@@ -365,6 +397,10 @@ def predict(
     signed_angles: SignedAngles = False,
     cosine_weighted: CosineWeighted = None,
     columns: Columns = None,
+    theta_i_deg: ThetaIDeg = None,
+    phi_deg: PhiDeg = None,
+    phi_o_deg: PhiODeg = None,
+    matrix: Matrix = None,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -372,7 +408,8 @@ def predict(
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
-        stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet))
 
 

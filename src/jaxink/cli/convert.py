@@ -12,6 +12,7 @@ from jaxink.files.reading import shown_path
 from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file
 from jaxink.measurement import read, write_csv
+from jaxink.measurement.one_sample import refuse_other_samples
 
 if TYPE_CHECKING:
     from jaxink import GonioData
@@ -25,6 +26,7 @@ def run_convert(data_files: Sequence[Path], out: Path, columns: dict[str, Any], 
     if any(file.exists() and out.exists() and file.samefile(out) for file in data_files):
         raise InputRefusedError(f"{shown_path(out)}: is read, too; give another name for the result.")
     data = read(data_files, **columns)
+    refuse_other_samples(data, "Convert the files of different samples one by one")
     names = ", ".join(file.name for file in data_files)
     write_csv(data, out, [f"Converted by jaxink {installed_version()} from {names}.", *data.notes])
     if not quiet:
@@ -40,15 +42,3 @@ def _headline(data: "GonioData") -> str:
     incidences = len(set(data.theta_i_deg.tolist()))
     angles = "1 angle" if incidences == 1 else f"{incidences} angles"
     return f"{len(data)} values of {data.source}: {sides} at {at}, {angles} of incidence."
-
-
-def numbers_of(option: str, text: str | None) -> list[float] | None:
-    """Numbers separated by commas."""
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputRefusedError(
-            f"{option} is {text!r}; it must be a number, or several with commas."
-        ) from None

@@ -10,10 +10,14 @@ from jaxink.cli.reading_options import (
     CosineWeighted,
     Data,
     Debug,
+    Matrix,
+    PhiDeg,
+    PhiODeg,
     Quiet,
     Sheet,
     Side,
     SignedAngles,
+    ThetaIDeg,
     WavelengthNm,
     Which,
     columns_of,
@@ -40,10 +44,7 @@ def convert(
     angle_unit: Annotated[
         str | None, typer.Option(metavar="deg|rad", help="Unit of the angles, if it is not clear.")
     ] = None,
-    theta_i_deg: Annotated[
-        str | None,
-        typer.Option(metavar="DEG", help="Angle of incidence; with several files one for each: 0,30,60."),
-    ] = None,
+    theta_i_deg: ThetaIDeg = None,
     specular_phi_deg: Annotated[
         float | None,
         typer.Option(metavar="DEG", help="Azimuth of the specular or undeviated direction in the file."),
@@ -60,23 +61,26 @@ def convert(
     sheet: Sheet = None,
     signed_angles: SignedAngles = False,
     columns: Columns = None,
+    phi_deg: PhiDeg = None,
+    phi_o_deg: PhiODeg = None,
+    matrix: Matrix = None,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Write files of instruments and ray tracers as one tidy CSV file (docs/formats-in.md)."""
     with one_sentence(debug):
-        from jaxink.cli.convert import numbers_of, run_convert
+        from jaxink.cli.convert import run_convert
 
         stated = {
             "face": face,
             "channel": channel,
             "rotation_deg": rotation_deg,
             "angle_unit": angle_unit,
-            "theta_i_deg": numbers_of("--theta-i-deg", theta_i_deg),
             "specular_phi_deg": specular_phi_deg,
             "scale": scale,
             "every": every,
         }
         stated = {name: value for name, value in stated.items() if value is not None}
-        stated |= columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
+        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
+        stated |= columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         raise typer.Exit(run_convert(data, out, stated, quiet))

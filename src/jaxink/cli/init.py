@@ -1,19 +1,32 @@
 """``jaxink init``."""
 
+import re
 import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 import jaxink
-from jaxink.cli.session import ExitCode
+from jaxink.cli.answers import quantity
+from jaxink.cli.session import CommandLine, ExitCode, StoppedError
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
 from jaxink.files.writing import require_file, written_whole
-from jaxink.sample.draft import ORDERS, PHASE_FUNCTIONS, Draft, lit_order, sample_text
+from jaxink.measurement.one_sample import refuse_other_samples
+from jaxink.sample.draft import (
+    ASYMMETRIES,
+    ORDERS,
+    PHASE_FUNCTIONS,
+    Draft,
+    chosen_wavelengths,
+    lit_order,
+    sample_text,
+)
+from jaxink.sample.schema import OPAQUE
 
 _QUESTIONS = {
     "order": f"Layers in the order in which light meets them ({' | '.join(ORDERS)})",
@@ -24,13 +37,15 @@ _QUESTIONS = {
     "phase_function": f"Phase function of the ink ({' | '.join(PHASE_FUNCTIONS)})",
     "particle_index": "Refractive index of the particles",
     "radius_nm": "Radius of the particles, nm (a guess)",
+    "asymmetry": f"Asymmetry g: one for all {{n}} wavelengths, or each its own ({' | '.join(ASYMMETRIES)})",
 }
+_WORDS = {"order": ORDERS, "phase_function": PHASE_FUNCTIONS, "asymmetry": ASYMMETRIES}
 
 
 def run_init(
     data_files: Sequence[Path],
     out: Path,
-    given: dict[str, Any],
+    given: dict[str, str | None],
     columns: dict[str, Any],
     options: Sequence[str],
     force: bool,
@@ -38,18 +53,27 @@ def run_init(
 ) -> ExitCode:
     """Write a first sample file for a measurement.
 
-    ``given`` are fields of `Draft`, None if not stated; ``columns`` are keywords of `jaxink.read`, and
-    ``options`` the same for the command line.
+    ``given`` are fields of `Draft` as texts, None if not stated; ``columns`` are keywords of `jaxink.read`,
+    and ``options`` the same for the command line.
     """
     if out.exists() and not force:
         raise InputRefusedError(f"{shown_path(out)}: exists already; choose another name, or add --force.")
     require_file(out)
+    stated = {name: _stated(name, text) for name, text in given.items() if text is not None}
     data = jaxink.read(data_files, **columns)
-    stated = {name: _number_or_word(name, value) for name, value in given.items() if value is not None}
+    refuse_other_samples(
+        data,
+        "Write a sample file for each; if it is one sample, give one of the files here, and state as "
+        "relative in [noise] how well its readings reproduce",
+    )
     if "order" not in stated and (order := lit_order(data)) is not None:
         stated["order"] = order
+    stated["wavelengths_nm"] = tuple(chosen_wavelengths(data, stated.get("wavelengths_nm", ())))
     if _is_terminal() and not quiet:
-        stated = _asked(stated)
+        command = CommandLine(
+            "init", data_files, {"--out": out, "--force": force, "--wavelengths": given["wavelengths_nm"]}
+        )
+        stated = _asked(stated, command, options)
     draft = Draft(**stated)
     assumed = [name for name in draft.needed if name not in stated]
     text = sample_text(data, draft, assumed)
@@ -59,8 +83,17 @@ def run_init(
         part.write_text(text, encoding="utf-8")
     if not quiet:
         _show(data, sample, draft, assumed, out)
-        command = ["jaxink", "fit", *map(str, data_files), "--sample", str(out), *options, "--out", "result"]
-        typer.echo(f"Next: {shlex.join(command)}")
+        command_words = [
+            "jaxink",
+            "fit",
+            *map(str, data_files),
+            "--sample",
+            str(out),
+            *options,
+            "--out",
+            "result",
+        ]
+        typer.echo(f"Next: {shlex.join(command_words)}")
     return ExitCode.FITTED
 
 
@@ -69,34 +102,68 @@ def _is_terminal() -> bool:
     return sys.stdin.isatty()
 
 
-def _number_or_word(name: str, value: Any) -> Any:
-    """The ink's thickness is a number or a word."""
-    if name != "ink_um":
-        return value
+def _stated(name: str, text: str) -> Any:
+    """The value of a field of `Draft` that a text states."""
+    if name in _WORDS:
+        return text.strip()
+    if name == "ink_um" and text.strip().lower() == OPAQUE:
+        return OPAQUE
+    if name == "wavelengths_nm":
+        return tuple(quantity(name, part) for part in re.split(r"[;,]", text) if part.strip())
     try:
-        return float(value)
-    except ValueError:
-        return value.strip().lower()
+        return quantity(name, text)
+    except InputRefusedError as problem:
+        if name == "ink_um" and not text.strip()[:1].isdigit():
+            raise InputRefusedError(f"{str(problem)[:-1]}, or {OPAQUE}.") from None
+        raise
 
 
-def _asked(stated: dict[str, Any]) -> dict[str, Any]:
-    """What is known, completed by questions; an empty answer takes the usual value."""
+def _asked(stated: dict[str, Any], command: CommandLine, options: Sequence[str]) -> dict[str, Any]:
+    """What is known, completed by questions; an empty answer takes the usual value.
+
+    Raises
+    ------
+    StoppedError
+        If the user ends the questions; it keeps the answers in the command that goes on.
+    """
     answers = dict(stated)
     typer.echo("Enter takes the value in brackets; all of them can be changed in the file.")
     for name, question in _QUESTIONS.items():
         # Which questions there are depends on the order of the layers and on the phase function.
-        so_far = Draft(**{key: answers[key] for key in ("order", "phase_function") if key in answers})
+        known = ("order", "phase_function", "wavelengths_nm")
+        so_far = Draft(**{key: answers[key] for key in known if key in answers})
         if name in answers or name not in so_far.needed:
             continue
-        usual = getattr(Draft(), name)
-        words = {"order": ORDERS, "phase_function": PHASE_FUNCTIONS}.get(name)
-        while True:
-            answer = typer.prompt(question, default=usual, type=type(usual) if name != "ink_um" else str)
-            if words is None or answer in words:
-                break
-            typer.echo(f"One of: {', '.join(words)}.")
-        answers[name] = _number_or_word(name, answer)
+        try:
+            answers[name] = _answer(name, question.format(n=len(so_far.wavelengths_nm)))
+        except (typer.Abort, EOFError, KeyboardInterrupt):
+            raise _stopped(answers, command, options) from None
     return answers
+
+
+def _answer(name: str, question: str) -> Any:
+    """The answer to one question, which is asked again until it can be understood."""
+    usual = getattr(Draft(), name)
+    usual = f"{usual:g}" if isinstance(usual, float) else usual
+    words = _WORDS.get(name)
+    while True:
+        text = typer.prompt(question, default=usual, type=str)
+        if words is not None:
+            if text.strip() in words:
+                return text.strip()
+            typer.echo(f"One of: {', '.join(words)}.")
+            continue
+        try:
+            return _stated(name, text)
+        except InputRefusedError as problem:
+            typer.echo(str(problem))
+
+
+def _stopped(answers: dict[str, Any], command: CommandLine, options: Sequence[str]) -> StoppedError:
+    held = {f"--{name.replace('_', '-')}": value for name, value in answers.items() if name in _QUESTIONS}
+    words = " ".join([command.changed(held), *map(shlex.quote, options)])
+    typer.echo(err=True)
+    return StoppedError("stopped; nothing was written.", [("With the answers so far it goes on by", words)])
 
 
 def _show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: list[str], out: Path) -> None:
@@ -105,6 +172,16 @@ def _show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: 
     lines += [f"  {note}" for note in data.notes]
     layers, n_free = ", ".join(layer.name for layer in sample.layers), len(sample.parameters.free)
     lines.append(f"Written {out}: layers {layers}; {n_free} free parameters.")
+    n_held, kept = np.unique(data.wavelength_nm).size, draft.wavelengths_nm
+    if len(kept) < n_held:
+        shown = ", ".join(f"{nm:g}" for nm in kept)
+        lines.append(f"Of {n_held} wavelengths, {len(kept)} are fitted, as requested: {shown} nm.")
+    elif n_held > 1:
+        some = ",".join(f"{kept[k]:g}" for k in sorted({0, n_held // 2, n_held - 1}))
+        lines.append(
+            f"All {n_held} wavelengths are fitted, each with its own coefficients; fewer are faster: "
+            f"--wavelengths {some}"
+        )
     if assumed:
         values = " ".join(f"--{name.replace('_', '-')} {getattr(draft, name)}" for name in assumed)
         lines.append(

@@ -25,7 +25,31 @@ Side = Annotated[
 ]
 Sheet = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Sheet of a workbook, if several are not empty."),
+    typer.Option(
+        metavar="NAME[=R|T],...",
+        help="Sheet of a workbook, if several are not empty, or several that are joined: R,T or A=R,B=T.",
+    ),
+]
+ThetaIDeg = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DEG", help="Angle of incidence of every row, if no column has it; for several files 0,30,60."
+    ),
+]
+PhiDeg = Annotated[
+    float | None,
+    typer.Option(metavar="DEG", help="Relative azimuth of every row, if the file has no column for it."),
+]
+PhiODeg = Annotated[
+    float | None,
+    typer.Option(metavar="DEG", help="Azimuth of view of every row, if the file has only that of incidence."),
+]
+Matrix = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DOWN,ALONG",
+        help="Edges of a matrix of values that does not name them, such as theta_o_deg,theta_i_deg.",
+    ),
 ]
 SignedAngles = Annotated[
     bool,
@@ -60,17 +84,37 @@ def columns_of(
     wavelength_nm: float | None,
     side: str | None,
     which: str | None,
-    sheet: str | None,
     signed_angles: bool,
-    cosine_weighted: bool | None = None,
-    columns: list[str] | None = None,
+    cosine_weighted: bool | None,
+    angles: tuple[str | None, float | None, float | None],
+    layout: tuple[str | None, list[str] | None, str | None],
 ) -> dict[str, Any]:
-    """Keywords of `jaxink.read` for what the files do not state."""
+    """Keywords of `jaxink.read` for what the files do not state.
+
+    ``angles`` are theta_i_deg, phi_deg and phi_o_deg, ``layout`` the sheet, the columns and the edges of a
+    matrix.
+    """
+    theta_i_deg, phi_deg, phi_o_deg = angles
+    sheet, columns, matrix = layout
     sides = None if side is None else [each.strip() for each in side.split(",")]
     given: dict[str, Any] = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
     given |= {"signed_angles": signed_angles or None, "cosine_weighted": cosine_weighted}
     given["columns"] = _headers(columns) if columns else None
+    given["theta_i_deg"] = numbers_of("--theta-i-deg", theta_i_deg)
+    given |= {"phi_deg": phi_deg, "phi_o_deg": phi_o_deg, "matrix": matrix}
     return {name: value for name, value in given.items() if value is not None}
+
+
+def numbers_of(option: str, text: str | None) -> list[float] | None:
+    """Numbers separated by commas."""
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputRefusedError(
+            f"{option} is {text!r}; it must be a number, or several with commas."
+        ) from None
 
 
 def _headers(columns: list[str]) -> dict[str, str]:

@@ -48,9 +48,17 @@ class AdvisedError(InputRefusedError):
         For each command, what it would do, and the command itself.
     """
 
+    code = ExitCode.REFUSED
+
     def __init__(self, sentence: str, commands: Sequence[tuple[str, str]]):
         super().__init__(sentence)
         self.commands = tuple(commands)
+
+
+class StoppedError(AdvisedError):
+    """Questions that the user ended, with the command that goes on."""
+
+    code = ExitCode.INTERRUPTED
 
 
 def program() -> str:
@@ -102,7 +110,7 @@ def one_sentence(debug: bool = False) -> Iterator[None]:
             yield
     except AdvisedError as problem:
         advice = (f"\n{what}:\n  {command}" for what, command in problem.commands)
-        _fail("".join([str(problem), *advice]), ExitCode.REFUSED)
+        _fail("".join([str(problem), *advice]), problem.code)
     except InputRefusedError as problem:
         _fail(str(problem), ExitCode.REFUSED)
     except JaxinkError as problem:

@@ -76,6 +76,11 @@ def with_decimal_points(
     return table.with_rows(tuple(rows), table.lines)
 
 
+def has_decimal_commas(table: TextTable) -> bool:
+    """Whether any cell is a number with a decimal comma."""
+    return any("," in cell and _COMMA.fullmatch(cell.strip()) for row in table.rows for cell in row)
+
+
 def _has_commas(cells: list[str]) -> bool:
     """Whether a column consists of numbers, some with a decimal comma."""
     filled = [cell for cell in cells if cell]

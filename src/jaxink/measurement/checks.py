@@ -7,30 +7,9 @@ import numpy as np
 
 from jaxink.measurement.columns import ANGLES
 from jaxink.measurement.masks import ZERO, angular_distance_deg
+from jaxink.measurement.names import SIDES
 from jaxink.measurement.table import TextTable, refusal
 
-_SIDES = {
-    "r": "R",
-    "reflection": "R",
-    "reflectance": "R",
-    "reflected": "R",
-    "brdf": "R",
-    "t": "T",
-    "transmission": "T",
-    "transmittance": "T",
-    "transmitted": "T",
-    "btdf": "T",
-    "reflexion": "R",
-    "réflexion": "R",
-    "reflektion": "R",
-    "reflektiert": "R",
-    "réfléchi": "R",
-    "反射": "R",
-    "transmittiert": "T",
-    "transmis": "T",
-    "透過": "T",
-    "透射": "T",
-}
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([., '’]\d{3})+([.,]\d*)?")
 WAVELENGTH_RANGE_NM = (100.0, 20000.0)
 _LARGEST_AZIMUTH_DEG = 1080.0
@@ -70,15 +49,15 @@ def sides(table: TextTable, index: int, notes: list[str]) -> np.ndarray:
     """True for transmission, read from R, T or the full words."""
     cells = table.column(index)
     for line, cell in zip(table.lines, cells, strict=True):
-        if cell.lower() not in _SIDES:
+        if cell.lower() not in SIDES:
             what = f"'{cell}' is not a side" if cell else "the cell is empty"
             text = f"{what}; write R for reflection or T for transmission"
             raise refusal(table.source, text, line, "side")
     other = sorted(set(cells) - {"R", "T"})
     if other:
-        pairs = ", ".join(f"'{cell}' as {_SIDES[cell.lower()]}" for cell in other)
+        pairs = ", ".join(f"'{cell}' as {SIDES[cell.lower()]}" for cell in other)
         notes.append(f"Column side: {pairs}.")
-    return np.array([_SIDES[cell.lower()] == "T" for cell in cells])
+    return np.array([SIDES[cell.lower()] == "T" for cell in cells])
 
 
 def refuse_radians(table: TextTable, angles: dict[str, np.ndarray]):

@@ -1,11 +1,12 @@
 """Assignment of the columns of a file to quantities."""
 
 import difflib
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from jaxink.measurement.names import is_cosine, meaning, plain_name, side_of, unit_problem
-from jaxink.measurement.table import TextTable, is_number, refusal
+from jaxink.measurement.table import TextTable, refusal
 
 ANGLES = ("theta_i_deg", "theta_o_deg", "phi_deg")
 REQUIRED = (*ANGLES, "wavelength_nm", "side", "bsdf_per_sr")
@@ -16,8 +17,13 @@ KNOWN = (*REQUIRED, "sigma_per_sr", *AZIMUTHS)
 OPTIONS = {
     "wavelength_nm": "--wavelength-nm NM (in Python: wavelength_nm=NM)",
     "side": "--side R or --side T (in Python: side='R' or side='T'; with several files, --side R,T: one for "
-    "each)",
+    "each; with several sheets, --sheet A=R,B=T)",
+    "theta_i_deg": "--theta-i-deg DEG (in Python: theta_i_deg=DEG; with several files, --theta-i-deg "
+    "0,30,60: one for each)",
+    "phi_deg": "--phi-deg DEG (in Python: phi_deg=DEG)",
+    "phi_o_deg": "--phi-o-deg DEG (in Python: phi_o_deg=DEG)",
 }
+_SIGNED = "--signed-angles (in Python: signed_angles=True)"
 
 _RADIANS = "holds radians; multiply by 180/pi and name the column {}_deg"
 _OTHER_UNITS = {
@@ -30,6 +36,9 @@ _OTHER_UNITS = {
     "reflectance_factor": "holds reflectance factors; divide by pi and name the column bsdf_per_sr",
     "bsdf_cos": "holds the BSDF times a cosine; divide by cos(theta_o) and name it bsdf_per_sr",
 }
+# So many columns that differ by a number only are one kind of columns.
+_NUMBERED = re.compile(r"(\D*?)[ _]*-?\d+(?:[.,]\d+)?\s*(?:nm|°|deg)?")
+_FEWEST_NUMBERED = 4
 # More names than these are counted, not listed.
 _MOST_LISTED = 12
 _DIFFERENCE = "phi_deg is the azimuth of view minus that of the direction towards the source"
@@ -45,7 +54,7 @@ def option_words(stated: Mapping[str, Any]) -> list[str]:
         elif isinstance(value, Mapping):
             words += [word for name, header in value.items() for word in (option, f"{name}={header}")]
         else:
-            words += [option, ",".join(map(str, value)) if isinstance(value, list) else str(value)]
+            words += [option, ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)]
     return words
 
 
@@ -214,13 +223,19 @@ def _refuse_azimuths(table, known, supplied):
         )
     else:
         name = table.names[known["phi_i_deg"]]
-        text = f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former"
+        text = (
+            f"{_DIFFERENCE}; the header has the latter, but no column phi_o_deg of the former; if that is "
+            f"the same in all rows, state it: {OPTIONS['phi_o_deg']}; if theta_o_deg is negative on the "
+            f"side of the source: {_SIGNED}"
+        )
     raise refusal(table.source, text, column=name)
 
 
 def _refuse_missing(table, known, supplied):
     supplied = (*supplied, *(["phi_deg"] if set(AZIMUTHS) <= set(known) else []))
     if "bsdf_per_sr" in known and side_in_header(table, known) is not None:
+        supplied = (*supplied, "side")
+    if table.sheet_side is not None:
         supplied = (*supplied, "side")
     missing = [name for name in REQUIRED if name not in known and name not in supplied]
     if not missing:
@@ -235,12 +250,12 @@ def _refuse_missing(table, known, supplied):
             "is sin(theta_o) - sin(theta_i)"
         )
         raise refusal(table.source, text, column=cosines[0])
-    numbers = [name for name in table.names if is_number(name)]
-    if 2 * len(numbers) > len(table.names) and len(numbers) > 2:
+    if (numbered := _numbered(table.names)) is not None:
         text = (
-            f"{len(numbers)} columns are named by numbers, {numbers[0]} to {numbers[-1]}; write one row for "
-            "each value, in a column bsdf_per_sr, and these numbers in a column of their own (missing: "
-            f"{', '.join(missing)})"
+            f"{len(numbered)} columns are named {numbered[0]} to {numbered[-1]}; if each has the values of "
+            "a wavelength or an angle, put them behind the columns of the angles and name them by that "
+            "alone, such as 450 nm, to have them read as a matrix, or write one row for each value, in a "
+            f"column bsdf_per_sr (missing: {', '.join(missing)})"
         )
         raise refusal(table.source, text)
     if {"value", "unit"} <= set(table.names):
@@ -254,20 +269,37 @@ def _refuse_missing(table, known, supplied):
     text = f"{plural} {', '.join(missing)} {verb} missing; the header has {header}"
     if missing == ["bsdf_per_sr"]:
         text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
-    if set(missing) <= OPTIONS.keys():
-        text += f"; if the value is the same in all rows, state it: {' and '.join(map(OPTIONS.get, missing))}"
-    elif missing == ["phi_deg"]:
-        text += (
-            "; if theta_o_deg is negative on the side of the source, state it: --signed-angles (in Python: "
-            "signed_angles=True)"
-        )
-    else:
-        unknown = [name for name in table.names if name and meaning(name) is None]
-        first = next((name for name in missing if name not in OPTIONS), missing[0])
-        if unknown:
-            # Which of several it is would be a guess, and a reflectance is no BSDF.
-            is_clear = len(unknown) == len(missing) == 1 and first != "bsdf_per_sr"
-            text += (
-                f"; if it has another name, state it: {_stating(first, unknown[0] if is_clear else 'HEADER')}"
-            )
+    text += _remedies(table, missing)
     raise refusal(table.source, text)
+
+
+def _numbered(names: Sequence[str]) -> list[str] | None:
+    """The names that are one word and a number, if they are most of a header: a list of them tells "
+    "nothing.
+    """
+    found: dict[str, list[str]] = {}
+    for name in names:
+        if (parts := _NUMBERED.fullmatch(name)) is not None:
+            found.setdefault(parts[1], []).append(name)
+    most = max(found.values(), key=len, default=[])
+    return most if len(most) > _FEWEST_NUMBERED and 2 * len(most) > len(names) else None
+
+
+def _remedies(table: TextTable, missing: list[str]) -> str:
+    """How to state the missing columns: values of all rows, signed angles, or another name."""
+    unknown = [name for name in table.names if name and meaning(name) is None]
+    constant = [name for name in missing if name in OPTIONS]
+    # Columns without a name that is known may be any of them.
+    text = ""
+    if constant and (len(constant) == len(missing) or not unknown):
+        same = " and ".join(OPTIONS[name] for name in constant)
+        text += f"; if the value is the same in all rows, state it: {same}"
+    if "phi_deg" in missing and "theta_o_deg" not in missing:
+        text += f"; if theta_o_deg is negative on the side of the source, state it: {_SIGNED}"
+    angles = [name for name in missing if name in ANGLES or name == "bsdf_per_sr"]
+    if unknown and angles:
+        first = angles[0]
+        # Which of several it is would be a guess, and a reflectance is no BSDF.
+        is_clear = len(unknown) == len(missing) == 1 and first != "bsdf_per_sr"
+        text += f"; if it has another name, state it: {_stating(first, unknown[0] if is_clear else 'HEADER')}"
+    return text

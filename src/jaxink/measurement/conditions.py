@@ -25,6 +25,11 @@ _RECORDS = """
 """
 
 
+def names_a_record(name: str) -> bool:
+    """Whether a name is that of repeats, or of something that is no condition."""
+    return bool(set(re.split(r"[^a-z]+", name.lower())) & set(_RECORDS.split()))
+
+
 def refuse_several_conditions(data: GonioData, source: str = "") -> None:
     """Reject a file in which rows with equal directions were measured under different conditions.
 
@@ -56,7 +61,7 @@ def _shown(value: str | float) -> str:
 def _pair(name: str, values: np.ndarray, group: Int[np.ndarray, " points"]) -> tuple[int, int] | None:
     """Two rows of one direction that differ in a condition."""
     words = set(re.split(r"[^a-z]+", name.lower()))
-    if words & set(_RECORDS.split()):
+    if names_a_record(name):
         return None
     held, label = np.unique(values, return_inverse=True)
     label = label.reshape(-1)

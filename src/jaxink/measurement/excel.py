@@ -22,6 +22,8 @@ def rows_of(file: BinaryIO) -> Iterator[tuple[str, int, list[tuple[int, str]]]]:
         for sheet in openpyxl.load_workbook(file, read_only=True, data_only=True).worksheets:
             # The stated dimensions may be wrong.
             sheet.reset_dimensions()
+            # One that is empty has a name, too.
+            yield sheet.title, 0, []
             for row in sheet.iter_rows(values_only=True):
                 yield sheet.title, 1, [(1, _text(value)) for value in row]
 

@@ -44,7 +44,8 @@ def join(parts: Sequence[GonioData]) -> GonioData:
     )
     refuse_several_conditions(data)
     sizes = ", ".join(f"{part.source} ({len(part)} rows)" for part in parts)
-    notes = [f"{len(parts)} files were joined: {sizes}."]
+    what = "sheets" if all(", sheet " in part.source for part in parts) else "files"
+    notes = [f"{len(parts)} {what} were joined: {sizes}."]
     notes += [f"{part.source}: {note}" for part in parts for note in part.notes]
     return data.replace(notes=[*notes, *_shared_directions(data, parts)])
 

@@ -79,6 +79,16 @@ _OF_SIDE = {
     "R": ("brdf", "fdrb", "反射", "f_r"),
     "T": ("btdf", "fdtb", "透過", "透射"),
 }
+# Words for the two sides.
+SIDES = {
+    "R": "r reflection reflectance reflected brdf reflexion réflexion réflectance reflektion "
+    "reflektiert réfléchi reflexionsgrad remission reflexión riflessione reflectie 反射",
+    "T": "t transmission transmittance transmitted btdf transmittiert transmis transmisión trasmissione "
+    "transmissie 透過 透射",
+}
+SIDES = {word: side for side, words in SIDES.items() for word in words.split()}
+_BESIDE = re.compile(r"\d{3,4}(nm)?|nm|side|seite")
+_ANGLE_WORDS = ("angle", "winkel", "theta", "azimut", "角", "ángulo", "angolo")
 # Coordinates of directions that are no angles: direction cosines and sine space.
 COSINES = """
         beta, beta_0, beta_i, beta_o, beta_s, beta_r, beta_x, beta_y, beta_minus_beta0, beta_beta0,
@@ -148,6 +158,34 @@ def side_of(name: str) -> str | None:
     key = _key(name)
     found = [side for side, words in _OF_SIDE.items() if any(_key(word) in key for word in words)]
     return found[0] if len(found) == 1 else None
+
+
+def side_in_words(text: str) -> str | None:
+    """``R`` or ``T`` if the words of a title, or of the name of a sheet, say so and nothing else.
+
+    A single letter counts if it stands alone, or next to a wavelength; angles of reflection are not the side.
+    """
+    low = unicodedata.normalize("NFC", text.strip().lower())
+    if any(word in low for word in _ANGLE_WORDS):
+        return None
+    words = [word for word in re.split(r"[\W_]+", low) if word]
+    named = [SIDES.get(word) or _side_of_ideographs(word) for word in words]
+    plain = [word for word in words if not _BESIDE.fullmatch(word)]
+    found = {
+        side
+        for word, side in zip(words, named, strict=True)
+        if side is not None and (len(word) > 1 or len(plain) == 1 or not word.isascii())
+    }
+    return found.pop() if len(found) == 1 else None
+
+
+def _side_of_ideographs(word: str) -> str | None:
+    """Words of ideographs are not separated."""
+    if word.isascii():
+        return None
+    return next(
+        (side for name, side in SIDES.items() if not name.isascii() and len(name) == 2 and name in word), None
+    )
 
 
 def is_cosine(name: str) -> bool:

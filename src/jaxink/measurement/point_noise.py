@@ -10,15 +10,20 @@ from jaxink.errors import InputRefusedError
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.noise import MINIMUM_PAIRS, estimate_noise
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel
+from jaxink.measurement.one_sample import UNLIKE, refuse_other_samples
 from jaxink.measurement.pairs import direction_groups
 
 # A residual is not consistent with noise if the probability of its chi-square is below this.
 LEAST_PROBABILITY = 1e-3
 # Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
 SIGMA_TOLERANCE = 1.1
-# Repeats that scatter by more than this, and by so many times what other pairs or neighbours scatter, are
-# readings of different samples: remounting a sample changes a BSDF by a few per cent at most.
-_UNLIKE_REPEATS, _TIMES_OTHERS = 0.03, 5.0
+# Repeats that scatter by more than `UNLIKE`, and by so many times what other pairs or neighbours scatter, are
+# readings of different samples.
+_TIMES_OTHERS = 5.0
+_REMEDY_OF_SIGMA = (
+    "Fit different samples one by one; if it is the same, set use_file_sigma = false in [noise], and state "
+    "as relative how well its readings reproduce"
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,6 +90,7 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
     """
     bsdf = data.bsdf_per_sr[data.used]
     if data.sigma_per_sr is not None and declared.use_file_sigma:
+        refuse_other_samples(data, _REMEDY_OF_SIGMA)
         return FitNoise(data.sigma_per_sr[data.used], declared.scan_relative, "sigma_per_sr of the file")
     if declared.relative is not None:
         sigma = np.hypot(declared.relative * bsdf, declared.floor_per_sr)
@@ -101,6 +107,7 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
 def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
     """Noise from the values themselves; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
+    refuse_other_samples(data)
     _refuse_unlike_repeats(data, estimate)
     if estimate.model is None:
         size = np.abs(bsdf)
@@ -137,7 +144,7 @@ def _refuse_unlike_repeats(data: GonioData, estimate: NoiseEstimate) -> None:
         for source in estimate.sources
         if source is not repeats and source.pairs >= MINIMUM_PAIRS and source.relative > 0
     ]
-    if not others or repeats.pairs < MINIMUM_PAIRS or not repeats.relative > _UNLIKE_REPEATS:
+    if not others or repeats.pairs < MINIMUM_PAIRS or not repeats.relative > UNLIKE:
         return
     other = min(others, key=lambda source: source.relative)
     if repeats.relative < _TIMES_OTHERS * other.relative:

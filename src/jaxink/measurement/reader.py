@@ -14,29 +14,38 @@ from jaxink.measurement.formats.choices import STATED_BY
 from jaxink.measurement.frame import is_frame, table_of
 from jaxink.measurement.joining import join
 from jaxink.measurement.netcdf import MOST_BYTES
+from jaxink.measurement.remedies import FROM_ITS_SOURCE, FROM_PYTHON, remedy_for
+from jaxink.measurement.sheets import Wanted, wanted_of
 from jaxink.measurement.table import AS_CSV, refusal
 from jaxink.measurement.text_file import read_table
 from jaxink.measurement.tidy import Stated, measurement_of
-from jaxink.measurement.workbook import EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES, read_sheet
+from jaxink.measurement.workbook import EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES, read_sheets
 
 _CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc")
 _WORKBOOK_SUFFIXES = (*EXCEL_SUFFIXES, *OPENDOCUMENT_SUFFIXES)
 # What these files are.
 _FOREIGN = {
-    ".xls": "is a workbook of Excel 2003 or older",
-    ".xlsb": "is a binary workbook of Excel",
-    ".numbers": "is a workbook of Numbers",
-    ".pdf": "is a document",
-    ".mat": "is a file of Matlab",
-    ".json": "is a JSON file",
-    ".toml": "is a sample file, not a measurement",
+    ".xls": ("is a workbook of Excel 2003 or older", AS_CSV),
+    ".xlsb": ("is a binary workbook of Excel", AS_CSV),
+    ".numbers": ("is a workbook of Numbers", "export it as CSV (in Numbers: File, Export To, CSV)"),
+    ".pdf": ("is a document", FROM_ITS_SOURCE),
+    ".mat": (
+        "is a file of Matlab",
+        "write its arrays as a table there (writetable, or writematrix for a matrix)",
+    ),
+    ".npy": ("is an array of numpy", FROM_PYTHON),
+    ".npz": ("is an archive of numpy arrays", FROM_PYTHON),
+    ".pkl": ("is a pickle of Python", FROM_PYTHON),
+    ".parquet": ("is a table in parquet", FROM_PYTHON),
+    ".json": ("is a JSON file", FROM_PYTHON),
+    ".toml": ("is a sample file, not a measurement", "give it with --sample, and the measurement as DATA"),
 }
 # Of exchange files; their content, not the name, says which format they have.
 _EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".binary")
 # What may be stated for each of several files.
 _ONE_A_FILE = ("side", "theta_i_deg")
 # What only exchange files leave open.
-_EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "cosine_weighted"}
+_EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "theta_i_deg", "cosine_weighted"}
 # A file, or a table in memory such as a pandas DataFrame.
 Source = str | Path | Any
 
@@ -62,8 +71,10 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
     InputRefusedError
         If a file cannot be read as a BSDF measurement.
     """
-    if isinstance(path, str | Path) or is_frame(path):
-        return _read_one(path, "DataFrame", **overrides)
+    if is_frame(path):
+        return _read_frame(path, "DataFrame", **overrides)
+    if isinstance(path, str | Path):
+        path = [path]
     if not isinstance(path, Sequence) or not all(isinstance(p, str | Path) or is_frame(p) for p in path):
         kind = type(path).__name__
         raise InputRefusedError(
@@ -73,25 +84,33 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
     if not paths:
         raise InputRefusedError("there is no measurement file; give at least one.")
     each = {name: _of_each(name, overrides.pop(name, None), len(paths)) for name in _ONE_A_FILE}
-    parts = [
-        _read_one(
+    read_parts = [
+        (
             file,
-            f"DataFrame {k + 1}",
-            **overrides,
-            **{name: v[k] for name, v in each.items() if v[k] is not None},
+            _parts(
+                file,
+                f"DataFrame {k + 1}",
+                **overrides,
+                **{name: v[k] for name, v in each.items() if v[k] is not None},
+            ),
         )
         for k, file in enumerate(paths)
     ]
-    if len(parts) == 1:
-        return parts[0]
-    names = [part.source for part in parts]
+    parts = [(file, part) for file, held in read_parts for part in held]
+    names = [part.source for _, part in parts]
     # Files with the same name are told apart by their folders.
-    return join(
+    return _joined(
         [
-            part.replace(source=str(file)) if names.count(part.source) > 1 else part
-            for file, part in zip(paths, parts, strict=True)
+            part.replace(source=part.source.replace(Path(file).name, str(file), 1))
+            if names.count(part.source) > 1
+            else part
+            for file, part in parts
         ]
     )
+
+
+def _joined(parts: list[GonioData]) -> GonioData:
+    return parts[0] if len(parts) == 1 else join(parts)
 
 
 def _of_each(name: str, values: Any, n_files: int) -> list[Any]:
@@ -99,51 +118,65 @@ def _of_each(name: str, values: Any, n_files: int) -> list[Any]:
     if values is None or isinstance(values, str | Real):
         return [values] * n_files
     if len(values) not in (1, n_files):
-        raise InputRefusedError(
-            f"{name} has {len(values)} entries for {n_files} files; give one for each file."
-        )
+        files = "1 file" if n_files == 1 else f"{n_files} files"
+        text = f"{name} has {len(values)} entries for {files}; give one for each file"
+        if name == "side":
+            text += ", or for sheets of a workbook with their names, such as --sheet A=R,B=T"
+        raise InputRefusedError(f"{text}.")
     return [*values] * (n_files if len(values) == 1 else 1)
 
 
-def _read_one(path: Source, called: str, **overrides: Any) -> GonioData:
+def _parts(path: Source, called: str, **overrides: Any) -> list[GonioData]:
+    """What a file contains: one measurement, or one of each sheet that the caller wants."""
     if is_frame(path):
-        return _read_frame(path, called, **overrides)
-    return _read_file(Path(path), **overrides)
+        return [_read_frame(path, called, **overrides)]
+    path = Path(path)
+    with open_bounded(path, MOST_BYTES, "measurement file") as file:
+        head = file.read(HEAD_BYTES)
+    if (found := format_of(head)) is not None:
+        return [read_exchange(path, found, overrides)]
+    if path.suffix.lower() in _WORKBOOK_SUFFIXES:
+        _refuse_options_of_exchange(path, overrides)
+        return _read_sheets(path, **overrides)
+    return [_read_file(path, head, **overrides)]
 
 
 def _read_frame(frame: Any, called: str, **overrides: Any) -> GonioData:
-    if other := sorted(({*_EXCHANGE_ONLY} | {"sheet"}) & overrides.keys()):
+    if other := sorted(({*_EXCHANGE_ONLY} | {"sheet", "matrix"}) & overrides.keys()):
         raise refusal(called, f"is a table in memory, for which {other[0]} has no meaning; leave it out")
-    stated = Stated(**{name: value for name, value in overrides.items() if value is not None})
+    stated = _stated(overrides)
     return measurement_of(table_of(frame, called), stated)
 
 
-def _read_file(path: Path, **overrides: Any) -> GonioData:
-    with open_bounded(path, MOST_BYTES, "measurement file") as file:
-        head = file.read(HEAD_BYTES)
-    suffix = path.suffix.lower()
-    if (found := format_of(head)) is not None:
-        return read_exchange(path, found, overrides)
+def _stated(overrides: Mapping[str, Any]) -> Stated:
+    return Stated(**{name: value for name, value in overrides.items() if value is not None})
+
+
+def _refuse_options_of_exchange(path: Path, overrides: Mapping[str, Any]) -> None:
     if other := sorted(_EXCHANGE_ONLY & overrides.keys()):
         option = STATED_BY[other[0]].partition(" ")[0]
         raise refusal(path, f"is a table of its own, for which {option} has no meaning; leave it out")
+
+
+def _read_file(path: Path, head: bytes, **overrides: Any) -> GonioData:
+    _refuse_options_of_exchange(path, overrides)
+    suffix = path.suffix.lower()
     if suffix in _CSV_SUFFIXES:
         if "sheet" in overrides:
             raise refusal(path, "a text file has no sheets; leave out the sheet")
         return read_csv(path, **overrides)
-    if suffix in _WORKBOOK_SUFFIXES:
-        return read_workbook(path, **overrides)
     if suffix == ".nc":
         if overrides:
             raise refusal(path, f"a netCDF file is complete; do not give {', '.join(overrides)}")
         return read_netcdf(path)
     if suffix in _FOREIGN:
-        raise refusal(path, f"{_FOREIGN[suffix]}, which jaxink does not read; {AS_CSV}")
+        what, remedy = _FOREIGN[suffix]
+        raise refusal(path, f"{what}, which jaxink does not read; {remedy}")
     if suffix in _EXCHANGE_SUFFIXES:
         text = f"the content is in none of the formats that jaxink knows, whatever the suffix '{suffix}' says"
-        raise refusal(path, f"{text}; {AS_CSV}")
+        raise refusal(path, f"{text}; {remedy_for(head)}")
     known = ", ".join((*_CSV_SUFFIXES, *_WORKBOOK_SUFFIXES))
-    raise refusal(path, f"the suffix is '{suffix}'; it must be one of {known}, .nc; {AS_CSV}")
+    raise refusal(path, f"the suffix is '{suffix}'; it must be one of {known}, .nc; {remedy_for(head)}")
 
 
 def read_netcdf(path: str | Path) -> GonioData:
@@ -167,8 +200,12 @@ def read_csv(
     columns: Mapping[str, str] | None = None,
     signed_angles: bool = False,
     cosine_weighted: bool = False,
+    theta_i_deg: float | None = None,
+    phi_deg: float | None = None,
+    phi_o_deg: float | None = None,
+    matrix: str | Sequence[str] | None = None,
 ) -> GonioData:
-    """Read a tidy text table: each row is the BSDF value of one pair of directions.
+    """Read a text table: each row is the BSDF value of one pair of directions, or each cell of a matrix.
 
     The columns are separated by commas, semicolons or tabs. Decimal commas, lines of a title above the
     header, a row of units below it, and text in UTF-16 or Latin-1 are understood and noted.
@@ -195,6 +232,13 @@ def read_csv(
         angles.
     cosine_weighted
         Whether the values are the BSDF times cos(theta_o), by which they are then divided.
+    theta_i_deg, phi_deg, phi_o_deg
+        Angle of all rows in degrees, if the file does not state it: of incidence, relative azimuth, azimuth
+        of view (with a column or a title ``phi_i_deg``).
+    matrix
+        For values in a matrix that does not say what its edges are: the quantity down the first column and
+        that along the row above the values, such as ``("theta_o_deg", "theta_i_deg")``; of a wide table with
+        several columns left of the values, the latter only.
 
     Returns
     -------
@@ -206,26 +250,49 @@ def read_csv(
     InputRefusedError
         If the file is invalid; the message names file, row and column.
     """
-    stated = Stated(wavelength_nm, side, sample, columns or {}, signed_angles, cosine_weighted)
-    return measurement_of(read_table(Path(path), stated.columns.values()), stated)
+    stated = Stated(
+        wavelength_nm,
+        side,
+        sample,
+        columns or {},
+        signed_angles,
+        cosine_weighted,
+        theta_i_deg,
+        phi_deg,
+        phi_o_deg,
+        matrix,
+    )
+    return measurement_of(read_table(Path(path), stated.columns.values(), stated.edges), stated)
 
 
-def read_workbook(path: str | Path, *, sheet: str | None = None, **overrides: Any) -> GonioData:
-    """Read a table as of `read_csv` from a sheet of a workbook; Excel's need the package openpyxl.
+def read_workbook(path: str | Path, *, sheet: Wanted | None = None, **overrides: Any) -> GonioData:
+    """Read a table as of `read_csv` from a sheet of a workbook, or from several, which are joined.
 
     Parameters
     ----------
     path
         The workbook.
     sheet
-        Name of the sheet; None: the only one that is not empty.
+        Name of the sheet, or a list of names; None: the only one that is not empty. A sheet without a column
+        for the side has that of its name (such as Reflexion), or the one stated: ``{"A": "R", "B": "T"}``, or
+        ``"A=R,B=T"``.
     **overrides
         Keyword arguments of `read_csv`.
 
     Raises
     ------
     InputRefusedError
-        As for `read_csv`, or if openpyxl is absent or several sheets are not empty.
+        As for `read_csv`, or if several sheets are not empty and none is stated.
     """
-    stated = Stated(**{name: value for name, value in overrides.items() if value is not None})
-    return measurement_of(read_sheet(Path(path), sheet, stated.columns.values()), stated)
+    return _joined(_read_sheets(Path(path), sheet=sheet, **overrides))
+
+
+def _read_sheets(path: Path, sheet: Any = None, **overrides: Any) -> list[GonioData]:
+    stated = _stated(overrides)
+    sheets = read_sheets(path, wanted_of(sheet), stated.columns.values(), stated.edges)
+    return [
+        measurement_of(
+            each.table, stated if each.side is None else stated.of_side(each.side, each.table.source)
+        )
+        for each in sheets
+    ]

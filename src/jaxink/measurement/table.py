@@ -31,6 +31,8 @@ class TextTable:
         Line number of the header.
     notes
         Sentences on what was changed.
+    sheet_side
+        ``R`` or ``T`` if the name of the sheet says so.
     """
 
     source: str
@@ -39,6 +41,7 @@ class TextTable:
     lines: np.ndarray
     header_line: int
     notes: tuple[str, ...]
+    sheet_side: str | None = None
 
     def column(self, index: int) -> list[str]:
         """Cells of one column, stripped of white space."""
@@ -47,6 +50,11 @@ class TextTable:
     def with_rows(self, rows: tuple[tuple[str, ...], ...], lines: np.ndarray) -> "TextTable":
         """The table with other rows."""
         return dataclasses.replace(self, rows=rows, lines=lines)
+
+    def with_constant(self, name: str, cell: str) -> "TextTable":
+        """The table with one more column, the same cell in every row."""
+        rows = tuple((*row, cell) for row in self.rows)
+        return dataclasses.replace(self, names=(*self.names, name), rows=rows)
 
 
 def refusal(source, text, row=None, column=None) -> InputRefusedError:

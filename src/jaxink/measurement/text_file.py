@@ -3,13 +3,16 @@
 import codecs
 import csv
 import io
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from jaxink.files.reading import read_bounded
+from jaxink.measurement import matrix
+from jaxink.measurement.blocks import starts_a_matrix
 from jaxink.measurement.header import MOST_TITLE_LINES, header_position, require_names, title_note
+from jaxink.measurement.remedies import FROM_ITS_SOURCE, FROM_PYTHON, is_json, remedy_for
 from jaxink.measurement.table import AS_CSV, TextTable, refusal
 
 # A few million rows.
@@ -17,15 +20,17 @@ _MOST_BYTES = 300_000_000
 _SIGNATURES = {
     b"PK": f"is a workbook or zip archive; give an Excel workbook the suffix .xlsx, or {AS_CSV}",
     b"\xd0\xcf\x11\xe0": f"is a workbook of Excel 2003 or older; {AS_CSV}",
-    b"%PDF": f"is a PDF document; {AS_CSV}",
+    b"%PDF": f"is a PDF document; {FROM_ITS_SOURCE}",
     b"\x89HDF": "is a netCDF or HDF5 file; give it the suffix .nc",
     b"CDF": "is a classic netCDF file; convert it to netCDF 4 and give it the suffix .nc",
 }
 _DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+# Within which a matrix begins, if there is one.
+_FIRST_LINES = 300
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
-def read_table(path: Path, renamed: Collection[str] = ()) -> TextTable:
+def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] | None = None) -> TextTable:
     """Read a delimited text file without interpreting its cells.
 
     The file has a header row and cells separated by commas, semicolons or tabs. Text in UTF-16 is recognised
@@ -38,10 +43,17 @@ def read_table(path: Path, renamed: Collection[str] = ()) -> TextTable:
         The file.
     renamed
         Names in the file that the caller assigns to known columns.
+    edges
+        What is along the edges of a matrix, as in `jaxink.measurement.matrix.table_of`.
     """
     notes: list[str] = []
     content = read_bounded(path, _MOST_BYTES, "measurement file")
-    lines, comments = _without_comments(lines_of(path, content, notes), notes)
+    written = lines_of(path, content, notes)
+    if not renamed and (table := _matrix(path, written, edges, notes)) is not None:
+        return table
+    if edges is not None:
+        raise refusal(path, matrix.NONE)
+    lines, comments = _without_comments(written, notes)
     filled = [number for number, line in enumerate(lines) if line.strip()]
     if not filled:
         kind = "contains only comments" if comments else "is empty"
@@ -67,6 +79,28 @@ def read_table(path: Path, renamed: Collection[str] = ()) -> TextTable:
     return TextTable(str(path), names, cells, np.array(numbers[1:]), numbers[0], tuple(notes))
 
 
+def _matrix(path: Path, lines: list[str], edges: Sequence[str] | None, notes: list[str]) -> TextTable | None:
+    """The values of a matrix, if the file has one with one of the delimiters."""
+    for delimiter, name in _DELIMITERS.items():
+        first = [row for row in _split(lines[:_FIRST_LINES], delimiter) if row[1]]
+        if not starts_a_matrix(first):
+            continue
+        told = (
+            [*notes, f"The columns are separated by {name} instead of commas."] if delimiter != "," else notes
+        )
+        return matrix.table_of(str(path), _split(lines, delimiter), edges, told)
+    return None
+
+
+def _split(lines: Sequence[str], delimiter: str) -> list[tuple[int, list[str]]]:
+    """Line number and cells of the lines that are not blank; what a comment says can be a title."""
+    filled = [(number, line) for number, line in enumerate(lines, 1) if line.strip(f" \r{delimiter}")]
+    # One line each: a quotation mark of a title must not swallow what follows.
+    return [
+        (number, next(csv.reader([line.lstrip(" #")], delimiter=delimiter), [])) for number, line in filled
+    ]
+
+
 def _header(path: Path, lines: list[str], filled: list[int], renamed: Collection[str]) -> int:
     first = filled[:MOST_TITLE_LINES]
     cells = [lines[number].replace('"', "").split(_most_frequent(lines[number])) for number in first]
@@ -84,10 +118,14 @@ def lines_of(path: str | Path, content: bytes, notes: list[str]) -> list[str]:
     for signature, sentence in _SIGNATURES.items():
         if content.startswith(signature):
             raise refusal(path, sentence)
+    if is_json(content):
+        raise refusal(path, f"is JSON, not a table; {FROM_PYTHON}")
     text = _decoded(path, content, notes)
     if "\0" in text:
         row = text[: text.index("\0")].count("\n") + 1
-        raise refusal(path, f"contains a zero byte; it is a binary file, not CSV text; {AS_CSV}", row)
+        raise refusal(
+            path, f"contains a zero byte; it is a binary file, not CSV text; {FROM_ITS_SOURCE}", row
+        )
     return io.StringIO(text, newline=None).read().split("\n")
 
 
@@ -109,7 +147,8 @@ def _decoded(path: str | Path, content: bytes, notes: list[str]) -> str:
         text = content.removeprefix(codecs.BOM_UTF8).decode("cp1252")
     except UnicodeDecodeError as problem:
         row, byte = content[: problem.start].count(b"\n") + 1, content[problem.start]
-        sentence = f"byte 0x{byte:02x} is neither UTF-8 nor Latin-1 text; {AS_CSV}"
+        remedy = remedy_for(content)
+        sentence = f"byte 0x{byte:02x} is neither UTF-8 nor Latin-1 text; {remedy}"
         raise refusal(path, sentence, row) from None
     notes.append(f"The file is not UTF-8 (first in row {row}) and was read as Latin-1 (Windows-1252).")
     return text

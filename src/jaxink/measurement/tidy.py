@@ -1,8 +1,9 @@
 """From the cells of a table to a measurement: defects are corrected and noted, or rejected."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,12 @@ import numpy as np
 
 from jaxink.measurement import checks
 from jaxink.measurement.azimuths import relative_azimuths
-from jaxink.measurement.cells import with_decimal_points, without_units
+from jaxink.measurement.cells import has_decimal_commas, with_decimal_points, without_units
 from jaxink.measurement.columns import ANGLES, OPTIONS, match_columns, side_in_header
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import value_bits, value_notes
+from jaxink.measurement.names import meaning
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.signed_angles import unsigned_directions
 from jaxink.measurement.table import TextTable, refusal
@@ -36,6 +38,10 @@ class Stated:
         Whether a negative ``theta_o_deg`` means the other half-plane.
     cosine_weighted
         Whether the values are the BSDF times cos(theta_o).
+    theta_i_deg, phi_deg, phi_o_deg
+        Angle of all rows, if the table has no such column.
+    matrix
+        Quantities down and along the edges of a matrix, or the latter only; also as text with a comma.
     """
 
     wavelength_nm: float | None = None
@@ -44,6 +50,23 @@ class Stated:
     columns: Mapping[str, str] = field(default_factory=dict)
     signed_angles: bool = False
     cosine_weighted: bool = False
+    theta_i_deg: float | None = None
+    phi_deg: float | None = None
+    phi_o_deg: float | None = None
+    matrix: str | Sequence[str] | None = None
+
+    @property
+    def edges(self) -> Sequence[str] | None:
+        """The quantities of ``matrix`` one by one."""
+        return self.matrix.split(",") if isinstance(self.matrix, str) else self.matrix
+
+    def of_side(self, side: str, source: str) -> "Stated":
+        """The same with the side of a sheet; one that is stated already must be equal."""
+        if self.side not in (None, side):
+            raise refusal(
+                source, f"the caller gives {side} for the sheet, but {self.side} for all rows; remove one"
+            )
+        return replace(self, side=side)
 
     @property
     def supplied(self) -> tuple[str, ...]:
@@ -54,8 +77,9 @@ class Stated:
 
 def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     """The measurement that a table contains; parameters and errors as for `jaxink.measurement.read_csv`."""
+    table, constant_notes = _with_constants(table, stated)
     known, extra, column_notes = match_columns(table, dict(stated.columns), stated.supplied)
-    notes = [*table.notes, *column_notes]
+    notes = [*table.notes, *constant_notes, *column_notes]
     table = without_units(table, known, notes)
     table = with_decimal_points(table, known, extra, notes)
     table, attrs = _one_sample(table, extra, stated.sample)
@@ -81,6 +105,29 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     refuse_several_conditions(data, table.source)
     notes += [*value_notes(data.mask, directions, data.row), *_order_notes(data), *_repeat_notes(table, data)]
     return data.replace(notes=notes)
+
+
+def _with_constants(table: TextTable, stated: Stated) -> tuple[TextTable, list[str]]:
+    """The table with a column for each angle that the caller states."""
+    notes: list[str] = []
+    for name in ("theta_i_deg", "phi_deg", "phi_o_deg"):
+        value = getattr(stated, name)
+        if value is None:
+            continue
+        if not isinstance(value, Real) or not np.isfinite(float(value)):
+            raise refusal(table.source, f"{name} is {value!r}; it must be an angle in degrees")
+        own = [
+            own
+            for own in table.names
+            if own == stated.columns.get(name) or (meaning(own) or ("",))[0] == name
+        ]
+        if own:
+            text = f"the table has this column, but the caller gives {float(value):g}; remove one"
+            raise refusal(table.source, text, column=own[0])
+        cell = f"{float(value):.10g}"
+        table = table.with_constant(name, cell.replace(".", ",") if has_decimal_commas(table) else cell)
+        notes.append(f"The file states no {name}; the caller gave {float(value):g}.")
+    return table, notes
 
 
 def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:
@@ -162,6 +209,15 @@ def _side(table: TextTable, known, given, notes) -> np.ndarray:
         raise refusal("read_csv", f"side is {given!r}; it must be 'R' or 'T'")
     stated = "side" in known and any(table.column(known["side"]))
     named = side_in_header(table, known)
+    if not stated and named is None and table.sheet_side is not None:
+        if given not in (None, table.sheet_side):
+            text = (
+                f"the name of the sheet says {table.sheet_side}, but the caller gives {given}; state it "
+                f"with the sheet: --sheet NAME={given}"
+            )
+            raise refusal(table.source, text)
+        notes.append(f"The name of the sheet says that every row is {table.sheet_side}.")
+        return np.full(len(table.rows), table.sheet_side == "T")
     if not stated and named is not None:
         name = table.names[known["bsdf_per_sr"]]
         if given not in (None, named):

@@ -1,36 +1,56 @@
-"""The cells of a sheet of a workbook."""
+"""The cells of the sheets of a workbook."""
 
+import dataclasses
 import zipfile
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import open_bounded
-from jaxink.measurement import excel, opendocument
+from jaxink.measurement import excel, matrix, opendocument
 from jaxink.measurement.header import header_position, require_names, title_note
-from jaxink.measurement.table import AS_CSV, MOST_COLUMNS, TextTable, refusal
+from jaxink.measurement.names import side_in_words
+from jaxink.measurement.sheets import Wanted, chosen, possible_names
+from jaxink.measurement.table import AS_CSV, MOST_COLUMNS, TextTable, is_number, refusal
 
 EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES = (".xlsx", ".xlsm"), (".ods",)
+# A row of a measurement has as many numbers.
+_FEWEST_NUMBERS = 3
 _MOST_BYTES = 100_000_000
 # Unpacked, and as rows and cells; a sheet of Excel itself has at most a million rows.
 _MOST_UNPACKED_BYTES = 600_000_000
 _MOST_ROWS, _MOST_CELLS = 1_100_000, 20_000_000
 
 
-def read_sheet(path: Path, sheet: str | None = None, renamed: Collection[str] = ()) -> TextTable:
-    """Read a sheet without interpreting its cells.
+class SheetTable(NamedTuple):
+    """The cells of a sheet, and the side that the caller states for it."""
+
+    name: str
+    table: TextTable
+    side: str | None
+
+
+def read_sheets(
+    path: Path,
+    sheet: Wanted | None = None,
+    renamed: Collection[str] = (),
+    edges: Sequence[str] | None = None,
+) -> list[SheetTable]:
+    """Read one sheet or several without interpreting their cells.
 
     Parameters
     ----------
     path
         The workbook.
     sheet
-        Name of the sheet; None: the only one that is not empty.
+        The sheets, as in `jaxink.measurement.sheets.chosen`; None: the only one that is not empty.
     renamed
         Names in the sheet that the caller assigns to known columns.
+    edges
+        What is along the edges of a matrix, as in `jaxink.measurement.matrix.table_of`.
 
     Raises
     ------
@@ -45,14 +65,29 @@ def read_sheet(path: Path, sheet: str | None = None, renamed: Collection[str] = 
             raise
         except ImportError:
             raise refusal(
-                path, f"reading Excel needs the package openpyxl (pip install 'jaxink[excel]'); or {AS_CSV}"
+                path, f"reading Excel needs the package openpyxl (pip install openpyxl); or {AS_CSV}"
             ) from None
         # The parsers raise errors of many types for damaged files.
         except Exception as problem:
             text = f"is not a readable workbook ({type(problem).__name__}); {AS_CSV}"
             raise refusal(path, text) from None
-    name = _chosen(path, sheets, sheet)
-    return _table(path, *sheets[name], name, renamed)
+    filled = [name for name, (_, rows) in sheets.items() if rows]
+    tables = [name for name in filled if any(_has_numbers(row) for row in sheets[name][1])]
+    found, wanted = [], chosen(path, list(sheets), filled, tables, sheet)
+    for name, side in wanted:
+        source = str(path) if len(wanted) == 1 else f"{path}, sheet {name}"
+        table = _table(source, *sheets[name], name, renamed, edges)
+        notes = table.notes
+        if sheet is None and len(filled) > 1:
+            others = ", ".join(other for other in filled if other != name)
+            notes = (*notes, f"No other sheet has rows of numbers; they were not read ({others}).")
+        named = side_in_words(name) if side is None else None
+        found.append(SheetTable(name, dataclasses.replace(table, sheet_side=named, notes=notes), side))
+    return found
+
+
+def _has_numbers(row: list[str]) -> bool:
+    return sum(is_number(cell) for cell in row) >= _FEWEST_NUMBERS
 
 
 def _require_small(path: Path, file: BinaryIO) -> None:
@@ -71,15 +106,16 @@ def _require_small(path: Path, file: BinaryIO) -> None:
 Rows = tuple[list[int], list[list[str]]]
 
 
-def _filled(path: Path, file: BinaryIO, wanted: str | None) -> dict[str, Rows]:
-    """Line numbers and cells of the rows that are not empty, by sheet; of the wanted one only."""
+def _filled(path: Path, file: BinaryIO, wanted: Wanted | None) -> dict[str, Rows]:
+    """Line numbers and cells of the rows that are not empty, by sheet; of the wanted ones only."""
     rows_of = excel.rows_of if path.suffix.lower() in EXCEL_SUFFIXES else opendocument.rows_of
     sheets: dict[str, Rows] = {}
+    names = None if wanted is None else possible_names(wanted)
     line, current, n_cells = 0, None, 0
     for name, repetitions, row in rows_of(file):
         line, current = (line, current) if name == current else (0, name)
         lines, rows = sheets.setdefault(name, ([], []))
-        cells = _expanded(path, name, line + 1, row) if wanted in (None, name) else []
+        cells = _expanded(path, name, line + 1, row) if names is None or name in names else []
         # What is empty at the end of a sheet may be repeated often.
         n_rows = repetitions if cells else 0
         n_cells += len(row) + n_rows * len(cells)
@@ -106,36 +142,27 @@ def _expanded(path: Path, name: str, line: int, row: list[tuple[int, str]]) -> l
     return cells
 
 
-def _chosen(path: Path, sheets: dict[str, Rows], wanted: str | None) -> str:
-    """Name of the sheet to read."""
-    if wanted is not None and wanted not in sheets:
-        raise refusal(path, f"has no sheet '{wanted}'; its sheets are {', '.join(sheets)}")
-    found = [name for name in sheets if sheets[name][1] and wanted in (None, name)]
-    if not found:
-        raise refusal(path, "is empty; it must have a header row and data rows")
-    if len(found) > 1:
-        text = (
-            f"has values in {len(found)} sheets, {', '.join(found)}; select one with --sheet NAME (in "
-            "Python: sheet='NAME')"
-        )
-        raise refusal(path, text)
-    return found[0]
-
-
-def _table(path: Path, lines: list[int], rows: list[list[str]], sheet: str, renamed) -> TextTable:
-    position = header_position(str(path), rows, lines, renamed)
+def _table(source: str, lines: list[int], rows: list[list[str]], sheet: str, renamed, edges) -> TextTable:
+    told = f"The table is sheet '{sheet}' of the workbook."
+    if not renamed:
+        found = matrix.table_of(source, list(zip(lines, rows, strict=True)), edges, [told])
+        if found is not None:
+            return found
+    if edges is not None:
+        raise refusal(source, f"sheet '{sheet}': {matrix.NONE}")
+    position = header_position(source, rows, lines, renamed)
     names = tuple(name.strip() for name in rows[position])
     header_line = lines[position]
-    require_names(str(path), names, header_line, ())
-    notes = [f"The table is sheet '{sheet}' of the workbook.", *title_note(lines[:position], header_line)]
+    require_names(source, names, header_line, ())
+    notes = [told, *title_note(lines[:position], header_line)]
     numbers, cells = lines[position + 1 :], rows[position + 1 :]
     if not cells:
-        raise refusal(path, "has a header but no data rows")
+        raise refusal(source, "has a header but no data rows")
     if numbers[-1] - header_line > len(cells):
         notes.append("Blank rows were skipped; row numbers count them.")
     for line, row in zip(numbers, cells, strict=True):
         if len(row) > len(names):
             text = f"has {len(row)} cells, but the header has {len(names)}; name the column or empty the cell"
-            raise refusal(path, text, line)
+            raise refusal(source, text, line)
     full = tuple((*row, *[""] * (len(names) - len(row))) for row in cells)
-    return TextTable(str(path), names, full, np.array(numbers), header_line, tuple(notes))
+    return TextTable(source, names, full, np.array(numbers), header_line, tuple(notes))

@@ -11,13 +11,15 @@ import numpy as np
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.measurement import GonioData, estimate_noise
 from jaxink.measurement.noise import MINIMUM_PAIRS
+from jaxink.measurement.scans import SAME
 from jaxink.sample.measurement_schema import SCHEMA_VERSION
 from jaxink.sample.schema import OPAQUE
 
 ORDERS = ("plate,ink", "ink,plate", "ink")
 PHASE_FUNCTIONS = ("henyey_greenstein", "two_term_henyey_greenstein", "rayleigh", "mie")
-# More would make a first fit slow; coefficients are free at each.
-_MOST_WAVELENGTHS = 3
+# Whether one asymmetry serves all wavelengths, or each has its own.
+ASYMMETRIES = ("one", "each")
+_OF_ASYMMETRY = {"one": "One for all wavelengths", "each": "Each wavelength has its own"}
 _START_ASYMMETRY = 0.6
 _GUESSED_NOISE = 0.02
 # Range of the optical thickness of an ink, and its largest absorption.
@@ -42,6 +44,10 @@ class Draft:
         One of `PHASE_FUNCTIONS`.
     particle_index, radius_nm
         For ``mie``: refractive index of the particles, and a guess of their radius.
+    wavelengths_nm
+        Wavelengths of the measurement that are fitted; empty: all of them.
+    asymmetry
+        One of `ASYMMETRIES`, for a Henyey-Greenstein function at several wavelengths.
     """
 
     order: str = ORDERS[0]
@@ -52,10 +58,13 @@ class Draft:
     phase_function: str = PHASE_FUNCTIONS[0]
     particle_index: float = 2.6
     radius_nm: float = 150.0
+    wavelengths_nm: tuple[float, ...] = ()
+    asymmetry: str = ASYMMETRIES[0]
 
     def __post_init__(self):
         require_one_of("order", self.order, ORDERS)
         require_one_of("phase_function", self.phase_function, PHASE_FUNCTIONS)
+        require_one_of("asymmetry", self.asymmetry, ASYMMETRIES)
         if self.ink_um != OPAQUE and not (
             isinstance(self.ink_um, int | float) and 0 < self.ink_um < math.inf
         ):
@@ -76,7 +85,9 @@ class Draft:
         """Fields that this sample depends on."""
         plate = ("plate_index", "plate_mm") if "plate" in self.layers else ()
         particles = ("particle_index", "radius_nm") if self.phase_function == "mie" else ()
-        return ("order", *plate, "ink_index", "ink_um", "phase_function", *particles)
+        several = len(self.wavelengths_nm) > 1 and "henyey_greenstein" in self.phase_function
+        asymmetry = ("asymmetry",) if several else ()
+        return ("order", *plate, "ink_index", "ink_um", "phase_function", *particles, *asymmetry)
 
 
 def lit_order(data: GonioData) -> str | None:
@@ -101,7 +112,7 @@ def sample_text(data: GonioData, draft: Draft, assumed: Collection[str] = ()) ->
         raise InputRefusedError(
             f"{data.source}: has rows with side T, but ink_um is {OPAQUE}; give the thickness of the ink."
         )
-    wavelengths = _chosen(np.unique(data.wavelength_nm).tolist())
+    wavelengths = chosen_wavelengths(data, draft.wavelengths_nm)
     writer = _Writer(data, draft, frozenset(assumed), wavelengths)
     lines = [*writer.head()]
     for layer in draft.layers:
@@ -109,10 +120,25 @@ def sample_text(data: GonioData, draft: Draft, assumed: Collection[str] = ()) ->
     return "\n".join([*lines, *_noise(data), *_OPTIONAL]) + "\n"
 
 
-def _chosen(wavelengths: Sequence[float]) -> list[float]:
-    """All wavelengths, or a few evenly spread ones of many."""
-    positions = np.linspace(0, len(wavelengths) - 1, min(len(wavelengths), _MOST_WAVELENGTHS)).round()
-    return [wavelengths[int(position)] for position in positions]
+def chosen_wavelengths(data: GonioData, wanted_nm: Sequence[float]) -> list[float]:
+    """The wanted wavelengths as the measurement has them, in ascending order; all if none is named.
+
+    Raises
+    ------
+    InputRefusedError
+        If the measurement lacks one of them.
+    """
+    held = np.unique(data.wavelength_nm)
+    if not wanted_nm:
+        return held.tolist()
+    found = set[float]()
+    for nm in wanted_nm:
+        near = held[np.abs(held - nm) < SAME]
+        if not near.size:
+            text = f"wavelengths has {nm:g}, but the measurement has {_listed(held)} nm"
+            raise InputRefusedError(f"{data.source or 'GonioData'}: {text}.")
+        found.add(float(near[0]))
+    return sorted(found)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -136,7 +162,7 @@ class _Writer:
         yield f"schema_version = {SCHEMA_VERSION}"
         yield f"title = {json.dumps(source, ensure_ascii=False)}"
         if len(self.wavelengths) < np.unique(data.wavelength_nm).size:
-            yield "# A few of the wavelengths, because each has its own coefficients; add others as you like."
+            yield "# Rows with other wavelengths are left out; each wavelength has its own coefficients."
         yield f"wavelength_nm = {_numbers(self.wavelengths)}"
         yield ""
         yield "# Layers in the order in which light meets them; air in front and behind."
@@ -165,9 +191,12 @@ class _Writer:
             yield from self._coefficients()
         if "henyey_greenstein" in draft.phase_function:
             yield "# Mean cosine of the scattering angle: 0 scatters evenly, towards 1 forwards."
-            yield _free("asymmetry_parameter", _START_ASYMMETRY, -0.9, 0.98)
+            each = self.draft.asymmetry == ASYMMETRIES[1] and len(self.wavelengths) > 1
+            if len(self.wavelengths) > 1:
+                yield f"# {_OF_ASYMMETRY[draft.asymmetry]}{self._remark('asymmetry').replace('  #', ';')}"
+            yield _free("asymmetry_parameter", _START_ASYMMETRY, -0.9, 0.98, each)
         if draft.phase_function.startswith("two_term"):
-            yield _free("second_asymmetry_parameter", -0.3, -0.9, 0.5)
+            yield _free("second_asymmetry_parameter", -0.3, -0.9, 0.5, each)
             yield _free("second_weight", 0.1, 0, 1)
         yield ""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content
-from jaxink.measurement.formats.points import Points, joined, without_cosine
+from jaxink.measurement.formats.points import Points, divided_as_requested, joined
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t]+\S", re.MULTILINE)
 _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
@@ -43,6 +43,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
             raise content.refusal(text, row)
     values, rows = _rows(content, position, len(names))
     _compare_count(content, position, len(rows))
+    notes += content.unfinished_note()
     degrees = _in_degrees(content, np.stack([values[:, known[name]] for name in _ANGLES]), choices)
     columns = _value_columns(content, names, choices, row, notes)
     points = joined([_points(degrees, values[:, index], rows, nm) for index, nm in columns])
@@ -51,7 +52,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     else:
         points = _beyond_horizon(points, notes)
     notes.append("ASTM: the azimuth is phi_s minus phi_i, the azimuth towards the source.")
-    return without_cosine(points, notes) if choices.cosine_weighted else points
+    return divided_as_requested(points, notes) if choices.cosine_weighted else points
 
 
 def _rows(content: Content, position: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
@@ -84,7 +85,9 @@ def _compare_count(content: Content, position: int, found: int) -> None:
             raise content.refusal("NUM_POINTS must be a whole number", number)
         if int(text) != found:
             raise content.refusal(
-                f"NUM_POINTS is {int(text)}, but {found} rows follow; the file is incomplete", number
+                f"NUM_POINTS is {int(text)}, but {found} rows follow; the file is "
+                f"{'incomplete' if found < int(text) else 'not the one that was counted'}",
+                number,
             )
 
 

@@ -19,7 +19,7 @@ STATED_BY = {
     "rotation_deg": "--rotation-deg DEG of jaxink convert (in Python: rotation_deg=DEG)",
     "angle_unit": "--angle-unit deg or --angle-unit rad of jaxink convert (in Python: angle_unit='deg' or "
     "angle_unit='rad')",
-    "theta_i_deg": "--theta-i-deg DEG of jaxink convert (in Python: theta_i_deg=DEG)",
+    "theta_i_deg": OPTIONS["theta_i_deg"],
     "specular_phi_deg": "--specular-phi-deg DEG of jaxink convert (in Python: specular_phi_deg=DEG)",
     "cosine_weighted": "--cosine-weighted or --no-cosine-weighted (in Python: "
     "cosine_weighted=True or cosine_weighted=False)",

@@ -29,6 +29,15 @@ class Content:
         """The lines of a text; the first one is row 1."""
         return lines_of(self.source, self.data, [])
 
+    def unfinished_note(self) -> list[str]:
+        """Note on a text whose last line has no end: it may have been cut within its last number."""
+        if self.data.endswith((b"\n", b"\r", b"\0")):
+            return []
+        return [
+            "The last line of the file has no end. If the file was cut off, its last value may lack "
+            "digits: the format does not tell."
+        ]
+
     def refusal(self, text: str, row: int | None = None, column: int | None = None) -> InputRefusedError:
         """Error that names the file, the row and the column."""
         return refusal(self.source, text, row, column)
@@ -68,6 +77,12 @@ class Words:
         if not self._words:
             return 1
         return int(self._rows[min(self._next, len(self._words) - 1)])
+
+    def require_over(self, last: str) -> None:
+        """Reject words below what should be the end."""
+        if not self.is_over():
+            text = f"{shown(self._words[self._next])} follows {last}; the header has other numbers of values"
+            raise self.content.refusal(text, self.row)
 
     def is_over(self) -> bool:
         """Whether no word is left."""
@@ -111,6 +126,7 @@ class Words:
         if len(words) < n:
             text = f"the file ends after {len(words)} of {n} values of {what}; it is incomplete"
             raise self.content.refusal(text, self.row)
+        self._require_all_numbers(words, rows, what)
         self.content.require_numbers(words, what, rows.tolist())
         self._next += n
         values = np.array([float(word) for word in words])
@@ -119,9 +135,27 @@ class Words:
             raise self.content.refusal(text, int(rows[position]), int(self.last_columns(n)[position]))
         return values, rows
 
+    def _require_all_numbers(self, words: list[str], rows: Int[np.ndarray, " n"], what: str) -> None:
+        """Reject a keyword among the values: there are fewer than the header counts."""
+        place = next((k for k, word in enumerate(words) if word.isalpha() and not _is_float(word)), None)
+        if place is not None and len(words) > 1:
+            text = (
+                f"{shown(words[place])} stands after {place} of {len(words)} values of {what}; the "
+                f"counts in the "
+            )
+            raise self.content.refusal(f"{text}header do not agree", int(rows[place]))
+
     def last_columns(self, n: int) -> Int[np.ndarray, " n"]:
         """Place of each of the last n words in its row, from 1."""
         return self._columns[self._next - n : self._next]
+
+
+def _is_float(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _is_number(word: str) -> bool:

@@ -13,7 +13,13 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.own_files import origin, refuse_other_media
-from jaxink.measurement.formats.points import Points, joined, one_wavelength, totals_note
+from jaxink.measurement.formats.points import (
+    Points,
+    divided_as_requested,
+    joined,
+    one_wavelength,
+    totals_note,
+)
 from jaxink.measurement.formats.polar_tables import distinct, total
 
 # Where the specular or undeviated direction is; the light arrives from the opposite azimuth.
@@ -60,6 +66,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     own = origin(content.lines)
     parts, totals = [], []
     # Without the full circle there is no total.
+    is_weighted = choices.cosine_weighted is True
     is_whole = azimuth[-1] - azimuth[0] > 360 - 1e-6
     for block in blocks:
         kind = "T" if block.is_transmission else "R"
@@ -68,7 +75,9 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         refuse_other_media(content, own, _OWN_COMPONENTS[block.face][kind])
         parts.append(_points(block, radial, azimuth - specular + 180))
         if is_whole:
-            totals.append((block.aoi, total(radial, azimuth, block.values), block.tis))
+            totals.append(
+                (block.aoi, total(radial, azimuth, block.values, is_weighted=is_weighted), block.tis)
+            )
     if not parts:
         raise content.refusal(f"the face has no {choices.side}; leave out the side, or choose another face")
     notes += totals_note("AOI", totals)
@@ -76,7 +85,8 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         "LightTools: azimuths were turned, because that of the specular or undeviated direction is "
         f"{specular:g} degrees there; polar angles are from the normal of the side on which the light leaves."
     )
-    return one_wavelength(joined(parts), content.source, choices.wavelength_nm, notes)
+    points = one_wavelength(joined(parts), content.source, choices.wavelength_nm, notes)
+    return divided_as_requested(points, notes) if is_weighted else points
 
 
 def _header(content: Content, words: Words) -> tuple[np.ndarray, np.ndarray, str]:
@@ -130,8 +140,12 @@ def _blocks(content: Content, words: Words, shape: tuple[int, int]):
             yield _block(content, held, tis, values.reshape(shape).T, rows.reshape(shape).T, row)
             held = {}
         else:
-            text = f"{shown(word)} stands where a keyword should; the header has other numbers of values"
+            text = (
+                f"{shown(word)} stands where a keyword should; the header counts {shape[0]} azimuths "
+                f"and {shape[1]} radial angles"
+            )
             raise content.refusal(text, row)
+    words.require_over("DataEnd")
 
 
 def _block(content: Content, held, tis: float, values, rows, row: int) -> _Block:

@@ -53,6 +53,8 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         text = f"the colorimetry is {shown(colorimetry)}; it must be CIE-Y or CIE-XYZ"
         raise content.refusal(text, rows_of["colorimetry"])
     cells, rows = _rows(content, 5 if colorimetry == "CIE-XYZ" else 3)
+    notes += content.unfinished_note()
+    _refuse_other_kind(content, kind, choices)
     values = _values(content, cells, choices, notes)
     why = "the values are photometric and state no wavelength"
     wavelength = required(content.source, choices, "wavelength_nm", why)
@@ -66,6 +68,19 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         return points
     notes.append("The file states that its values are DSF; they were divided by cos(theta_o).")
     return without_cosine(points, notes)
+
+
+def _refuse_other_kind(content: Content, kind: str, choices: Choices) -> None:
+    """Reject a caller who says of the cosine what the file does not."""
+    if choices.cosine_weighted is None or choices.cosine_weighted == (kind == "DSF"):
+        return
+    row = next(row for row, line in enumerate(content.lines, 1) if _FORMAT.match(line))
+    held = "with" if kind == "DSF" else "without"
+    text = (
+        f"the file states that its values are {kind}, {held} the cosine, but the caller gives "
+        f"cosine_weighted={choices.cosine_weighted}; leave it out, or correct the row if it is wrong"
+    )
+    raise content.refusal(text, row)
 
 
 def _header(content: Content) -> tuple[dict[str, str], dict[str, int]]:

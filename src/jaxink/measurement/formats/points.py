@@ -62,6 +62,12 @@ def without_cosine(points: Points, notes: list[str]) -> Points:
     return replace(points, bsdf_per_sr=points.bsdf_per_sr / np.cos(np.deg2rad(points.theta_o_deg)))
 
 
+def divided_as_requested(points: Points, notes: list[str]) -> Points:
+    """The BSDF of values of which the caller says that they hold the cosine."""
+    notes.append("The values were divided by cos(theta_o), as requested by the caller.")
+    return without_cosine(points, notes)
+
+
 def one_side(points: Points, source: str, side: str | None, notes: list[str]) -> Points:
     """The points of the side that the caller wants; a file without it is rejected."""
     if side is None:

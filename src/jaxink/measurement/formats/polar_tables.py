@@ -55,16 +55,20 @@ def total(
     azimuth_deg: Float[np.ndarray, " azimuth"],
     values: Float[np.ndarray, "polar azimuth"],
     specular_deg: float = 0.0,
+    is_weighted: bool = False,
 ) -> float:
     """Integral of the values times the cosine from the normal, over the directions above the horizon.
 
-    The polar angle is that from the specular direction; the values are linear between the entries.
+    The polar angle is that from the specular direction; the values, which hold the cosine if they are
+    weighted, are linear between the entries.
     """
     polar, azimuth = _divided(polar_deg), _divided(azimuth_deg)
     between = np.array([np.interp(polar, polar_deg, column) for column in values.T]).T
     between = np.array([np.interp(azimuth, azimuth_deg, line) for line in between])
     theta, _ = from_specular(specular_deg, polar[:, None], azimuth)
-    power = between * np.maximum(np.cos(np.deg2rad(theta)), 0) * np.sin(np.deg2rad(polar))[:, None]
+    cosine = np.cos(np.deg2rad(theta))
+    weight = (cosine > 0).astype(float) if is_weighted else np.maximum(cosine, 0)
+    power = between * weight * np.sin(np.deg2rad(polar))[:, None]
     return float(np.trapezoid(np.trapezoid(power, np.deg2rad(azimuth), axis=1), np.deg2rad(polar)))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from jaxink.measurement.formats.choices import Choices, required
 from jaxink.measurement.formats.content import Content
-from jaxink.measurement.formats.points import Points, without_cosine
+from jaxink.measurement.formats.points import Points, divided_as_requested
 
 _STEP = re.compile(r"Phi measure step\s*:\s*(\S+)")
 _LIGHTING = re.compile(r"Theta Lighting(?:\s*:\s*([-+0-9.eE]+)\s*$)?")
@@ -39,6 +39,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     stated = {name: required(content.source, choices, name, why) for name, why in _ASKED.items()}
     phi = np.arange(round(180 / step) + 1) * step - 90
     theta, values, rows = _rows(content, first, phi.size)
+    notes += content.unfinished_note()
     polar, azimuth = np.broadcast_arrays(theta[:, None], phi)
     # A negative polar angle is the other half-plane; the specular direction is at azimuth 180.
     turned = azimuth - stated["specular_phi_deg"] + np.where(polar < 0, 0.0, 180.0)
@@ -56,7 +57,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         bsdf_per_sr=stated["scale"] * values.ravel(),
         row=np.repeat(rows, phi.size),
     )
-    return without_cosine(points, notes) if stated["cosine_weighted"] else points
+    return divided_as_requested(points, notes) if stated["cosine_weighted"] else points
 
 
 def _header(content: Content, choices: Choices) -> tuple[float, float, int]:

@@ -77,7 +77,7 @@ def read_anisotropic(content: Content, choices: Choices, notes: list[str]) -> Po
     """The points of an ``.anisotropicbsdf`` file at one wavelength."""
     words = _below_description(content)
     words.numbers(3, "the anisotropy vector")
-    start = _start(content, words)
+    start = _start(content, words, choices)
     axes = [_incidences(words) for _ in start.kinds]
     spectra = [_spectrum(content, words) for _ in start.kinds]
     wavelength = _wavelength(content, spectra, choices, notes)
@@ -98,7 +98,7 @@ def read_anisotropic(content: Content, choices: Choices, notes: list[str]) -> Po
 def read_brdf(content: Content, choices: Choices, notes: list[str]) -> Points:
     """The points of a ``.brdf`` file at all of its wavelengths."""
     words = _below_description(content)
-    start = _start(content, words)
+    start = _start(content, words, choices)
     n_angles = words.count("the number of incidences")
     n_wavelengths = words.count("the number of wavelengths")
     angles, _ = words.numbers(n_angles, "the incidences")
@@ -154,12 +154,20 @@ def _description_end(lines: list[str], length: int, end_of_line: int) -> int | N
     return row if left == 0 else None
 
 
-def _start(content: Content, words: Words) -> _Start:
+def _start(content: Content, words: Words, choices: Choices) -> _Start:
     present = [_flag(content, words, f"whether there is {what}") for what in ("reflection", "transmission")]
     kinds = tuple(kind for kind, here in zip((False, True), present, strict=True) if here)
     if not kinds:
         raise content.refusal("the file states that it has neither reflection nor transmission", words.row)
-    return _Start(kinds, not _flag(content, words, "the kind of values (1 BSDF, 0 intensity)"))
+    row, is_bsdf = words.row, _flag(content, words, "the kind of values (1 BSDF, 0 intensity)")
+    if choices.cosine_weighted is not None and choices.cosine_weighted == is_bsdf:
+        kind = "BSDFs (1)" if is_bsdf else "intensities (0), with the cosine"
+        text = (
+            f"the file states that its values are {kind}, but the caller gives cosine_weighted="
+            f"{choices.cosine_weighted}; leave it out, or correct the row if it is wrong"
+        )
+        raise content.refusal(text, row)
+    return _Start(kinds, not is_bsdf)
 
 
 def _flag(content: Content, words: Words, what: str) -> bool:
@@ -279,7 +287,9 @@ def _table(content: Content, words: Words, theta_i: float, rotation: float, is_t
         text = (
             f"polar angles of {kind} must ascend between {low} and {high} degrees, and azimuths within a turn"
         )
-        raise content.refusal(f"{text}; the numbers of values may not agree with the table", row)
+        raise content.refusal(
+            f"{text}; the table may not have the {n_theta} x {n_phi} values that it counts", row
+        )
     below = cells[:, 1:], rows[:, 1:], columns[:, 1:]
     return _Table(theta_i, rotation, is_transmission, theta, phi, *below)
 
@@ -316,10 +326,17 @@ def _points(table: _Table, wavelength_nm: float, factor: float) -> Points:
 
 
 def _end(content: Content, words: Words) -> None:
-    if not words.is_over() and words.word("End of file").lower() != "end":
+    if words.is_over():
+        raise content.refusal(
+            "the file ends without the line 'End of file'; it is incomplete", len(content.lines)
+        )
+    if words.word("End of file").lower() != "end":
         raise content.refusal(
             "values follow the last table; the numbers in the header do not agree", words.row
         )
+    for _ in range(2):
+        words.word("End of file")
+    words.require_over("'End of file'")
 
 
 def _measured(content: Content, parts: list[Points], start: _Start, choices: Choices, notes) -> Points:

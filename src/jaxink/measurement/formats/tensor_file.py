@@ -13,6 +13,7 @@ from jaxink.measurement.formats.content import Content, shown
 
 SIGNATURE = b"tensor_file\0"
 _TYPES = ("", "u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8")
+_MOST_PADDING = 64
 _MOST_FIELDS, _MOST_DIMENSIONS, _LONGEST_NAME = 100, 10, 200
 
 
@@ -30,7 +31,13 @@ def read_fields(content: Content) -> dict[str, np.ndarray]:
     (n_fields,) = source.take("<I", "the number of fields")
     if n_fields > _MOST_FIELDS:
         raise content.refusal(f"states {n_fields} fields; at most {_MOST_FIELDS} are allowed")
-    return dict(_field(source, content) for _ in range(n_fields))
+    fields = [_field(source, content) for _ in range(n_fields)]
+    # Fields are aligned, so a few bytes may be between them and behind the last one.
+    end = max((end for _, _, end in fields), default=len(content.data))
+    if len(content.data) - max(end, source.place) > _MOST_PADDING:
+        text = f"has {len(content.data)} bytes, but its fields end at {end}; it holds more than it states"
+        raise content.refusal(text)
+    return {name: array for name, array, _ in fields}
 
 
 class _Bytes:
@@ -38,6 +45,11 @@ class _Bytes:
 
     def __init__(self, content: Content, start: int):
         self.content, self._next = content, start
+
+    @property
+    def place(self) -> int:
+        """Of the next byte."""
+        return self._next
 
     def take(self, form: str, what: str) -> tuple:
         size = struct.calcsize(form)
@@ -47,7 +59,8 @@ class _Bytes:
         return struct.unpack_from(form, self.content.data, self._next - size)
 
 
-def _field(source: _Bytes, content: Content) -> tuple[str, np.ndarray]:
+def _field(source: _Bytes, content: Content) -> tuple[str, np.ndarray, int]:
+    """Name and array of the next field, and the place where it ends."""
     (length,) = source.take("<H", "the header of a field")
     if length > _LONGEST_NAME:
         raise content.refusal(f"the name of a field has {length} characters; the file is damaged")
@@ -64,4 +77,5 @@ def _field(source: _Bytes, content: Content) -> tuple[str, np.ndarray]:
             f"the field {shown(name)} needs bytes up to {offset + size * dtype.itemsize}, but the file has "
         )
         raise content.refusal(f"{text}{len(content.data)}; it is incomplete")
-    return name, np.frombuffer(content.data, dtype, size, offset).reshape(shape)
+    array = np.frombuffer(content.data, dtype, size, offset).reshape(shape)
+    return name, array, offset + size * dtype.itemsize

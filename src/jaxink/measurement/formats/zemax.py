@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.own_files import Origin, origin, refuse_other_media
-from jaxink.measurement.formats.points import Points, joined, totals_note
+from jaxink.measurement.formats.points import Points, divided_as_requested, joined, totals_note
 from jaxink.measurement.formats.polar_tables import distinct, from_specular, total
 
 _WORDS = ("source", "symmetry", "spectralcontent", "scattertype")
@@ -56,7 +56,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
         if name != channel or k != rotation:
             continue
         parts.append(_points(header, angle, values, rows, wavelength, is_transmission))
-        totals.append((angle, _total(header, angle, values), stated))
+        totals.append((angle, _total(header, angle, values, choices.cosine_weighted is True), stated))
     notes += totals_note("AngleOfIncidence", totals)
     notes.append(
         "Zemax: scatter angles about the specular or undeviated direction were turned into angles from the "
@@ -66,7 +66,8 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     below = points.theta_o_deg > 90
     if below.any():
         notes.append(f"{int(below.sum())} values below the horizon were left out.")
-    return points.at(~below)
+    points = points.at(~below)
+    return divided_as_requested(points, notes) if choices.cosine_weighted else points
 
 
 def _header(content: Content, words: Words) -> tuple[_Header, str]:
@@ -163,20 +164,24 @@ def _blocks(content: Content, words: Words, header: _Header, section: str):
         row, key = words.row, section if position == 0 else words.word(name).lower()
         if key != name:
             raise content.refusal(f"the data begin with {shown(key)}; it must be {name}", row)
-        _expect(content, words, "databegin")
+        _expect(content, words, "databegin", shape)
         for k in range(len(header.axes["samplerotation"])):
             for angle in angles:
-                _expect(content, words, "tis")
+                _expect(content, words, "tis", shape)
                 stated = words.number("TIS")
                 values, rows = words.numbers(shape[0] * shape[1], "a table of scatter values")
                 yield _CHANNELS[name], k, float(angle), stated, values.reshape(shape).T, rows.reshape(shape).T
-        _expect(content, words, "dataend")
+        _expect(content, words, "dataend", shape)
+    words.require_over("DataEnd")
 
 
-def _expect(content: Content, words: Words, key: str) -> None:
+def _expect(content: Content, words: Words, key: str, shape: tuple[int, int]) -> None:
     row, word = words.row, words.word(key)
     if word.lower() != key:
-        text = f"{shown(word)} stands where {key} should; the header has other numbers of values"
+        text = (
+            f"{shown(word)} stands where {key} should; the header counts {shape[0]} azimuths and "
+            f"{shape[1]} radial angles"
+        )
         raise content.refusal(text, row)
 
 
@@ -203,7 +208,7 @@ def _points(
     )
 
 
-def _total(header: _Header, angle: float, values) -> float:
-    """Scattered over incident power."""
-    found = total(header.axes["scatterradial"], header.axes["scatterazimuth"], values, angle)
+def _total(header: _Header, angle: float, values, is_weighted: bool) -> float:
+    """Scattered over incident power, of values that hold the cosine or not."""
+    found = total(header.axes["scatterradial"], header.axes["scatterazimuth"], values, angle, is_weighted)
     return 2 * found if header.is_mirrored else found

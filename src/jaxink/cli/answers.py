@@ -1,0 +1,49 @@
+"""Numbers as people write them, in answers and options: with a unit, and with a decimal comma."""
+
+import re
+
+from jaxink.errors import InputRefusedError
+
+_UNITS_M = {"nm": 1e-9, "um": 1e-6, "\N{MICRO SIGN}m": 1e-6, "\N{GREEK SMALL LETTER MU}m": 1e-6, "mm": 1e-3}
+_UNITS_M |= {"micron": 1e-6, "microns": 1e-6, "mic": 1e-6, "cm": 1e-2, "m": 1.0}
+_NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.,]*)")
+# One and a half thousand, or one and a half.
+_AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+
+
+def quantity(name: str, text: str) -> float:
+    """The number that a text states for a field, in the unit that its name ends with.
+
+    Parameters
+    ----------
+    name
+        Field such as ``ink_um``; one without a unit, such as ``ink_index``, is a pure number.
+    text
+        Such as ``90 um``, ``0.09 mm`` or ``1,5``.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is no number, could be two, or has another kind of unit.
+    """
+    text = text.strip()
+    own = name.rpartition("_")[2]
+    own_unit = own if own in _UNITS_M else ""
+    example = f", such as 20 or 20 {own_unit}" if own_unit else ", such as 1.5"
+    found = _NUMBER.fullmatch(text)
+    if found is None:
+        if text.lower().lstrip("+-") in ("nan", "inf", "infinity"):
+            return float(text)
+        raise InputRefusedError(f"{name} is {text!r}; it must be a number{example}.")
+    if _AMBIGUOUS.fullmatch(found[1]):
+        thousands, decimal = found[1].replace(",", ""), found[1].replace(",", ".")
+        raise InputRefusedError(f"{name} is {text!r}, which can be {thousands} or {decimal}; write a point.")
+    value, unit = float(found[1].replace(",", ".")), found[2].lower()
+    if not unit:
+        return value
+    if not own_unit:
+        raise InputRefusedError(f"{name} is {text!r}; it has no unit, so write the number only.")
+    if unit not in _UNITS_M:
+        raise InputRefusedError(f"{name} is {text!r}; its unit must be one of nm, um, mm, cm.")
+    # Of 0.09 mm, 90 um and not 89.99999999999999.
+    return float(f"{value * _UNITS_M[unit] / _UNITS_M[own_unit]:.12g}")
