@@ -16,7 +16,7 @@ from jaxink.numerics.program_store import write_program
 
 DATA, SAMPLE = map(str, simulated_example())
 FREE = tuple(SIMULATED_TRUTH)
-RESULT = ("parameters.csv", "result.json", "result.nc", "sample.toml")
+RESULT = ("parameters.csv", "report.html", "result.json", "result.nc", "sample.toml")
 
 
 @pytest.fixture

@@ -72,9 +72,9 @@ def test_page_says_everything(found, written, told):
     assert "Simulated: &lt;ink&gt; &amp; plate" in text
     told(page.words, numbers=False)
     for text in (
-        "SIMULATED measurement small.csv",
+        "The measurement is SIMULATED",
         found.verdict.sentence,
-        "84 of 84 points in 6 scans, 550 nm",
+        "84 of 84 points of small.csv in 6 scans, 550 nm",
         "0.2 %",
         "polydispersity",
         "seed 77",
@@ -192,7 +192,7 @@ def test_strips_hold_the_residuals_on_one_scale(found, plates, told):
             centre = np.array([path.vertices[:4, 0].mean() for path in cells.get_paths()])
             assert (np.sign(centre)[np.abs(centre) > 5] == signed[np.abs(centre) > 5]).all()
     assert len(scales) == 1
-    told(figure.texts[0].get_text(), "SIMULATED measurement small.csv", "550 nm", numbers=False)
+    told(figure.texts[0].get_text(), "SIMULATED measurement", "550 nm", numbers=False)
 
 
 def test_repeated_directions_share_a_strip(found):

@@ -89,7 +89,9 @@ def _output(json: bool, quiet: bool) -> str:
 def fit(
     data: Data,
     sample: SampleFile,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for result.json, result.nc and figures.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for report.html, result.json, result.nc and figures.")
+    ],
     method: Annotated[
         str,
         typer.Option(
@@ -156,6 +158,14 @@ def fit(
     cosine_weighted: CosineWeighted = None,
     columns: Columns = None,
     no_figures: NoFigures = False,
+    figures_at: Annotated[
+        list[float] | None,
+        typer.Option(
+            metavar="NM",
+            help="Wavelength whose scans are drawn; repeat the option for several. By default all, of more "
+            "than three the three that are fitted worst.",
+        ),
+    ] = None,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -182,7 +192,7 @@ def fit(
         stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
-        raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output))
+        raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output, figures_at))
 
 
 app.command()(convert)

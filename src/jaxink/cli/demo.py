@@ -68,7 +68,9 @@ def _write_fits(
         for file in inputs:
             (folder / file.name).write_bytes(file.read_bytes())
     copies = [out / file.name for file in inputs]
-    return [*copies, *write_result(gradient, out / FIT, formats, simplex=simplex)]
+    words, sample_file = [str(copies[0])], copies[1]
+    fit_files = write_result(gradient, out / FIT, formats, words, sample_file, simplex=simplex)
+    return [*copies, *fit_files]
 
 
 def _show_fits(to: Console, gradient: "FitResult", simplex: "FitResult") -> None:

@@ -9,7 +9,7 @@ from jaxink.display.html import paragraph, table
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
-from jaxink.plots.scan_views import FROM_INSIDE, measurement_name
+from jaxink.plots.scan_views import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
 from jaxink.report.html import (
     NONE,
     Section,
@@ -25,6 +25,7 @@ from jaxink.report.ink_table import inside_sentences
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
+    from jaxink.fitting import FitResult
 
 T = TypeVar("T")
 _SETTINGS = {
@@ -44,11 +45,6 @@ def report_title(diagnosis: "Diagnosis") -> str:
 def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
     """The verdict, the measurement, whether the fit converged, and what is missing here."""
     result, found = diagnosis.declared, diagnosis.verdict
-    data = result.data
-    wavelengths = np.unique(data.wavelength_nm[data.used])
-    spectrum = f"{wavelengths[0]:g} nm"
-    if wavelengths.size > 1:
-        spectrum = f"{wavelengths.size} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
     parts = [verdict(found.sentence, found.code, found.code.is_met)]
     if not result.converged:
         parts.append(paragraph(f"The fit of the declared model {result.outcome.value}.", "verdict"))
@@ -59,13 +55,29 @@ def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
     if diagnosis.failures:
         parts.append(paragraph("Parts of the diagnosis failed and are missing:"))
         parts.append(bullets(failure.sentence for failure in diagnosis.failures))
-    if missing:
-        parts.append(paragraph("Parts of this page failed and are missing; the results are complete:"))
-        parts.append(bullets(failure.sentence for failure in missing))
-    what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
-    title = f" Sample: {result.sample.title}." if result.sample.title else ""
-    parts.append(paragraph(f"{what}.{title} Noise: {result.noise_sentence}"))
+    parts += [missing_parts(missing), paragraph(measured_words(result))]
     return "".join(parts)
+
+
+def missing_parts(missing: Sequence[Failure]) -> str:
+    """What could not be drawn or tabulated; nothing if all could."""
+    if not missing:
+        return ""
+    words = paragraph("Parts of this page failed and are missing; the results are complete:")
+    return words + bullets(failure.sentence for failure in missing)
+
+
+def measured_words(result: "FitResult") -> str:
+    """What was measured and used, and its noise."""
+    data = result.data
+    wavelengths = used_wavelengths(data)
+    spectrum = f"{wavelengths[0]:g} nm"
+    if len(wavelengths) > 1:
+        spectrum = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    source = f" of {data.source}" if data.source else ""
+    what = f"{int(data.used.sum())} of {len(data)} points{source} in {len(result.scans)} scans, {spectrum}"
+    simulated = " The measurement is SIMULATED." if is_simulated(result) else ""
+    return f"{what}.{simulated} Noise: {result.noise_sentence}"
 
 
 def merit(diagnosis: "Diagnosis") -> Section:

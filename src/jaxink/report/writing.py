@@ -6,6 +6,7 @@ from pathlib import Path
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.result_folder import PAGE_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.ink.comparison import TableComparison
 from jaxink.ink.table import InkTable
@@ -18,10 +19,9 @@ from jaxink.report.next_steps import next_steps
 from jaxink.report.shape import shape
 
 _LOG = logging.getLogger("jaxink")
-REPORT_PAGE = "report.html"
 INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
 # Replaced as a whole, or removed: they would belong to an older diagnosis.
-_SHOWN = (FIGURE_FOLDER, *INSIDE_FILES, REPORT_PAGE)
+_SHOWN = (FIGURE_FOLDER, *INSIDE_FILES, PAGE_FILE)
 OWNED = (*_SHOWN, *Diagnosis.owned)
 
 
@@ -97,7 +97,7 @@ def _write_shown(
     with whole_folder(folder, owned=_SHOWN) as part:
         for name, table in inside.items():
             (part / name).write_bytes(netcdf_bytes(table.to_dataset()))
-        (part / REPORT_PAGE).write_text(text, encoding="utf-8")
+        (part / PAGE_FILE).write_text(text, encoding="utf-8")
         if drawn:
             (part / FIGURE_FOLDER).mkdir()
         for name, picture in drawn.items():
