@@ -47,10 +47,7 @@ def show_diagnosis(
         show_lines(to, "Not done within the time limit", [o.described() for o in limit.not_done])
     failed = [failure.sentence for failure in diagnosis.failures]
     show_lines(to, "Parts of the diagnosis failed and are missing", failed)
-    sentence = diagnosis.location.sentence
-    show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
-    if diagnosis.shape is not None:
-        show_lines(to, "Its shape", [diagnosis.shape.sentence, *_overlap_lines(diagnosis)])
+    show_lines(to, "Remaining residual", [diagnosis.remainder, *_overlap_lines(diagnosis)])
     show_lines(to, "Noise", [diagnosis.declared.noise_sentence])
     show_files(to, files)
     show_lines(to, "Next", [line for step in todo for line in step.lines()])

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from jaxink.diagnosis.findings.judgement import TESTS
 from jaxink.display.html import paragraph, table
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
@@ -122,6 +123,22 @@ def _merit_cells(figures: "Figures") -> list[str]:
     ]
 
 
+def added(diagnosis: "Diagnosis") -> Section | None:
+    """The effects that were added, each in a sentence with its numbers."""
+    if not diagnosis.steps:
+        return None
+    lines = []
+    for s in diagnosis.steps:
+        others = (
+            f" These data cannot distinguish it from {', '.join(s.members[1:])}." if s.members[1:] else ""
+        )
+        why = diagnosis.imitations.get(s.effect)
+        doubt = f" It may imitate another cause: {why}." if why else ""
+        fall = f"Chi-square decreases by {s.actual_delta_chi_square:.0f}."
+        lines.append(f"{s.sentence[0].upper()}{s.sentence[1:]} ({s.effect}). {fall}{others}{doubt}")
+    return section("What was missing", bullets(lines))
+
+
 def steps(diagnosis: "Diagnosis") -> Section | None:
     """The effects that were added, in this order."""
     if not diagnosis.steps:
@@ -151,7 +168,7 @@ def steps(diagnosis: "Diagnosis") -> Section | None:
         "Strength: distance from the declared model, with its standard error in units of the last digits "
         "(none at the end of a range). Gain: mean over the fits with parts held out, with its standard error."
     )
-    return section("Effects added", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
+    return section("Effects added, step by step", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
 
 
 def parameters(diagnosis: "Diagnosis") -> Section:
@@ -266,22 +283,24 @@ def _limit_cells(row: "CandidateRow") -> list[str]:
 
 
 def remains(diagnosis: "Diagnosis") -> Section:
-    """Structure in the residual after the last step."""
-    location = diagnosis.location
-    sentence = location.sentence[0].upper() + location.sentence[1:]
-    smooth = f"{share(location.smooth.share)} of its mean square varies smoothly with direction"
-    parts = [paragraph(f"{sentence}. {smooth} (p = {chance(location.smooth.p_value)}).")]
+    """What is left in the residual after the last step, in words."""
+    return section("What remains", paragraph(diagnosis.remainder))
+
+
+def tests(diagnosis: "Diagnosis") -> Section:
+    """Tests for structure in the residual, and where it is large."""
+    location, parts = diagnosis.location, list[str]()
     states = _states(diagnosis, diagnosis.structure_before, diagnosis.structure_after)
     heads, rows = ["test for structure"], dict[str, list[str]]()
     for name, structure in states:
         heads += [f"value, {name} model", "p", "p of the worst scan"]
         for s in structure.statistics:
             cells = [number(s.value), chance(s.p_value), chance(s.worst_p_value)]
-            rows.setdefault(s.name, [s.name.replace("_", " ")]).extend(cells)
-    parts.append(table(heads, rows.values()))
+            rows.setdefault(s.name, [TESTS[s.name]]).extend(cells)
+    parts.append(table(heads, [*rows.values(), *_smooth_tests(diagnosis, len(states))]))
     lines = []
     for name, structure in states:
-        led = f"; most significant: {structure.leading.replace('_', ' ')}" if structure.leading else ""
+        led = f"; most significant: {TESTS[structure.leading]}" if structure.leading else ""
         lines.append(f"All tests combined, {name} model: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
     if diagnosis.consistency:
@@ -299,7 +318,17 @@ def remains(diagnosis: "Diagnosis") -> Section:
             [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
         )
         parts.append(table(heads, factors, (0, 3)))
-    return section("Remaining residual", *parts)
+    return section("Tests of the remaining residual", *parts)
+
+
+def _smooth_tests(diagnosis: "Diagnosis", n_states: int) -> list[list[str]]:
+    """Tests for a smooth part; made of the last model only."""
+    before = [NONE] * 3 * (n_states - 1)
+    smooth, shape = diagnosis.location.smooth, diagnosis.shape
+    rows = [["smooth part of any scale (Gaussian process)", *before, NONE, chance(smooth.p_value), NONE]]
+    if shape is not None:
+        rows.append([TESTS["modes"], *before, NONE, chance(shape.p_value), NONE])
+    return rows
 
 
 def _levels(levels: Sequence[str], means: np.ndarray) -> str:

@@ -8,7 +8,7 @@ from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.corrected_file import corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
-from jaxink.diagnosis.findings.judgement import is_met
+from jaxink.diagnosis.findings.judgement import is_met, significant_tests
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
@@ -120,6 +120,26 @@ class Diagnosis(SavedInFolder, Presented):
         if self.verdict.code is VerdictCode.UNFINISHED:
             return not is_met(self.after, self.structure_after, shape=self.shape)
         return self.verdict.code.structure_remains
+
+    @property
+    def remainder(self) -> str:
+        """What is left in the residual of the last model, where, and how much of it is smooth; sentences."""
+        where, significant = self.location, self.shape is not None
+        if not significant:
+            if not where.is_found:
+                return f"{where.sentence[0].upper()}{where.sentence[1:]}."
+            p_value = where.smooth.p_value
+            return (
+                "No structure passes the tests below. The most likely smooth part, which noise has with a "
+                f"probability of {p_value:.2g}: {where.sentence}."
+            )
+        failed = significant_tests(self.structure_after, self.shape)
+        tests = ", ".join(f"{name} (p = {p:.2g})" for name, p in failed)
+        place = f"The residual is {where.sentence}. " if where.is_found else ""
+        if not place and failed:
+            place = f"The residual has no smooth pattern of directions, but fails these tests: {tests}. "
+        assert self.shape is not None, "significant"
+        return f"{place}{self.shape.sentence}"
 
     @property
     def parameters(self) -> NamedRows[Estimate]:
