@@ -46,7 +46,7 @@ def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result, told
     loaded = jaxink.load_result(tmp_path / "out")
     assert loaded.values == pytest.approx(example_result.values, rel=1e-9)
     row = next(line for line in done.stdout.splitlines() if line.strip().startswith("ink.scattering_per_mm"))
-    assert row.split()[-4:] == ["500.5", "1", "1000", "yes"]
+    assert row.split()[-3:] == ["500.5", "1", "1000"]
     told(done.stdout, "ink.scattering_per_mm", numbers=False)
 
 

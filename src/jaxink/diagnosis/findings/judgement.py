@@ -187,7 +187,8 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     if before.held_out is not None and after.held_out is not None:
         unseen = before.held_out.reduced_chi_square, after.held_out.reduced_chi_square
         change += f" (held-out scans: from {unseen[0]:.4g} to {unseen[1]:.4g})"
-    small = _within_level(after.fitted, policy) if met else ""
+    is_plain = met and not is_ordered(evidence.structure, policy, evidence.shape)
+    small = _within_level(after.fitted, policy) if is_plain else ""
     change += f"; what is left {small}" if small else ""
     if not met:
         sentence = f"Partly explained: {what}; {change}. Remaining residual: {place}."
@@ -280,6 +281,6 @@ def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdi
             f"The residual is within the accuracy of the noise (reduced chi-square {reduced:.4g}), but has "
             f"an order that no effect explains: {place}{more}.",
         )
-    small = _within_level(evidence.before.fitted, policy)
+    small = _within_level(evidence.after.fitted, policy)
     found = small or f"is consistent with noise (reduced chi-square {reduced:.4g})"
     return Verdict(VerdictCode.NO_MISFIT, (), f"No misfit: the residual {found}{more}.")
