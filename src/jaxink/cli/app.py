@@ -360,6 +360,15 @@ def predict(
             help=f"Measurement whose rows are predicted: {DATA_HELP} A result has its own.",
         ),
     ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Another value of a parameter, such as ink.thickness_um=60 (or 'ink.thickness_um=0.06 mm'); "
+            "repeat the option for several.",
+        ),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
@@ -383,7 +392,7 @@ def predict(
         from jaxink.cli.predict import run_predict
 
         stated = columns_of(wavelength_nm, side, which, sheet, signed_angles, cosine_weighted, columns)
-        raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet))
+        raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet, set_ or ()))
 
 
 @app.command()
