@@ -142,7 +142,10 @@ def test_demo_leads_from_a_misfit_to_a_corrected_ink(run, tmp_path, told):
     assert fits["Jacobians"][1] == "0"
     assert int(fits["evaluations"][1]) > int(fits["Jacobians"][0]) > 0
     declared, found = jaxink.load_result(out / "fit"), jaxink.load_diagnosis(out / "report")
-    assert jaxink.load_result(out / "fit" / "simplex").converged
+    assert jaxink.load_result(out / "fit-simplex").converged
+    # The page of the fit is there before anything else is computed.
+    assert done.stdout.index(str(out / "fit" / "report.html")) < done.stdout.index("1. The fit")
+    assert (out / "fit" / "report.html").is_file()
     assert declared.verdict.is_misfit
     assert not found.corrected.verdict.is_misfit
     for name, truth in STRAY_LIGHT_TRUTH.items():

@@ -21,9 +21,8 @@ from jaxink.plots import FIGURE_FOLDER
 if TYPE_CHECKING:
     from jaxink import FitResult, GonioData
 
-SIMPLEX = "simplex"
 # Replaced as a whole: otherwise parts of an older result could remain.
-OWNED = (FIGURE_FOLDER, PAGE_FILE, SIMPLEX)
+OWNED = (FIGURE_FOLDER, PAGE_FILE)
 
 
 def run_fit(
@@ -104,18 +103,14 @@ def write_result(
     inputs: Sequence[str] = (),
     sample_file: Path | None = None,
     drawn_nm: Sequence[float] | None = None,
-    simplex: "FitResult | None" = None,
 ) -> list[Path]:
-    """Write a result, and the simplex fit if given, all or none; then its page.
+    """Write a result, all of its files or none; then its page.
 
     ``inputs`` and ``sample_file`` are for the commands on the page. What fails of the page and its figures is
     said on stderr.
     """
     with whole_folder(out, owned=OWNED) as folder:
         result.write_into(folder)
-        if simplex is not None:
-            (folder / SIMPLEX).mkdir()
-            simplex.write_into(folder / SIMPLEX)
         files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
     failures, page = Failures(), list[Path]()
     with failures.sparing("the page of the fit", ""):
