@@ -445,7 +445,7 @@ def test_command_prints_tables_and_writes_the_report(run, found, tmp_path, told)
     words = " ".join(done.stdout.split())
     told(words.replace(str(tmp_path), ""), found.verdict.sentence, numbers=False)
     assert all(str(path) in done.stdout for path in out.rglob("*") if path.is_file())
-    assert re.search(r"stray_light +0\.00\d+\(\d+\) +1/sr", done.stdout)
+    assert re.search(r"Stray light adds 0\.00\d+ \+- [\d.]+ 1/sr to the BSDF", done.stdout)
     options = run.given[0][2]
     assert (options.max_effects, options.level, options.n_bootstrap, options.seed) == (2, 0.1, 300, 5)
     assert options.fit.accuracy == 1e-3

@@ -95,7 +95,7 @@ def test_what_parameters_reproduce_is_not_part_of_the_shape():
 
 
 def shares_in(sentence):
-    return [int(share) for share in re.findall(r"(\d+)%", sentence)]
+    return [int(share) for share in re.findall(r"(\d+) %", sentence)]
 
 
 def test_one_statement_says_how_much_is_smooth_and_how_much_of_that_is_broad():
@@ -108,7 +108,8 @@ def test_one_statement_says_how_much_is_smooth_and_how_much_of_that_is_broad():
     # All that exceeds the noise is smooth: 0.97 of the mean square, which is larger by its noise.
     assert found.smooth_share == pytest.approx(min(1, 0.97 * np.sum(points.whitened**2) / found.excess))
     first = found.sentence.split(". ")[0]
-    whole, part, *_, other = shares_in(first)
+    whole, part, *_ = shares_in(first)
+    other = int(re.search(r"the other (\d+) %", first)[1])
     assert (whole, part) == (round(100 * found.smooth_share), round(100 * found.share))
     assert whole == part + other
     assert "finer scale" in first

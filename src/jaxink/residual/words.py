@@ -41,7 +41,7 @@ def _mode_sentences(points, shares, carried: CarriedShare, part) -> Iterator[str
     low = next((o for o in carried.orders if carried.of_order(o) >= _HALF * carried.share), None)
     most = ""
     if low is not None and low.amplitudes < len(shares):
-        most = f", the {low.amplitudes} up to order {low.order} alone {carried.of_order(low):.0%}"
+        most = f", the {low.amplitudes} up to order {low.order} alone {100 * carried.of_order(low):.0f} %"
     yield _size(len(shares), carried, most)
     for side, word in _SIDES.items():
         own = [found for found in shares if found.mode.side == side]
@@ -58,13 +58,13 @@ def _size(n_modes: int, carried: CarriedShare, most: str) -> str:
     if carried.smooth is None:
         count = f"{n_modes} of {carried.n_considered} smooth modes carry"
         count = count if several else "One smooth mode carries"
-        return f"{count} {carried.share:.0%} of the chi-square above the noise{most}."
+        return f"{count} {100 * carried.share:.0f} % of the chi-square above the noise{most}."
     modes = f"{n_modes} of {carried.n_considered} broad modes" if several else "one broad mode"
     whole, part = round(100 * carried.smooth), round(100 * carried.share)
-    finer = f"; the other {whole - part}% on a finer scale, or in few directions" if whole > part else ""
+    finer = f"; the other {whole - part} % on a finer scale, or in few directions" if whole > part else ""
     return (
-        f"{whole}% of the chi-square above the noise varies smoothly with direction: {part}% in {modes}{most}"
-        f"{finer}."
+        f"{whole} % of the chi-square above the noise varies smoothly with direction: {part} % in "
+        f"{modes}{most}{finer}."
     )
 
 

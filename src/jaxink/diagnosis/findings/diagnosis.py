@@ -124,22 +124,21 @@ class Diagnosis(SavedInFolder, Presented):
     @property
     def remainder(self) -> str:
         """What is left in the residual of the last model, where, and how much of it is smooth; sentences."""
-        where, significant = self.location, self.shape is not None
-        if not significant:
-            if not where.is_found:
-                return f"{where.sentence[0].upper()}{where.sentence[1:]}."
-            p_value = where.smooth.p_value
+        where, shape = self.location, self.shape
+        if shape is None and not where.is_found:
+            return f"{where.sentence[0].upper()}{where.sentence[1:]}."
+        if shape is None:
             return (
                 "No structure passes the tests below. The most likely smooth part, which noise has with a "
-                f"probability of {p_value:.2g}: {where.sentence}."
+                f"probability of {where.smooth.p_value:.2g}: {where.sentence}."
             )
-        failed = significant_tests(self.structure_after, self.shape)
-        tests = ", ".join(f"{name} (p = {p:.2g})" for name, p in failed)
-        place = f"The residual is {where.sentence}. " if where.is_found else ""
-        if not place and failed:
-            place = f"The residual has no smooth pattern of directions, but fails these tests: {tests}. "
-        assert self.shape is not None, "significant"
-        return f"{place}{self.shape.sentence}"
+        place = f"The residual is {where.sentence}." if where.is_found else ""
+        if shape.modes and shape.excess > 0:
+            return f"{place} {shape.sentence}".lstrip()
+        # Neither large enough nor broad enough for modes: the tests that it fails say what it has.
+        failed = significant_tests(self.structure_after, shape)
+        tests = " and ".join(f"{name} (p = {p:.2g})" for name, p in failed)
+        return f"{place} It has structure by {tests}, but no broad mode stands out of the noise.".lstrip()
 
     @property
     def parameters(self) -> NamedRows[Estimate]:
