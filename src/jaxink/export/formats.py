@@ -110,13 +110,13 @@ _FORMATS = {
         write_csv,
         ("narrow_lobes",),
         "Every component has its own rows.",
-        "The ink absorbs the missing power.",
+        "The surface absorbs the missing power.",
     ),
     "netcdf": Format(
         "netCDF",
         _write_netcdf,
         use="`jaxink.read_ink_table` reads the table; `jaxink export` also takes it.",
-        missing="The ink absorbs the missing power.",
+        missing="The surface absorbs the missing power.",
     ),
 }
 FORMATS = tuple(_FORMATS)
