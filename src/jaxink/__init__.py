@@ -76,7 +76,9 @@ def __getattr__(name: str) -> Any:
         return import_module(f"jaxink.{name}")
     if name not in _HOME_OF:
         raise AttributeError(f"module 'jaxink' has no attribute {name!r}")
-    return getattr(import_module(_HOME_OF[name]), name)
+    from jaxink.display.signature import shortly_signed
+
+    return shortly_signed(getattr(import_module(_HOME_OF[name]), name))
 
 
 def __dir__() -> list[str]:

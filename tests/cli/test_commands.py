@@ -16,7 +16,7 @@ from jaxink.numerics.program_store import write_program
 
 DATA, SAMPLE = map(str, simulated_example())
 FREE = tuple(SIMULATED_TRUTH)
-RESULT = ("parameters.csv", "result.json", "result.nc", "sample.toml")
+RESULT = ("parameters.csv", "report.html", "result.json", "result.nc", "sample.toml")
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_fit_prints_the_result_and_writes_it(run, tmp_path, example_result, told
     loaded = jaxink.load_result(tmp_path / "out")
     assert loaded.values == pytest.approx(example_result.values, rel=1e-9)
     row = next(line for line in done.stdout.splitlines() if line.strip().startswith("ink.scattering_per_mm"))
-    assert row.split()[-4:] == ["500.5", "1", "1000", "yes"]
+    assert row.split()[-3:] == ["500.5", "1", "1000"]
     told(done.stdout, "ink.scattering_per_mm", numbers=False)
 
 
@@ -142,7 +142,10 @@ def test_demo_leads_from_a_misfit_to_a_corrected_ink(run, tmp_path, told):
     assert fits["Jacobians"][1] == "0"
     assert int(fits["evaluations"][1]) > int(fits["Jacobians"][0]) > 0
     declared, found = jaxink.load_result(out / "fit"), jaxink.load_diagnosis(out / "report")
-    assert jaxink.load_result(out / "fit" / "simplex").converged
+    assert jaxink.load_result(out / "fit-simplex").converged
+    # The page of the fit is there before anything else is computed.
+    assert done.stdout.index(str(out / "fit" / "report.html")) < done.stdout.index("1. The fit")
+    assert (out / "fit" / "report.html").is_file()
     assert declared.verdict.is_misfit
     assert not found.corrected.verdict.is_misfit
     for name, truth in STRAY_LIGHT_TRUTH.items():

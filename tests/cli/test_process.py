@@ -55,6 +55,8 @@ REFUSED = [
     ("nothing free", (*FIT[:3], "fixed.toml", *FIT[4:]), "free"),
     ("result is a file", (*FIT[:5], "file"), "file: "),
     ("unknown method", (*FIT, "--method", "newton"), "method"),
+    ("figures of no wavelength", (*FIT, "--figures-at", "560"), "550 nm"),
+    ("no such parameter", ("predict", SAMPLE, DATA, "--out", "new.csv", "--set", "ink.thick=6"), "ink.thick"),
     ("no such side", (*FIT, "--side", "back"), "side"),
     ("prediction without directions", ("predict", SAMPLE, "--out", "new.csv"), "directions"),
     ("prediction of unknown format", ("predict", SAMPLE, DATA, "--out", "new.xlsx"), "new.xlsx: "),

@@ -22,7 +22,8 @@ from jaxink.diagnosis import (
 )
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, menu_of
-from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, judge
+from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, judge, significant_tests
+from jaxink.diagnosis.findings.location import NOWHERE
 from jaxink.diagnosis.policy import DEFAULT_POLICY
 from jaxink.effects import invalidity
 from jaxink.effects.constants import PlateThickness
@@ -133,6 +134,28 @@ def test_an_order_within_the_noise_is_no_misfit_but_the_code_shows_it(told):
     assert (added.code, added.effects) == (VerdictCode.ORDER_REMAINS, ("stray_light",))
     told(added.sentence, LOCATION.sentence)
     assert LOCATION.sentence not in verdict([], NOISE, NOISE[0]).sentence
+
+
+def test_no_misfit_says_when_chi_square_is_improbable_all_the_same(told):
+    small = (summary(1.15, 1e-5), structure(0.3))
+    found = verdict([], small, small[0])
+    assert found.code is VerdictCode.NO_MISFIT
+    assert "consistent with noise" not in told(found.sentence, "p = 1e-05", "1.15")
+    assert "consistent with noise" in verdict([], NOISE, NOISE[0]).sentence
+    told(verdict([step(StrayLight())], small).sentence, "p = 1e-05")
+    # Tests of the order say more than chi-square.
+    assert "level is known" not in verdict([step(StrayLight())], (small[0], structure(4e-4))).sentence
+
+
+def test_structure_without_a_smooth_part_is_named_by_the_tests_that_see_it(told):
+    nowhere = Location(NOWHERE, (), SMOOTH)
+    assert not nowhere.is_found
+    assert LOCATION.is_found
+    evidence = Evidence((), LEFT[0], *LEFT, nowhere, (HARD,))
+    sentence = told(judge(evidence).sentence, "runs of one sign (p = 0.0005)")
+    assert NOWHERE not in sentence
+    assert [name for name, _ in significant_tests(LEFT[1], None)] == ["runs of one sign"]
+    assert significant_tests(NOISE[1], None) == []
 
 
 def pairs(count, relative, expected):

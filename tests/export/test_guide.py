@@ -1,10 +1,15 @@
 """What the files and the text beside them say: the surface, its media, the contents, the losses."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import pytest
 
 from jaxink.export import ExportOptions, write
+from jaxink.export.formats import FORMATS
+from jaxink.ink.hemispherical_totals import diffuse_totals
+from jaxink.ink.table import COMPONENTS
 from tests.ink.analytic_tables import smooth_table
 
 ATTRS = {
@@ -58,3 +63,34 @@ def test_comments_name_the_media_and_what_is_lost(format, table, tmp_path):
         assert ("standard_error: " in text) == (format == "csv")
         assert ("cosine not included" in text) == (format != "speos")
         assert ("|cos(theta)|" in text) == (format == "speos")
+
+
+def sent_out(readme, side):
+    (line,) = (line for line in readme.splitlines() if line.startswith(f"Light from side {side}: "))
+    return [float(number) for number in re.findall(r"([\d.]+) to ([\d.]+) per cent", line)[0]]
+
+
+@pytest.mark.parametrize("format", ["csv", "lighttools"])
+def test_the_power_of_the_rows_is_stated_with_what_is_lost(format, table, tmp_path):
+    write(table, format, tmp_path, ExportOptions(drop=EVERYTHING))
+    readme = (tmp_path / "ink_README.txt").read_text(encoding="utf-8")
+    seen = table.theta_deg <= 80
+    # A format that loses regular light sends out the diffuse part only.
+    kept = diffuse_totals(table) + (table.regular if format == "csv" else 0)
+    by_name = dict(zip(COMPONENTS, kept, strict=True))
+    for side, of in (("I", ("R_II", "T_IA")), ("A", ("T_AI", "R_AA"))):
+        power = 100 * sum(by_name[name] for name in of)[:, seen]
+        assert sent_out(readme, side) == pytest.approx([power.min(), power.max()], rel=5e-3)
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_what_becomes_of_missing_power_is_said_and_on_the_page(format, table, tmp_path):
+    write(table, format, tmp_path, ExportOptions(drop=EVERYTHING))
+    readme = (tmp_path / "ink_README.txt").read_text(encoding="utf-8")
+    (line,) = (line for line in readme.splitlines() if "missing power" in line)
+    page = (Path(__file__).parents[2] / "docs" / "export.md").read_text(encoding="utf-8")
+    part = page.split("## The power that is missing")[1].split("\n## ")[0]
+    (row,) = (row for row in part.splitlines() if row.startswith("|") and f"`{format}`" in row)
+    # Where nothing is known, both say so.
+    assert ("not documented" in line) == ("not documented" in row)
+    assert ("absorb" in line) == ("absorb" in row.split("|")[2] and "not documented" not in row)

@@ -148,7 +148,7 @@ def test_line_is_broken_at_the_peak(example_result):
 def test_title_and_legend_say_what_is_drawn(example_result, told):
     figure = cut_figure(example_result, 550.0, "T")
     title = figure.texts[0].get_text()
-    told(title, "SIMULATED", "simulated_plate_and_ink.csv", "550 nm", numbers=False)
+    told(title, "SIMULATED", "550 nm", numbers=False)
     for entry in figure.legends[0].get_texts():
         told(entry.get_text())
     told(panels(figure)[0][1].get_ylabel(), "[σ]")
@@ -156,7 +156,7 @@ def test_title_and_legend_say_what_is_drawn(example_result, told):
 
 def test_real_data_are_not_called_simulated(example_result, ball, told):
     title = residual_map(scattered(example_result, ball), 550.0, "R").texts[0].get_text()
-    assert "SIMULATED" not in told(title, "ball.csv", numbers=False)
+    assert "SIMULATED" not in told(title, "550 nm", numbers=False)
 
 
 def test_masked_points_are_shown_but_not_fitted(example_result, told):

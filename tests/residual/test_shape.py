@@ -1,5 +1,7 @@
 """The shape of a residual: planted modes are found, broken symmetries are told, noise has none."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,33 @@ def test_what_parameters_reproduce_is_not_part_of_the_shape():
     points = points_of(columns, np.full(columns[0].size, 0.05))
     assert residual_shape(points).share > 0.9
     assert not residual_shape(points, level).modes
+
+
+def shares_in(sentence):
+    return [int(share) for share in re.findall(r"(\d+) %", sentence)]
+
+
+def test_one_statement_says_how_much_is_smooth_and_how_much_of_that_is_broad():
+    columns = plane()
+    of_view = columns[1] * np.where(columns[2] < 90, -1, 1)
+    broad = 0.05 * np.sin(np.deg2rad(columns[1])) ** 2
+    fine = 0.05 * np.sin(2 * np.pi * of_view / 20)
+    points = points_of(columns, broad + fine)
+    found = residual_shape(points, structured=0.97)
+    # All that exceeds the noise is smooth: 0.97 of the mean square, which is larger by its noise.
+    assert found.smooth_share == pytest.approx(min(1, 0.97 * np.sum(points.whitened**2) / found.excess))
+    first = found.sentence.split(". ")[0]
+    whole, part, *_ = shares_in(first)
+    other = int(re.search(r"the other (\d+) %", first)[1])
+    assert (whole, part) == (round(100 * found.smooth_share), round(100 * found.share))
+    assert whole == part + other
+    assert "finer scale" in first
+    assert found.sentence.count("finer scale") == 1
+    # The modes are smooth themselves.
+    assert residual_shape(points, structured=0.0).smooth_share == found.share
+    alone = residual_shape(points)
+    assert alone.smooth_share is None
+    assert shares_in(alone.sentence)[0] == round(100 * alone.share)
 
 
 def test_a_tilt_is_told_from_a_property_of_an_isotropic_sample():

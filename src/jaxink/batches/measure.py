@@ -19,9 +19,8 @@ from jaxink.measurement import GonioData
 from jaxink.measurement.columns import option_words
 from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.fit_figures import fit_pages
-from jaxink.plots.pictures import pictures
-from jaxink.report import html
+from jaxink.report.fit_page import fit_page
+from jaxink.report.fit_writing import fit_drawings
 from jaxink.sample.archive import sample_from_dict
 
 DIAGNOSIS = "diagnosis"
@@ -98,13 +97,9 @@ def _fit_files(result: FitResult, task: Task) -> dict[str, bytes]:
     """Files of a fit as ``jaxink fit --out`` writes them, and its page."""
     files = dict(result.files())
     failures = Failures()
-    drawn = pictures(fit_pages(result), failures) if task.with_figures else {}
-    files |= {f"{FIGURE_FOLDER}/{name}": picture for name, picture in drawn.items()}
-    shown = "".join(html.figure(p, name.removesuffix(".png").replace("_", " ")) for name, p in drawn.items())
-    if failures.found:
-        shown += html.bullets(failure.sentence for failure in failures.found)
-    parts = [html.Section("Fit", result.card().html()), html.Section("Figures", shown)]
-    text = html.document(task.name, "", parts if shown else parts[:1])
+    drawn, picture = fit_drawings(result, ("png",) * task.with_figures, None, failures)
+    files |= {f"{FIGURE_FOLDER}/{name}": content for name, content in drawn.items()}
+    text = fit_page(result, picture, (), failures.found, task.name)
     return files | {FIT_PAGE: text.encode()}
 
 

@@ -93,7 +93,9 @@ def _output(json: bool, quiet: bool) -> str:
 def fit(
     data: Data,
     sample: SampleFile,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for result.json, result.nc and figures.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for report.html, result.json, result.nc and figures.")
+    ],
     method: Annotated[
         str,
         typer.Option(
@@ -164,6 +166,14 @@ def fit(
     phi_o_deg: PhiODeg = None,
     matrix: Matrix = None,
     no_figures: NoFigures = False,
+    figures_at: Annotated[
+        list[float] | None,
+        typer.Option(
+            metavar="NM",
+            help="Wavelength whose scans are drawn; repeat the option for several. By default all, of more "
+            "than three the three that are fitted worst.",
+        ),
+    ] = None,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -191,7 +201,7 @@ def fit(
         stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
-        raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output))
+        raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output, figures_at))
 
 
 app.command()(convert)
@@ -382,6 +392,15 @@ def predict(
             help=f"Measurement whose rows are predicted: {DATA_HELP} A result has its own.",
         ),
     ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Another value of a parameter, such as ink.thickness_um=60 (or 'ink.thickness_um=0.06 mm'); "
+            "repeat the option for several.",
+        ),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
@@ -410,7 +429,7 @@ def predict(
 
         angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
         stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
-        raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet))
+        raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet, set_ or ()))
 
 
 @app.command()

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 MOST_CANDIDATES = 12
 MOST_OVERLAPS = 3
-_DELTAS = (f"{DELTA_CHI_SQUARE} predicted", f"{DELTA_CHI_SQUARE} refit")
+_DELTAS = (f"{DELTA_CHI_SQUARE}\nscreen", f"{DELTA_CHI_SQUARE}\nrefit")
+_TESTABLE = {"testable": "yes", "hardly_testable": "hardly", "not_testable": "no"}
 
 
 def show_diagnosis(
@@ -36,6 +37,7 @@ def show_diagnosis(
     to.print(f"Verdict: {diagnosis.verdict.code}")
     to.print(merit_table(diagnosis))
     if diagnosis.steps:
+        show_lines(to, "Effects added", step_lines(diagnosis))
         to.print(step_table(diagnosis))
         to.print(change_table(diagnosis))
     if diagnosis.candidates:
@@ -47,10 +49,7 @@ def show_diagnosis(
         show_lines(to, "Not done within the time limit", [o.described() for o in limit.not_done])
     failed = [failure.sentence for failure in diagnosis.failures]
     show_lines(to, "Parts of the diagnosis failed and are missing", failed)
-    sentence = diagnosis.location.sentence
-    show_lines(to, "Remaining residual", [f"{sentence[0].upper()}{sentence[1:]}."])
-    if diagnosis.shape is not None:
-        show_lines(to, "Its shape", [diagnosis.shape.sentence, *_overlap_lines(diagnosis)])
+    show_lines(to, "Remaining residual", [diagnosis.remainder, *_overlap_lines(diagnosis)])
     show_lines(to, "Noise", [diagnosis.declared.noise_sentence])
     show_files(to, files)
     show_lines(to, "Next", [line for step in todo for line in step.lines()])
@@ -66,9 +65,9 @@ def _overlap_lines(diagnosis: "Diagnosis") -> list[str]:
 def merit_table(diagnosis: "Diagnosis") -> Table:
     """Errors before and after, for fitted and for held-out points."""
     table = plain_table("Error before and after")
-    heads = ("", "points", "RMSD of pi f", "relative RMSD", "rms s/m - 1", "chi-square", "reduced", "p")
-    for i, head in enumerate(heads):
-        table.add_column(head, justify="left" if i < 2 else "right", no_wrap=True)
+    heads = ("", "points", "RMSD\nof pi f", "relative\nRMSD", "rms of\ns/m - 1")
+    for i, head in enumerate((*heads, "chi-\nsquare", "reduced", "p")):
+        add_column(table, head, i < 2)
     states = {"before": diagnosis.before} | ({"after": diagnosis.after} if diagnosis.steps else {})
     for name, summary in states.items():
         table.add_row(name, "fitted", *_merit_cells(summary.fitted))
@@ -82,24 +81,40 @@ def _merit_cells(figures: "Figures") -> list[str]:
         f"{figures.rmsd_absolute:.4g}",
         percent(figures.rmsd_relative),
         percent(figures.relative_rms),
-        f"{figures.chi_square:.5g}",
+        _size(figures.chi_square),
         rounded(figures.reduced_chi_square, 4),
-        rounded(figures.probability),
+        "<1e-300" if figures.probability == 0 else rounded(figures.probability, 2),
     ]
 
 
+def step_lines(diagnosis: "Diagnosis") -> list[str]:
+    """Effects that were added, each in a sentence with its numbers."""
+    lines = []
+    for step in diagnosis.steps:
+        rest = ", ".join(step.members[1:])
+        others = f"; indistinguishable from {rest}" if rest else ""
+        lines.append(f"{step.sentence[0].upper()}{step.sentence[1:]} ({step.effect}{others}).")
+    return lines
+
+
 def step_table(diagnosis: "Diagnosis") -> Table:
-    """Effects that were added."""
-    table = plain_table("Effects added")
-    words = ("effect", "unit", "indistinguishable from")
-    for head in ("effect", "strength(s.e.)", "unit", *_DELTAS, "held-out gain", words[-1]):
-        add_column(table, head, head in words, wraps=head in words or head in _DELTAS)
+    """How much each added effect explains."""
+    table = plain_table("")
+    add_column(table, "effect", is_text=True)
+    for head in (*_DELTAS, "gain in held-out\nlog density"):
+        add_column(table, head, is_text=False)
     for s in diagnosis.steps:
-        strength = with_uncertainty(s.shown, s.standard_error)
         gain = with_uncertainty(s.held_out_gain.mean, s.held_out_gain.standard_error)
-        deltas = (f"{s.predicted_delta_chi_square:.4g}", f"{s.actual_delta_chi_square:.4g}")
-        table.add_row(s.effect, strength, s.unit, *deltas, gain, ", ".join(s.members[1:]))
+        deltas = (_size(s.predicted_delta_chi_square), _size(s.actual_delta_chi_square))
+        table.add_row(s.effect, *deltas, gain)
     return table
+
+
+def _size(chi_square: float | None) -> str:
+    """Chi-square, or a change of it, without an exponent if it can be."""
+    if chi_square is None or not 1e3 <= abs(chi_square) < 1e7:
+        return rounded(chi_square, 4)
+    return f"{chi_square:.0f}"
 
 
 def change_table(diagnosis: "Diagnosis") -> Table:
@@ -126,22 +141,21 @@ def change_table(diagnosis: "Diagnosis") -> Table:
 def candidate_table(diagnosis: "Diagnosis") -> Table:
     """The leading candidates of the first screen."""
     table = plain_table("Leading candidates of the first screen")
-    deltas = (f"{DELTA_CHI_SQUARE} screen", f"{DELTA_CHI_SQUARE} refit")
-    for head in ("effect", "z", "adj. p", *deltas, "strength", "unit", "degenerate", "status"):
-        words = head in ("effect", "unit", "status")
-        add_column(table, head, words, wraps=words or head in (*deltas, "degenerate"))
+    add_column(table, "effect", is_text=True, wraps=True)
+    for head in ("z", "adj.\np", *_DELTAS, "strength", "degen-\nerate"):
+        add_column(table, head, is_text=False)
+    add_column(table, "test-\nable", is_text=True)
     added = {step.effect for step in diagnosis.steps}
     for row in diagnosis.candidates[:MOST_CANDIDATES]:
         table.add_row(
             row.effect,
             rounded(row.z),
             rounded(row.p_adjusted, 2),
-            rounded(row.predicted_delta_chi_square, 4),
-            rounded(row.refit_delta_chi_square, 4),
-            rounded(row.strength, 4),
-            row.unit,
-            percent(row.degenerate_fraction),
-            "added" if row.effect in added else row.status.replace("_", " "),
+            _size(row.predicted_delta_chi_square),
+            _size(row.refit_delta_chi_square),
+            f"{rounded(row.strength)} {row.unit}".rstrip(),
+            percent(row.degenerate_fraction, ".0f"),
+            "added" if row.effect in added else _TESTABLE[row.status],
             style="bold" if row.effect in added else "",
         )
     return table

@@ -1,7 +1,6 @@
 """``jaxink fit``."""
 
 import shlex
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,19 +10,19 @@ import typer
 import jaxink
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
+from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import require_not_replaced
+from jaxink.files.result_folder import PAGE_FILE, require_not_replaced
 from jaxink.files.writing import require_folder, whole_folder
 from jaxink.measurement.columns import option_words
 from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
 
 if TYPE_CHECKING:
-    from jaxink import FitResult
+    from jaxink import FitResult, GonioData
 
-SIMPLEX = "simplex"
 # Replaced as a whole: otherwise parts of an older result could remain.
-OWNED = (FIGURE_FOLDER, SIMPLEX)
+OWNED = (FIGURE_FOLDER, PAGE_FILE)
 
 
 def run_fit(
@@ -34,23 +33,26 @@ def run_fit(
     columns: dict[str, Any],
     formats: Sequence[str],
     output: str,
+    drawn_nm: Sequence[float] | None = None,
 ) -> ExitCode:
     """Fit a measurement and write the result to the folder ``out``.
 
     ``options`` are fields of `FitOptions`, ``columns`` keywords of `jaxink.read`, ``formats`` those of the
-    figures; ``output`` is ``tables``, ``json`` or ``quiet``.
+    figures, ``drawn_nm`` the wavelengths of their scans; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
     require_folder(out, OWNED)
     require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
+    if drawn_nm:
+        _require_measured(data, drawn_nm)
     session.prepare_jax()
     from jaxink.fitting import check_input
 
-    session.import_meanwhile("xarray", *(["jaxink.plots.cuts"] if formats else []))
+    session.import_meanwhile("xarray", *(["jaxink.plots.overview"] if formats else []))
     chosen = jaxink.FitOptions(**options)
     with session.progress(quiet=output != "tables") as follow:
         result = check_input(jaxink.fit(data, sample, chosen, follow), follow)
-    files = write_result(result, out, formats)
+    files = write_result(result, out, formats, input_words(data_files, columns), sample_file, drawn_nm)
     if output == "json":
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
     elif output == "tables":
@@ -83,43 +85,38 @@ def input_words(data_files: Sequence[Path], columns: dict[str, Any]) -> list[str
     return [*map(str, data_files), *option_words(columns)]
 
 
+def _require_measured(data: "GonioData", wavelengths_nm: Sequence[float]) -> None:
+    """Reject wavelengths of figures that the measurement does not have, before anything is fitted."""
+    held = sorted(set(data.wavelength_nm.tolist()))
+    for wave in wavelengths_nm:
+        if all(abs(wave - other) > 1e-6 for other in held):
+            raise InputRefusedError(
+                f"--figures-at {wave:g}: the measurement has no such wavelength; it has "
+                f"{', '.join(f'{other:g}' for other in held)} nm."
+            )
+
+
 def write_result(
     result: "FitResult",
     out: Path,
     formats: Sequence[str],
-    inputs: Sequence[Path] = (),
-    simplex: "FitResult | None" = None,
+    inputs: Sequence[str] = (),
+    sample_file: Path | None = None,
+    drawn_nm: Sequence[float] | None = None,
 ) -> list[Path]:
-    """Write a result, and the inputs and the simplex fit if given, all or none; then its figures.
+    """Write a result, all of its files or none; then its page.
 
-    What fails of the figures is said on stderr.
+    ``inputs`` and ``sample_file`` are for the commands on the page. What fails of the page and its figures is
+    said on stderr.
     """
     with whole_folder(out, owned=OWNED) as folder:
         result.write_into(folder)
-        if simplex is not None:
-            (folder / SIMPLEX).mkdir()
-            simplex.write_into(folder / SIMPLEX)
-        for file in inputs:
-            shutil.copyfile(file, folder / file.name)
         files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
-    if formats:
-        files += _write_figures(result, out, formats)
-    return sorted(files)
+    failures, page = Failures(), list[Path]()
+    with failures.sparing("the page of the fit", ""):
+        from jaxink.report import write_fit_page
 
-
-def _write_figures(result: "FitResult", out: Path, formats: Sequence[str]) -> list[Path]:
-    """Write the figures that can be drawn; the result is in place already, and stays."""
-    from jaxink.plots.fit_figures import fit_pages
-    from jaxink.plots.pictures import pictures
-
-    failures, files = Failures(), list[Path]()
-    drawn = pictures(fit_pages(result), failures, formats)
-    if drawn:
-        with failures.sparing("the writing of figures", ""):
-            with whole_folder(out, owned=(FIGURE_FOLDER,)) as folder:
-                (folder / FIGURE_FOLDER).mkdir()
-                for name, content in drawn.items():
-                    (folder / FIGURE_FOLDER / name).write_bytes(content)
-            files = [out / FIGURE_FOLDER / name for name in drawn]
+        sample = "" if sample_file is None else str(sample_file)
+        page = write_fit_page(result, out, formats, inputs, sample, drawn_nm, failures)
     session.show_failures(failures)
-    return files
+    return sorted([*files, *page])

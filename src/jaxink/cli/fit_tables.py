@@ -5,10 +5,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
+from rich.cells import cell_len
+from rich.console import Console, JustifyMethod
 from rich.table import Table
 
 from jaxink.numerics.digits import interval, percent, plain, relative_error, with_uncertainty
+from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -20,6 +22,8 @@ MOST_MISTAKES = 3
 DELTA_CHI_SQUARE = "Δχ²" if (sys.stdout.encoding or "").lower().startswith("utf") else "delta chi2"
 # Larger correlations are listed.
 NAMED_CORRELATION = 0.9
+# The strongest are listed.
+MOST_CORRELATIONS = 10
 _WIDTH_WITHOUT_TERMINAL = 120
 _QUANTITIES = {
     "scattering_per_mm": ("scattering mu_s", "1/mm"),
@@ -27,6 +31,14 @@ _QUANTITIES = {
     "asymmetry_parameter": ("asymmetry g", ""),
     "reduced_scattering_per_mm": ("reduced scattering mu_s' = mu_s (1 - g)", "1/mm"),
     "reduced_optical_thickness": ("reduced optical thickness mu_s (1 - g) d", ""),
+}
+# Heads of columns, of a table with one row for each wavelength.
+_COLUMNS = {
+    "scattering_per_mm": "mu_s\n[1/mm]",
+    "absorption_per_mm": "mu_a\n[1/mm]",
+    "asymmetry_parameter": "g",
+    "reduced_scattering_per_mm": "mu_s (1 - g)\n[1/mm]",
+    "reduced_optical_thickness": "mu_s\n(1 - g) d",
 }
 
 
@@ -93,7 +105,7 @@ def show_outcome(to: Console, result: "FitResult") -> None:
 
 
 def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool = True) -> Table:
-    """One row for each parameter; standard errors that do not hold are marked."""
+    """One row for each parameter, those that were not fitted without a range; unsound errors are marked."""
     rows = [_parameter_row(p) for p in parameters]
     heads = [
         "parameter",
@@ -103,11 +115,10 @@ def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool =
         "start",
         "min",
         "max",
-        "free",
         "tie",
         "flag",
     ]
-    words = ("parameter", "free", "tie", "flag")
+    words = ("parameter", "tie", "flag")
     shown = [
         i for i, head in enumerate(heads) if head not in ("nm", "tie", "flag") or any(r[i] for r in rows)
     ]
@@ -128,14 +139,13 @@ def _value_head(errors_hold: bool) -> str:
 def _parameter_row(p: "FittedParameter") -> list[str]:
     name, _, wavelength_nm = p.name.partition("@")
     if not p.free:
-        return [name, wavelength_nm, plain(p.value), "", "", "", "", "no", p.tie or "", p.flag]
+        return [name, wavelength_nm, plain(p.value), "", "", "", "", p.tie or "", p.flag]
     errors = [f(p.value, p.standard_error) for f in (with_uncertainty, relative_error)]
     return [
         name,
         wavelength_nm,
         *errors,
         *(plain(v) for v in (p.start, p.minimum, p.maximum)),
-        "yes",
         "",
         p.flag,
     ]
@@ -164,7 +174,9 @@ def parameter_notes(result: "FitResult") -> list[str]:
 
 
 def derived_table(result: "FitResult") -> Table:
-    """Scattering and absorption of each layer at each wavelength."""
+    """Scattering and absorption of each layer at each wavelength; one row for each if they are many."""
+    if len(used_wavelengths(result.data)) > MOST_WAVELENGTHS:
+        return _derived_by_wavelength(result)
     table = plain_table("Derived optical properties")
     for head in ("layer", "nm", "quantity"):
         add_column(table, head, is_text=True, wraps=head != "nm")
@@ -175,6 +187,23 @@ def derived_table(result: "FitResult") -> Table:
         text, unit = _QUANTITIES.get(d.quantity, (d.quantity, ""))
         value = with_uncertainty(d.value, d.standard_error)
         table.add_row(d.layer, f"{d.wavelength_nm:g}", text, value, unit)
+    return table
+
+
+def _derived_by_wavelength(result: "FitResult") -> Table:
+    errors_hold = result.verdict.standard_errors_hold
+    table = plain_table("Derived optical properties" + ("" if errors_hold else " (s.e. are meaningless)"))
+    rows: dict[tuple[str, float], dict[str, str]] = {}
+    for d in result.derived:
+        value = with_uncertainty(d.value, d.standard_error)
+        rows.setdefault((d.layer, d.wavelength_nm), {})[d.quantity] = value
+    shown = [quantity for quantity in _COLUMNS if any(quantity in row for row in rows.values())]
+    add_column(table, "layer", is_text=True, wraps=True)
+    add_column(table, "nm", is_text=False)
+    for quantity in shown:
+        add_column(table, _COLUMNS[quantity], is_text=False)
+    for (layer, wavelength_nm), row in rows.items():
+        table.add_row(layer, f"{wavelength_nm:g}", *(row.get(quantity, "") for quantity in shown))
     return table
 
 
@@ -204,14 +233,18 @@ def merit_lines(result: "FitResult") -> list[str]:
 
 
 def scan_table(result: "FitResult") -> Table:
-    """Misfit by scan."""
+    """Misfit by scan; of many wavelengths those that are fitted worst."""
     known = result.merit.chi_square is not None
-    table = plain_table("Misfit by scan")
+    waves, shown = used_wavelengths(result.data), fit_wavelengths(result)
+    some = f", at the {len(shown)} worst of {len(waves)} wavelengths" if len(shown) < len(waves) else ""
+    table = plain_table(f"Misfit by scan{some}")
     heads = ["side", "nm", "theta_i", "points"]
-    heads += ["chi-square", "per point"] if known else []
-    for head in (*heads, "rms s/m - 1", "mean s/m - 1"):
-        table.add_column(head, justify="left" if head == "side" else "right", no_wrap=True)
+    heads += ["chi-\nsquare", "per\npoint"] if known else []
+    for head in (*heads, "rms of\ns/m - 1", "mean\ns/m - 1"):
+        add_column(table, head, head == "side")
     for s in result.scans:
+        if s.wavelength_nm not in shown:
+            continue
         row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
         if s.chi_square is not None:
             row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"]
@@ -232,8 +265,9 @@ def _correlation_lines(result: "FitResult") -> list[str]:
         return []
     if not strong:
         return [f"No correlation exceeds {NAMED_CORRELATION:g}."]
-    listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong]
-    return [f"Correlations above {NAMED_CORRELATION:g}:", *listed]
+    listed = [f"  {b} - {a}: {value:+.3f}" for value, a, b in strong[:MOST_CORRELATIONS]]
+    rest = len(strong) - len(listed)
+    return [f"Correlations above {NAMED_CORRELATION:g}:", *listed, *([f"  and {rest} more"] if rest else [])]
 
 
 def mistake_lines(result: "FitResult") -> list[str]:
@@ -297,10 +331,17 @@ def plain_table(title: str) -> Table:
     from rich.box import SIMPLE_HEAD
 
     return Table(
-        title=title or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1)
+        title=title or None,
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
     )
 
 
 def add_column(table: Table, head: str, is_text: bool, wraps: bool = False) -> None:
-    """Add a column; on a narrow terminal those of words wrap, so that no number is cut."""
-    table.add_column(head, justify="left" if is_text else "right", no_wrap=not wraps, overflow="fold")
+    """Add a column; on a narrow terminal those of words wrap, and no number is cut."""
+    justify: JustifyMethod = "left" if is_text else "right"
+    width = None if wraps else max(map(cell_len, head.split("\n")))
+    table.add_column(head, justify=justify, no_wrap=not wraps, overflow="fold", min_width=width)

@@ -26,6 +26,7 @@ from jaxink.effects.kinds import (
     UnevenSurface,
 )
 from jaxink.effects.scene import Field, Scene, Surroundings
+from jaxink.effects.telling import in_numbers
 from jaxink.effects.validity import invalidity
 
 __all__ = [
@@ -54,6 +55,7 @@ __all__ = [
     "effects_for",
     "extend",
     "forward_model",
+    "in_numbers",
     "invalidity",
     "model_at",
     "settled",

@@ -23,6 +23,10 @@ class LateralLoss(SampleEffect):
 
     name, group, changes_structure = "lateral_loss", "geometry", True
     statement = "light leaves the sample outside the field of the detector"
+    numbered = (
+        "light leaves the sample outside the field of the detector, which is "
+        "{detector_diameter_mm} wide, with a beam of {beam_diameter_mm}"
+    )
 
     # Diameters of field and beam; in the declared model the field has its largest width.
     terms = (
@@ -94,6 +98,7 @@ class ThinPatches(_OtherThickness):
 
     name, usual = "thin_patches", 0.1
     statement = "a share of the area has ink of another thickness"
+    numbered = "{share%} of the area has ink of {thickness_ratio} times the thickness"
     terms = terms_of("thin_patches")
     settings = tuple(
         {"thin_patches.thickness_ratio": ratio, "thin_patches.share": 0.2} for ratio in (0.05, 0.2, 0.5, 1.8)
@@ -109,6 +114,7 @@ class ThicknessVariance(_OtherThickness):
 
     name, usual = "thickness_variance", 0.02
     statement = "the thickness of the ink varies"
+    numbered = "the thickness of the ink varies, with a relative variance of {relative}"
     terms = terms_of("thickness_variance")
     settings = ({"thickness_variance.relative": 0.1},)
 
@@ -126,6 +132,7 @@ class Pinholes(ReadingEffect):
 
     name, group, usual = "pinholes", "geometry", 0.01
     statement = "a share of the area has no ink"
+    numbered = "{share%} of the area has no ink"
     terms = terms_of("pinholes")
 
     def change(self, predicted, values, field):
@@ -139,6 +146,7 @@ class UndeclaredBacking(SampleEffect):
 
     name, group, usual = "backing", "geometry", 0.05
     statement = "an object behind the sample reflects light"
+    numbered = "an object behind the sample reflects {reflectance%} of the light"
     terms = (Parameter("backing.reflectance", 0.0, True, 0.0, 1.0),)
 
     @classmethod

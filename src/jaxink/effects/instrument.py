@@ -19,6 +19,7 @@ class Gain(ReadingEffect):
 
     name, sign, usual = "gain", 0, 0.05
     statement = "the calibration is wrong by one factor for all scans"
+    numbered = "the readings of all scans are wrong by {relative%}"
     terms = terms_of("gain")
 
     def change(self, predicted, values, field):
@@ -32,6 +33,7 @@ class SideGain(ReadingEffect):
 
     name, sign, usual = "side_gain", 0, 0.03
     statement = "the calibration of reflection is wrong relative to that of transmission"
+    numbered = "the readings in reflection are wrong by {relative%}"
     terms = terms_of("side_gain")
 
     @classmethod
@@ -52,6 +54,7 @@ class AngleOffset(ReadingEffect):
     name, sign, usual = "angle_offset", 0, 0.3
     looks_at = Surroundings.PLANES
     statement = "the detector arm has an angular offset"
+    numbered = "the detector arm has an angular offset of {angle_deg}"
     terms = terms_of("angle_offset")
 
     @classmethod
@@ -73,6 +76,7 @@ class IncidenceAngle(ReadingEffect):
     name, group, sign, usual = "incidence_angle", "constant", 0, 0.3
     looks_at = Surroundings.INCIDENCES
     statement = "the angle of incidence differs from its label"
+    numbered = "the angle of incidence differs from its label by {angle_deg}"
     terms = terms_of("incidence_angle")
 
     def change(self, predicted, values, field):
@@ -157,6 +161,7 @@ class StrayLight(ReadingEffect):
 
     name, usual = "stray_light", 0.002
     statement = "stray light adds a constant to the BSDF"
+    numbered = "stray light adds {level_per_sr} to the BSDF"
     terms = terms_of("stray_light")
 
     def change(self, predicted, values, field):
@@ -170,6 +175,7 @@ class SignalFloor(ReadingEffect):
 
     name, usual = "signal_floor", 0.001
     statement = "the electronics add a constant to the detector's signal"
+    numbered = "the electronics add {level_per_sr} to the detector's signal"
     terms = terms_of("signal_floor")
 
     def change(self, predicted, values, field):
@@ -220,6 +226,7 @@ class Drift(ReadingEffect):
 
     name, sign, usual = "drift", 0, 0.01
     statement = "the signal drifts from the first to the last row"
+    numbered = "the signal drifts by {relative%} from the first to the last row"
     terms = terms_of("drift")
 
     def settled(self, scene, measured):

@@ -35,6 +35,9 @@ class Effect(abc.ABC):
         Its identifier.
     statement
         What is true if it is present.
+    numbered
+        The same with its numbers, each in braces by the last part of its parameter's name, with a % for a
+        share in per cent: ``{share%} of the area has no ink``; empty: the statement, then all numbers.
     group
         ``instrument``, ``surface``, ``volume``, ``geometry``, ``wave optics``, ``constant`` or ``numerics``.
     sign
@@ -47,6 +50,7 @@ class Effect(abc.ABC):
 
     name: ClassVar[str]
     statement: ClassVar[str] = ""
+    numbered: ClassVar[str] = ""
     group: ClassVar[str]
     sign: ClassVar[int] = 1
     usual: ClassVar[float] = np.inf

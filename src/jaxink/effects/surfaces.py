@@ -123,6 +123,9 @@ class SlopeTail(SampleEffect):
 
     name, group, changes_structure = "slope_tail", "surface", True
     statement = "the tail of the slope density of the rough face differs from the declared one"
+    numbered = (
+        "{second_weight%} of the rough face has another slope density, with an angle of {second_sigma_deg}"
+    )
 
     @classmethod
     def forms(cls, case: Case):
@@ -201,6 +204,7 @@ class TopCoat(AreaWithOtherSample):
 
     name, group, usual = "top_coat", "surface", 1.0
     statement = "a film of another refractive index covers the ink"
+    numbered = "a film of refractive index {refractive_index} covers {share%} of the ink"
     terms = terms_of("top_coat")
     # All of the area, with a film of low and of high index.
     settings = tuple({"top_coat.share": 1.0, "top_coat.refractive_index": n} for n in (1.3, 1.75))
@@ -231,6 +235,7 @@ class AirGap(AreaWithOtherSample):
 
     name, group, usual = "air_gap", "surface", 0.05
     statement = "there is air between plate and ink"
+    numbered = "there is air between plate and ink on {share%} of the area"
     terms = terms_of("air_gap")
     settings = ({"air_gap.share": 1.0},)
 

@@ -89,6 +89,10 @@ class SecondPopulation(SampleEffect):
 
     name, changes_structure = "second_population", True
     statement = "there are particles of a second size"
+    numbered = (
+        "there are particles of a second size, with a radius of {radius_nm} "
+        "and a volume fraction of {volume_fraction}"
+    )
 
     @classmethod
     def forms(cls, case: Case):
@@ -311,6 +315,10 @@ class SecondLobe(SampleEffect):
 
     name, usual = "second_lobe", 0.1
     statement = "the phase function has a second lobe"
+    numbered = (
+        "{second_weight%} of the scattering is in a second lobe, with "
+        "an asymmetry parameter of {second_asymmetry_parameter}"
+    )
 
     @classmethod
     def forms(cls, case: Case):

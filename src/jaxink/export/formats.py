@@ -36,12 +36,16 @@ class Format(NamedTuple):
         Members of `LOSSES` that it cannot represent.
     use
         How to use the files in the program that reads them.
+    missing
+        What that program does with the power that a row lacks, as far as it is documented; see
+        docs/export.md for the sources.
     """
 
     title: str
     write: Callable[[InkTable, Path, ExportOptions], dict[str, str]]
     lost: tuple[str, ...] = ()
     use: str = ""
+    missing: str = ""
 
 
 class Export(NamedTuple):
@@ -65,12 +69,15 @@ _FORMATS = {
         "In OpticStudio, choose the scatter model BSDF for this face, with one file for reflection and one "
         "for transmission: R_II and T_IA for light from side I, R_AA and T_AI for light from side A. "
         "AngleOfIncidence in these files is the angle of the specular or refracted direction.",
+        "OpticStudio: whether the missing power is lost or stays in the unscattered ray is not documented; "
+        "the face's coating, not TIS, divides a ray into reflection and transmission. Trace a test ray.",
     ),
     "lighttools": Format(
         "LightTools .bsdf",
         write_lighttools,
         ("regular", "narrow_lobes", "standard_errors"),
         "In LightTools, Front is side A and Back is side I.",
+        "LightTools: what happens to the missing power is not documented publicly. Trace a test ray.",
     ),
     "speos": Format(
         "Speos .anisotropicbsdf",
@@ -78,6 +85,7 @@ _FORMATS = {
         ("regular", "narrow_lobes", "standard_errors"),
         "In Speos, the two files of a wavelength are the two sides of one BSDF180; set both refractive "
         "indices in its peak interpolation.",
+        "Speos: what happens to the missing power is not documented for this format. Trace a test ray.",
     ),
     "radiance": Format(
         "Radiance XML",
@@ -85,6 +93,8 @@ _FORMATS = {
         ("regular", "narrow_lobes", "index_step", "standard_errors"),
         "In Radiance, the front of the surface is side I; the XML format calls this side Back. Directions "
         "inside the plate are those in the plate, and no ray is refracted.",
+        "Radiance: the missing power is absorbed; a ray has no other contribution than the table, unless the "
+        "material is given diffuse components of its own.",
     ),
     "mitsuba": Format(
         "Mitsuba 3",
@@ -92,10 +102,21 @@ _FORMATS = {
         ("narrow_lobes", "standard_errors"),
         "`python example_scene.py TABLE.nc picture.exr` renders an edge-lit plate with the indices of the "
         "table. In a scene of your own, the normal of the shape points from side I to side A.",
+        "Mitsuba: the missing power is absorbed; a path goes on with the weight of what its row sends out. "
+        "Total reflection is in the regular part of the table, unless the plug-in is told to ignore that.",
     ),
-    "csv": Format("CSV", write_csv, ("narrow_lobes",), "Every component has its own rows."),
+    "csv": Format(
+        "CSV",
+        write_csv,
+        ("narrow_lobes",),
+        "Every component has its own rows.",
+        "The surface absorbs the missing power.",
+    ),
     "netcdf": Format(
-        "netCDF", _write_netcdf, use="`jaxink.read_ink_table` reads the table; `jaxink export` also takes it."
+        "netCDF",
+        _write_netcdf,
+        use="`jaxink.read_ink_table` reads the table; `jaxink export` also takes it.",
+        missing="The surface absorbs the missing power.",
     ),
 }
 FORMATS = tuple(_FORMATS)
@@ -168,7 +189,7 @@ def write_folder(table: InkTable, format: str, directory: str | Path, options: E
     with whole_folder(directory) as folder:
         contents = chosen.write(table, folder, options)
         readme = f"{options.name}_README.txt"
-        guide = guide_to(table, {**contents, readme: "this text"}, losses, chosen.use)
+        guide = guide_to(table, {**contents, readme: "this text"}, losses, chosen.use, chosen.missing)
         lines = [_headline(table, chosen), *guide.lines(), ""]
         (folder / readme).write_text("\n".join(lines), encoding="utf-8")
         names = sorted(file.name for file in folder.iterdir())

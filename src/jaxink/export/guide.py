@@ -1,5 +1,6 @@
 """Guide to the files of an export: the surface, what each file contains, and what was lost."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -7,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.export.losses import Loss
+from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.ink.table import InkTable
 
 # Attributes of a table that users must know, and what they are called.
@@ -16,6 +18,8 @@ _REMARKS = {
     "effects_of_the_instrument_removed": "Effects of the measurement, which are no part of the ink",
     "fit": "The fit",
 }
+# Towards the horizon, the sums of a table are less accurate.
+_LARGEST_DEG = 80.0
 # Verdicts on a fit that need no warning.
 _GOOD_VERDICTS = ("consistent", "not_judged")
 
@@ -33,23 +37,28 @@ class Guide(NamedTuple):
         What the files lack, and how much that is.
     use
         How to use the files.
+    power
+        How much of the power the rows send out, and what becomes of the rest.
     """
 
     surface: list[str]
     contents: dict[str, str]
     losses: list[str]
     use: str
+    power: list[str]
 
     def lines(self, folder: Path | None = None) -> list[str]:
         """All lines; ``folder`` is put before the names of the files."""
         paths = {str(folder / name) if folder else name: what for name, what in self.contents.items()}
         width = max(map(len, paths))
         files = [f"  {path:<{width}}  {what}" for path, what in paths.items()]
-        return [*self.surface, *self.losses, self.use, "Files:", *files]
+        return [*self.surface, *self.losses, *self.power, self.use, "Files:", *files]
 
 
-def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss], use: str) -> Guide:
-    """Guide to the files of a table."""
+def guide_to(
+    table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss], use: str, missing: str = ""
+) -> Guide:
+    """Guide to the files of a table; ``missing``: what becomes of the power that a row lacks."""
     inside, outside = media(table)
     layers = str(table.attrs.get("layers", "")).split()
     noun = "the layer" if len(layers) == 1 else "the layers"
@@ -68,7 +77,33 @@ def guide_to(table: InkTable, contents: Mapping[str, str], losses: Sequence[Loss
     lines = [f"Lost: {loss}." for loss in losses] or ["Lost: nothing."]
     if "regular" in table.attrs:
         lines.append(f"Regular light: {table.attrs['regular']}.")
-    return Guide(surface, dict(contents), lines, use)
+    is_lost = any(loss.name == "regular" for loss in losses)
+    return Guide(
+        surface, dict(contents), lines, use, [*power_lines(table, is_lost), *filter(None, [missing])]
+    )
+
+
+def power_lines(table: InkTable, regular_is_lost: bool) -> list[str]:
+    """How much of the power the rows send out, from each side.
+
+    Parameters
+    ----------
+    table
+        The table that is written.
+    regular_is_lost
+        Whether its regular part is not.
+    """
+    seen = table.theta_deg <= _LARGEST_DEG
+    if regular_is_lost:
+        table = dataclasses.replace(table, regular=np.zeros_like(table.regular))
+    lines = []
+    for side, power in zip("IA", power_sent_out(table), strict=True):
+        low, high = (100 * float(end) for end in (power[:, seen].min(), power[:, seen].max()))
+        lines.append(
+            f"Light from side {side}: the rows send out {low:.3g} to {high:.3g} per cent of the power, for "
+            f"incidence up to {_LARGEST_DEG:g} degrees; the rest is missing."
+        )
+    return lines
 
 
 def media(table: InkTable) -> tuple[str, str]:

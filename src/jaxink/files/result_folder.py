@@ -9,6 +9,8 @@ from jaxink.errors import InputRefusedError
 
 RESULT_FILE = "result.json"
 SAMPLE_FILE = "sample.toml"
+# The page of a fit or of a diagnosis.
+PAGE_FILE = "report.html"
 # The parameters of a fit, for spreadsheets, and its head.
 PARAMETER_FILE = "parameters.csv"
 PARAMETER_COLUMNS = (

@@ -278,6 +278,27 @@ class FitResult(SavedInFolder, Presented):
         return {name: p.value for name, p in self.parameters.items()}
 
     @property
+    def whitened_residual(self) -> np.ndarray:
+        """Residual of each used point, whitened by the noise, shape ``(used points,)``.
+
+        Without a factor common to each scan it is (measured - predicted) / sigma. With one, of the relative
+        standard deviation r, the noise of a scan has the covariance diag(sigma^2) + r^2 s s^T with the
+        prediction s, and the residual is multiplied by the inverse of its symmetric square root in units of
+        sigma; see `docs/result.md`. In either case, the sum of squares is the chi-square of `merit`.
+
+        Raises
+        ------
+        InputRefusedError
+            If the noise is unknown.
+        """
+        if self.whitened is None:
+            raise InputRefusedError(
+                f"{self.data.source or 'the measurement'}: its noise is unknown, so its residual cannot be "
+                "whitened; declare it in [noise] of the sample file and fit again."
+            )
+        return self.whitened.copy()
+
+    @property
     def noise_sentence(self) -> str:
         """Description of the noise."""
         sentence = str(self.noise["origin"]).rstrip(".")

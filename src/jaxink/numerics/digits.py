@@ -25,6 +25,19 @@ def with_uncertainty(value: float, error: float | None) -> str:
     return f"{value:.{-last}f}({count})"
 
 
+def plus_minus(value: float, error: float | None) -> str:
+    """A value with its standard error, ``1.234 +- 0.005``, for sentences.
+
+    The error has two digits, and the value as many decimals; without a known error, it has four digits.
+    """
+    if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
+        return rounded(value, 4)
+    if not 1e-4 <= max(abs(value), error) < 1e6:
+        return f"{value:.3g} +- {error:.2g}"
+    decimals = max(1 - math.floor(math.log10(error)), 0)
+    return f"{value:.{decimals}f} +- {error:.{decimals}f}"
+
+
 def interval(low: float, high: float) -> str:
     """Ends of an interval, with two digits of its width."""
     width = high - low

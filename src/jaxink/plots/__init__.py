@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from jaxink.plots.corner import corner_figure
     from jaxink.plots.diagnosis_pages import CaptionedFigure, diagnosis_figures
     from jaxink.plots.lobe_figures import lobe_figure, table_lobe_figure
+    from jaxink.plots.overview import overview_figure
     from jaxink.plots.progress import progress_figure
+    from jaxink.plots.spectra import spectrum_figure
 
 # Their modules import matplotlib.
 _LATER = {
@@ -26,7 +28,9 @@ _LATER = {
     "corner_figure": "corner",
     "diagnosis_figures": "diagnosis_pages",
     "lobe_figure": "lobe_figures",
+    "overview_figure": "overview",
     "progress_figure": "progress",
+    "spectrum_figure": "spectra",
     "table_lobe_figure": "lobe_figures",
 }
 
@@ -39,10 +43,12 @@ __all__ = [
     "diagnosis_figures",
     "figures",
     "lobe_figure",
+    "overview_figure",
     "progress_figure",
     "residual_map",
     "residual_shape_figure",
     "save_figures",
+    "spectrum_figure",
     "table_lobe_figure",
 ]
 

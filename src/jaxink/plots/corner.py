@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.plots.cuts import BEFORE, FITTED
 from jaxink.plots.figure import PageFigure, Style, blank_figure
+from jaxink.plots.scan_views import headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +73,7 @@ def corner_figure(
     drawn = None if samples is None else np.array([np.ravel(samples[name]) for name in chosen])
     side = len(chosen) * (_PANEL + _BETWEEN) - _BETWEEN
     with blank_figure(max(_LEFT + side + _RIGHT, 4.5), _TOP + side + _BOTTOM) as page:
-        page.write_title(f"{result.data.source or 'Measurement'}: fitted parameters")
+        page.write_title(headed(result, "fitted parameters"))
         units = [result[name].unit for name in chosen]
         labels = [f"{n} [{u}]" if u else n for n, u in zip(chosen, units, strict=True)]
         marked = np.array([(truth or {}).get(name, np.nan) for name in chosen])

@@ -18,12 +18,15 @@ from jaxink.plots.scan_views import (
     SIDES,
     ScanView,
     drawn_wavelengths,
-    measurement_name,
+    headed,
     residual_label,
     residual_limit,
+    used_wavelengths,
     views_of,
+    wavelength_words,
 )
 from jaxink.plots.shape_page import shape_page
+from jaxink.plots.spectra import spectrum_figure
 from jaxink.plots.strips import StripLayout, draw_strips
 
 if TYPE_CHECKING:
@@ -68,8 +71,10 @@ def diagnosis_figures(
     CaptionedFigure
         ``residuals_550nm`` for data in the plane of incidence, ``residual_discs_R_550nm`` for data out of
         it, ``residual_shape_R_550nm`` if structure remains, ``cuts_R_550nm``, ``candidates`` and
-        ``inside_550nm``.
+        ``inside_550nm``; ``spectrum`` for more than three wavelengths.
     """
+    if len(used_wavelengths(diagnosis.declared.data)) > MOST_WAVELENGTHS:
+        yield _spectrum(diagnosis)
     for wavelength_nm in drawn_wavelengths(diagnosis):
         pages = _Pages(diagnosis, wavelength_nm)
         yield from pages.residuals()
@@ -193,6 +198,17 @@ class _Pages:
             yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), draw)
 
 
+def _spectrum(diagnosis: "Diagnosis") -> CaptionedFigure:
+    fits = {"declared": diagnosis.declared}
+    if diagnosis.steps:
+        fits = {"corrected": diagnosis.corrected, **fits}
+    text = (
+        "Optical properties and other free parameters against the wavelength, with standard errors where "
+        "they hold, and the misfit at each wavelength."
+    )
+    return CaptionedFigure("spectrum", text, partial(spectrum_figure, fits))
+
+
 def _candidates(diagnosis: "Diagnosis") -> CaptionedFigure:
     rows = diagnosis.candidates[:MOST_BARS]
     added = [step.effect for step in diagnosis.steps]
@@ -237,7 +253,7 @@ def _title(diagnosis: "Diagnosis", what: str) -> str:
     line = f"reduced χ² {before} as declared"
     if diagnosis.steps:
         line += f", {after} with {', '.join(step.effect for step in diagnosis.steps)}"
-    return f"{measurement_name(diagnosis.declared)}: {what}\n{line}"
+    return f"{headed(diagnosis.declared, what)}\n{line}"
 
 
 def _once_words(diagnosis: "Diagnosis") -> list[str]:
@@ -245,8 +261,5 @@ def _once_words(diagnosis: "Diagnosis") -> list[str]:
 
 
 def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
-    data = diagnosis.declared.data
-    count = len(np.unique(data.wavelength_nm[data.used]))
-    if count <= MOST_WAVELENGTHS:
-        return []
-    return [f"Shown are the {MOST_WAVELENGTHS} of {count} wavelengths with the largest misfit."]
+    words = wavelength_words(diagnosis.declared.data)
+    return [words] if words else []

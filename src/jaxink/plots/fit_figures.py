@@ -1,4 +1,4 @@
-"""Figures of a fit, one for each wavelength and side."""
+"""Figures of a fit: scans of chosen wavelengths, one for each side, and the spectrum of many."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -9,12 +9,15 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.plots.scan_views import (
+    MOST_WAVELENGTHS,
     SIDES,
     ScanView,
-    measurement_name,
+    fit_wavelengths,
+    headed,
     residual_label,
     residual_limit,
     scan_views,
+    used_wavelengths,
 )
 
 if TYPE_CHECKING:
@@ -105,23 +108,43 @@ def residual_shape_figure(result: "FitResult", wavelength_nm: float, side: str) 
     return shape_page(result.data, result.predicted_per_sr, shape, wavelength_nm, side, title)
 
 
-def figures(result: "FitResult") -> Iterator[tuple[str, "Figure"]]:
+def figures(
+    result: "FitResult", wavelengths_nm: Sequence[float] | None = None
+) -> Iterator[tuple[str, "Figure"]]:
     """Draw all figures of a result, one after the other.
+
+    Parameters
+    ----------
+    result
+        The fit.
+    wavelengths_nm
+        Whose scans are drawn; None for all, of more than three for the three that are fitted worst.
 
     Yields
     ------
     name, figure
         ``cuts_R_550nm`` for data in the plane of incidence, ``residual_map_R_550nm`` for data out of it,
-        ``residual_shape_R_550nm`` for a misfit.
+        ``residual_shape_R_550nm`` for a misfit, and ``spectrum`` for more than three wavelengths.
+
+    Raises
+    ------
+    InputRefusedError
+        If the result has no scan at one of the wavelengths.
     """
-    for name, draw in fit_pages(result):
+    for name, draw in fit_pages(result, wavelengths_nm):
         yield name, draw()
 
 
-def fit_pages(result: "FitResult") -> Iterator["Page"]:
+def fit_pages(result: "FitResult", wavelengths_nm: Sequence[float] | None = None) -> Iterator["Page"]:
     """The same figures, each to be drawn by a call."""
+    held = used_wavelengths(result.data)
+    if len(held) > MOST_WAVELENGTHS:
+        yield "spectrum", partial(_spectrum, result)
+    shown = fit_wavelengths(result) if wavelengths_nm is None else _held(held, wavelengths_nm)
     pages = sorted({(s.wavelength_nm, s.side) for s in result.data.scans if s.used})
     for wavelength_nm, side in pages:
+        if wavelength_nm not in shown:
+            continue
         views = used_views(result, wavelength_nm, side)
         name = f"{side}_{wavelength_nm:g}nm"
         has_cut = any(view.has_cut for view in views)
@@ -133,7 +156,32 @@ def fit_pages(result: "FitResult") -> Iterator["Page"]:
             yield f"residual_shape_{name}", partial(residual_shape_figure, result, wavelength_nm, side)
 
 
-def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str] = ("png",)) -> list[Path]:
+def _spectrum(result: "FitResult") -> "Figure":
+    from jaxink.plots.spectra import spectrum_figure
+
+    return spectrum_figure(result)
+
+
+def _held(held: Sequence[float], asked: Sequence[float]) -> list[float]:
+    """The wavelengths of a measurement that are asked for; rejected if one has no used points."""
+    found = []
+    for wavelength_nm in asked:
+        near = [wave for wave in held if abs(wave - wavelength_nm) < 1e-6]
+        if not near:
+            raise InputRefusedError(
+                f"a figure is asked for at {wavelength_nm:g} nm; the measurement has used points at "
+                f"{', '.join(f'{wave:g}' for wave in held)} nm."
+            )
+        found += near
+    return found
+
+
+def save_figures(
+    result: "FitResult",
+    folder: str | Path,
+    formats: Sequence[str] = ("png",),
+    wavelengths_nm: Sequence[float] | None = None,
+) -> list[Path]:
     """Draw and write all figures of a result.
 
     Parameters
@@ -144,11 +192,13 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
         Created if it does not exist.
     formats
         Any of ``png``, ``pdf`` and ``svg``.
+    wavelengths_nm
+        As of `figures`.
 
     Raises
     ------
     InputRefusedError
-        For another format.
+        For another format, or a wavelength that was not fitted.
     """
     for suffix in formats:
         if suffix not in FORMATS:
@@ -158,9 +208,9 @@ def save_figures(result: "FitResult", folder: str | Path, formats: Sequence[str]
     from jaxink.plots.figure import DPI
 
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     files = []
-    for name, figure in figures(result):
+    for name, figure in figures(result, wavelengths_nm):
+        folder.mkdir(parents=True, exist_ok=True)
         for suffix in formats:
             files.append(folder / f"{name}.{suffix}")
             figure.savefig(files[-1], dpi=DPI)
@@ -182,7 +232,7 @@ def _title(result: "FitResult", wavelength_nm: float, side: str, what: str) -> s
     fit = f"{result.method} fit{_misfit_words(result)}"
     if not result.converged:
         fit += ", DID NOT CONVERGE"
-    return f"{measurement_name(result)}: {SIDES[side]} at {wavelength_nm:g} nm, {what}\n{fit}"
+    return f"{headed(result, f'{SIDES[side]} at {wavelength_nm:g} nm, {what}')}\n{fit}"
 
 
 def _misfit_words(result: "FitResult") -> str:

@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.plots.cuts import MEASURED, with_gaps
 from jaxink.plots.figure import PageFigure, blank_figure
 from jaxink.plots.fit_figures import used_views
-from jaxink.plots.scan_views import SIDES, measurement_name
+from jaxink.plots.scan_views import SIDES, headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ def lobe_figure(result: "FitResult", wavelength_nm: float, side: str) -> PageFig
         raise InputRefusedError(
             f"{side} at {wavelength_nm:g} nm: no scan has five points in the plane of incidence."
         )
-    title = f"{measurement_name(result)}:\n{SIDES[side]} at {wavelength_nm:g} nm, in-plane BSDF [1/sr]"
+    title = headed(result, f"{SIDES[side]} at {wavelength_nm:g} nm,\nin-plane BSDF [1/sr]")
     with blank_figure(_WIDTH, _HEIGHT) as page:
         axes = _half_disc(page, title)
         entries = []

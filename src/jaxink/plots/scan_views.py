@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 IN_PLANE_DEG = 1.0
 _NORMAL_DEG = 1e-3
 FEWEST_IN_PLANE = 5
+SIMULATED = "SIMULATED measurement"
 SIDES = {"R": "reflection", "T": "transmission"}
 # Components of an ink table for light from the plate.
 FROM_INSIDE = {"R_II": "back into the plate", "T_IA": "to the other side"}
-# With more, the report of a diagnosis would become too long.
+# With more, figures would become too many to look at.
 MOST_WAVELENGTHS = 3
 
 
@@ -95,9 +96,16 @@ def views_of(
 
 
 def measurement_name(result: "FitResult") -> str:
-    """Name of the measurement, and whether it was simulated."""
-    kind = "SIMULATED measurement" if is_simulated(result) else "Measurement"
-    return f"{kind} {result.data.source}" if result.data.source else kind
+    """What was measured: the title of the sample if it has one, and whether it was simulated."""
+    title = " ".join(result.sample.title.split())
+    if not is_simulated(result):
+        return title or "measurement"
+    return title if "simulated" in title.lower() else f"{title} (simulated)" if title else SIMULATED
+
+
+def headed(result: "FitResult", what: str) -> str:
+    """Title of a figure: what it shows, and whether the measurement was simulated."""
+    return f"{SIMULATED}: {what}" if is_simulated(result) else f"{what[0].upper()}{what[1:]}"
 
 
 def is_simulated(result: "FitResult") -> bool:
@@ -118,11 +126,56 @@ def residual_limit(views: list[ScanView], in_plane: bool) -> float:
     return float(max(3.0, np.ceil(np.percentile(sizes, 99.5)))) if sizes.size else 3.0
 
 
-def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
-    """Wavelengths to draw: the `MOST_WAVELENGTHS` where the declared model fits worst, ascending."""
-    data = diagnosis.declared.data
+def used_wavelengths(data: "GonioData") -> tuple[float, ...]:
+    """Wavelengths that have used points, ascending."""
+    return tuple(np.unique(data.wavelength_nm[data.used]).tolist())
+
+
+def worst_wavelengths(data: "GonioData", residual: np.ndarray) -> tuple[float, ...]:
+    """The `MOST_WAVELENGTHS` with the largest mean square of a residual at the used points, ascending."""
     of_point = data.wavelength_nm[data.used]
     wavelengths = np.unique(of_point)
-    misfit = [np.mean(diagnosis.before.whitened[of_point == w] ** 2) for w in wavelengths]
+    misfit = [np.mean(residual[of_point == w] ** 2) for w in wavelengths]
     worst = np.argsort(misfit)[::-1][:MOST_WAVELENGTHS]
     return tuple(sorted(wavelengths[worst].tolist()))
+
+
+def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
+    """Wavelengths whose scans are drawn: those where the declared model fits worst."""
+    return worst_wavelengths(diagnosis.declared.data, diagnosis.before.whitened)
+
+
+def fit_wavelengths(result: "FitResult") -> tuple[float, ...]:
+    """Wavelengths whose scans are drawn: those where the fit is worst, in sigma, or relative to the fit."""
+    data, residual = result.data, result.whitened
+    if residual is None:
+        residual = data.bsdf_per_sr[data.used] / result.predicted_per_sr - 1
+    return worst_wavelengths(data, residual)
+
+
+def wavelength_words(data: "GonioData") -> str:
+    """That only some wavelengths are drawn; empty if all are."""
+    count = len(used_wavelengths(data))
+    if count <= MOST_WAVELENGTHS:
+        return ""
+    return f"Scans are shown at the {MOST_WAVELENGTHS} of {count} wavelengths with the largest misfit."
+
+
+def worst_wavelength(result: "FitResult") -> float:
+    """The wavelength that is fitted worst, which `overview_figure` shows."""
+    views = {
+        wave: [v.residual[v.used] for side in SIDES for v in scan_views(result, wave, side)]
+        for wave in fit_wavelengths(result)
+    }
+    return max(views, key=lambda wave: float(np.mean(np.concatenate(views[wave]) ** 2)))
+
+
+def overview_words(result: "FitResult") -> str:
+    """Caption of an `overview_figure`."""
+    waves = used_wavelengths(result.data)
+    worst = f", at {worst_wavelength(result):g} nm, the worst of {len(waves)}" if len(waves) > 1 else ""
+    unit = "in per cent of the model" if result.whitened is None else "in standard deviations of the noise"
+    return (
+        f"Circles: measured; lines: model{worst}. Below: measured minus model, {unit}; triangles are beyond "
+        "the edge."
+    )

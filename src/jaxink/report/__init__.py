@@ -1,6 +1,7 @@
-"""The report of a diagnosis as JSON, HTML and figures."""
+"""The page of a fit, and the report of a diagnosis as JSON, HTML and figures."""
 
-from jaxink.report.next_steps import NextStep, next_steps
+from jaxink.report.fit_writing import write_fit_page
+from jaxink.report.next_steps import NextStep, fit_next_steps, next_steps
 from jaxink.report.writing import write_report
 
-__all__ = ["NextStep", "next_steps", "write_report"]
+__all__ = ["NextStep", "fit_next_steps", "next_steps", "write_fit_page", "write_report"]

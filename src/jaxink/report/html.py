@@ -31,15 +31,26 @@ tr { break-inside: avoid; }
 p:has(+ table) { break-after: avoid; }
 thead { display: table-header-group; }
 figure { margin: 1.2em 0; break-inside: avoid; }
-figure img { max-width: 100%; max-height: 225mm; height: auto; display: block; }
+figure img { max-width: 100%; height: auto; display: block; }
 figcaption { font-size: .9em; color: #444; max-width: 62rem; }
 code, pre { font-size: .92em; }
+.beside { display: flex; flex-wrap: wrap; gap: .5em 2.5em; align-items: center; break-inside: avoid; }
+.numbers { display: grid; grid-template-columns: auto 1fr; gap: .3em .8em; margin: .5em 0;
+  align-items: baseline; }
+.numbers dt { font-size: 1.25em; font-weight: bold; text-align: right; white-space: nowrap;
+  font-variant-numeric: tabular-nums; }
+.numbers dd { margin: 0; }
+svg { font: 12px "Helvetica Neue", Arial, sans-serif; max-width: 100%; }
+details { border-top: 1px solid #ccc; }
+summary { cursor: pointer; padding: .35em 0; font-weight: bold; break-inside: avoid; }
 @page { size: A4 portrait; margin: 12mm; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 9pt; }
   th, td { padding: .15em .35em; } a { color: inherit; text-decoration: none; } }
 """
 # Rows of a table that fit on a printed page, even if some take three lines.
 _ROWS_OF_A_PAGE = 20
+# Height of a printed page that a figure may take beside its caption.
+_PAGE_INCH = 8.8
 # Shown in a cell without a number.
 NONE = "\N{EN DASH}"
 
@@ -95,10 +106,12 @@ def figure(png: bytes, caption: str) -> str:
 
     data = base64.b64encode(png).decode("ascii")
     words = escape(caption, quote=True)
-    # The width in pixels, from the header of the file; figures keep their size, and so do their letters.
-    inches = int.from_bytes(png[16:20]) / DPI
+    # From the header of the file: figures keep their size, and with it that of their letters, unless they
+    # are higher than a printed page, which makes them smaller as a whole.
+    wide, tall = (int.from_bytes(png[at : at + 4]) / DPI for at in (16, 20))
+    width = wide * min(1.0, _PAGE_INCH / tall)
     return (
-        f'<figure><img style="width: {inches:.2f}in" alt="{words}" src="data:image/png;base64,{data}">'
+        f'<figure><img style="width: {width:.2f}in" alt="{words}" src="data:image/png;base64,{data}">'
         f"<figcaption>{words}</figcaption></figure>\n"
     )
 
@@ -121,15 +134,39 @@ def section(title: str, *parts: str) -> Section:
     return Section(title, "".join(parts))
 
 
-def document(title: str, top: str, sections: Iterable[Section]) -> str:
-    """The whole page: what comes first, the contents, and the sections."""
+def numbers(values: Iterable[tuple[str, str]]) -> str:
+    """Few numbers in large letters, each with what it is."""
+    items = "".join(f"<dt>{escape(value)}</dt><dd>{escape(what)}</dd>\n" for value, what in values)
+    return f"<dl{class_attribute('numbers')}>\n{items}</dl>\n"
+
+
+def beside(*parts: str) -> str:
+    """Parts next to each other, where the page is wide enough."""
+    return f"<div{class_attribute('beside')}>\n{''.join(f'<div>{part}</div>' for part in parts)}</div>\n"
+
+
+def document(
+    title: str, top: str, sections: Iterable[Section], folded: Iterable[Section] | None = None
+) -> str:
+    """The whole page: what comes first, the sections, and details that open on a click.
+
+    Without details there is a list of contents instead.
+    """
     parts = list(sections)
-    items = "".join(f'<li><a href="#{part.anchor}">{escape(part.title)}</a></li>\n' for part in parts)
-    contents = f"<nav>\n<h2>Contents</h2>\n<ol>\n{items}</ol>\n</nav>\n"
     shown = "".join(
         f'<section id="{part.anchor}">\n<h2>{escape(part.title)}</h2>\n{part.content}</section>\n'
         for part in parts
     )
+    if folded is None:
+        items = "".join(f'<li><a href="#{part.anchor}">{escape(part.title)}</a></li>\n' for part in parts)
+        shown = f"<nav>\n<h2>Contents</h2>\n<ol>\n{items}</ol>\n</nav>\n{shown}"
+    else:
+        items = "".join(
+            f'<details id="{part.anchor}">\n<summary>{escape(part.title)}</summary>\n'
+            f"{part.content}</details>\n"
+            for part in folded
+        )
+        shown += f'<section id="details">\n<h2>Details</h2>\n{items}</section>\n'
     head = f'<meta charset="utf-8">\n<title>{escape(title)}</title>\n<style>{_STYLE}</style>'
-    body = f"<h1>{escape(title)}</h1>\n{top}{contents}{shown}"
+    body = f"<h1>{escape(title)}</h1>\n{top}{shown}"
     return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}</body>\n</html>\n'

@@ -1,4 +1,4 @@
-"""What to do after a diagnosis: sentences and the commands to type."""
+"""What to do after a fit or a diagnosis: sentences and the commands to type."""
 
 import dataclasses
 import shlex
@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from jaxink.diagnosis import Diagnosis, VerdictCode
+from jaxink.files.result_folder import SAMPLE_FILE
+from jaxink.fitting import FitResult
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,14 +65,49 @@ def next_steps(diagnosis: Diagnosis, folder: str | Path, inputs: Sequence[str] =
     if diagnosis.steps:
         fit = _command("fit", *measured, "--sample", own, "--out", f"{folder}-fit")
         steps.append(NextStep("Fit the corrected model, or change its sample file first:", fit))
+    caution = " (the model does not fit yet)" if diagnosis.structure_remains else ""
+    return [*steps, *_use(folder, caution)]
+
+
+def fit_next_steps(
+    result: FitResult, folder: str | Path, inputs: Sequence[str] = (), sample_file: str = ""
+) -> list[NextStep]:
+    """Steps after a fit, the most important first.
+
+    Parameters
+    ----------
+    result
+        The fit.
+    folder
+        Folder of its result.
+    inputs
+        As of `next_steps`.
+    sample_file
+        The sample file of the fit; empty: that of the result.
+    """
+    folder = str(folder)
+    measured = list(inputs) or [result.data.source or "DATA.csv"]
+    sample = sample_file or str(Path(folder) / SAMPLE_FILE)
+    verdict = result.verdict
+    if any(mistake.is_named for mistake in result.mistakes):
+        again = _command("fit", *measured, "--sample", sample, "--out", folder)
+        return [NextStep("Correct the mistake named above and fit again:", again)]
+    if not verdict.is_misfit:
+        caution = "" if verdict.code == "consistent" else " (whether the model fits is not known)"
+        return _use(folder, caution)
+    look = _command("diagnose", *measured, "--sample", sample, "--out", f"{folder}-report")
+    return [NextStep("Find what the model lacks:", look)]
+
+
+def _use(folder: str, caution: str) -> list[NextStep]:
+    """What a model is good for."""
     predict = _command("predict", folder, "OTHER.csv", "--out", "predicted.csv")
     ink = ("--format", "mitsuba", "--allow-loss", "standard_errors", "--out", f"{folder}-export")
-    export = _command("export", folder, *ink)
-    caution = " (the model does not fit yet)" if diagnosis.structure_remains else ""
-    steps.append(NextStep(f"Predict another measurement{caution}:", predict))
     words = "Export the ink to a ray tracer (other formats: jaxink export --help)"
-    steps.append(NextStep(f"{words}{caution}:", export))
-    return steps
+    return [
+        NextStep(f"Predict another measurement{caution}:", predict),
+        NextStep(f"{words}{caution}:", _command("export", folder, *ink)),
+    ]
 
 
 def _command(*words: str) -> str:

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from jaxink.diagnosis.findings.judgement import TESTS
 from jaxink.display.html import paragraph, table
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
-from jaxink.plots.scan_views import FROM_INSIDE, measurement_name
+from jaxink.plots.scan_views import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
 from jaxink.report.html import (
     NONE,
     Section,
@@ -25,6 +26,7 @@ from jaxink.report.ink_table import inside_sentences
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
+    from jaxink.fitting import FitResult
 
 T = TypeVar("T")
 _SETTINGS = {
@@ -44,11 +46,6 @@ def report_title(diagnosis: "Diagnosis") -> str:
 def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
     """The verdict, the measurement, whether the fit converged, and what is missing here."""
     result, found = diagnosis.declared, diagnosis.verdict
-    data = result.data
-    wavelengths = np.unique(data.wavelength_nm[data.used])
-    spectrum = f"{wavelengths[0]:g} nm"
-    if wavelengths.size > 1:
-        spectrum = f"{wavelengths.size} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
     parts = [verdict(found.sentence, found.code, found.code.is_met)]
     if not result.converged:
         parts.append(paragraph(f"The fit of the declared model {result.outcome.value}.", "verdict"))
@@ -59,13 +56,29 @@ def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
     if diagnosis.failures:
         parts.append(paragraph("Parts of the diagnosis failed and are missing:"))
         parts.append(bullets(failure.sentence for failure in diagnosis.failures))
-    if missing:
-        parts.append(paragraph("Parts of this page failed and are missing; the results are complete:"))
-        parts.append(bullets(failure.sentence for failure in missing))
-    what = f"{int(data.used.sum())} of {len(data)} points in {len(result.scans)} scans, {spectrum}"
-    title = f" Sample: {result.sample.title}." if result.sample.title else ""
-    parts.append(paragraph(f"{what}.{title} Noise: {result.noise_sentence}"))
+    parts += [missing_parts(missing), paragraph(measured_words(result))]
     return "".join(parts)
+
+
+def missing_parts(missing: Sequence[Failure]) -> str:
+    """What could not be drawn or tabulated; nothing if all could."""
+    if not missing:
+        return ""
+    words = paragraph("Parts of this page failed and are missing; the results are complete:")
+    return words + bullets(failure.sentence for failure in missing)
+
+
+def measured_words(result: "FitResult") -> str:
+    """What was measured and used, and its noise."""
+    data = result.data
+    wavelengths = used_wavelengths(data)
+    spectrum = f"{wavelengths[0]:g} nm"
+    if len(wavelengths) > 1:
+        spectrum = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    source = f" of {data.source}" if data.source else ""
+    what = f"{int(data.used.sum())} of {len(data)} points{source} in {len(result.scans)} scans, {spectrum}"
+    simulated = " The measurement is SIMULATED." if is_simulated(result) else ""
+    return f"{what}.{simulated} Noise: {result.noise_sentence}"
 
 
 def merit(diagnosis: "Diagnosis") -> Section:
@@ -110,6 +123,22 @@ def _merit_cells(figures: "Figures") -> list[str]:
     ]
 
 
+def added(diagnosis: "Diagnosis") -> Section | None:
+    """The effects that were added, each in a sentence with its numbers."""
+    if not diagnosis.steps:
+        return None
+    lines = []
+    for s in diagnosis.steps:
+        others = (
+            f" These data cannot distinguish it from {', '.join(s.members[1:])}." if s.members[1:] else ""
+        )
+        why = diagnosis.imitations.get(s.effect)
+        doubt = f" It may imitate another cause: {why}." if why else ""
+        fall = f"Chi-square decreases by {s.actual_delta_chi_square:.0f}."
+        lines.append(f"{s.sentence[0].upper()}{s.sentence[1:]} ({s.effect}). {fall}{others}{doubt}")
+    return section("What was missing", bullets(lines))
+
+
 def steps(diagnosis: "Diagnosis") -> Section | None:
     """The effects that were added, in this order."""
     if not diagnosis.steps:
@@ -139,7 +168,7 @@ def steps(diagnosis: "Diagnosis") -> Section | None:
         "Strength: distance from the declared model, with its standard error in units of the last digits "
         "(none at the end of a range). Gain: mean over the fits with parts held out, with its standard error."
     )
-    return section("Effects added", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
+    return section("Effects added, step by step", table(heads, rows, (1, 2, 4, 5)), paragraph(text))
 
 
 def parameters(diagnosis: "Diagnosis") -> Section:
@@ -254,22 +283,24 @@ def _limit_cells(row: "CandidateRow") -> list[str]:
 
 
 def remains(diagnosis: "Diagnosis") -> Section:
-    """Structure in the residual after the last step."""
-    location = diagnosis.location
-    sentence = location.sentence[0].upper() + location.sentence[1:]
-    smooth = f"{share(location.smooth.share)} of its mean square varies smoothly with direction"
-    parts = [paragraph(f"{sentence}. {smooth} (p = {chance(location.smooth.p_value)}).")]
+    """What is left in the residual after the last step, in words."""
+    return section("What remains", paragraph(diagnosis.remainder))
+
+
+def tests(diagnosis: "Diagnosis") -> Section:
+    """Tests for structure in the residual, and where it is large."""
+    location, parts = diagnosis.location, list[str]()
     states = _states(diagnosis, diagnosis.structure_before, diagnosis.structure_after)
     heads, rows = ["test for structure"], dict[str, list[str]]()
     for name, structure in states:
         heads += [f"value, {name} model", "p", "p of the worst scan"]
         for s in structure.statistics:
             cells = [number(s.value), chance(s.p_value), chance(s.worst_p_value)]
-            rows.setdefault(s.name, [s.name.replace("_", " ")]).extend(cells)
-    parts.append(table(heads, rows.values()))
+            rows.setdefault(s.name, [TESTS[s.name]]).extend(cells)
+    parts.append(table(heads, [*rows.values(), *_smooth_tests(diagnosis, len(states))]))
     lines = []
     for name, structure in states:
-        led = f"; most significant: {structure.leading.replace('_', ' ')}" if structure.leading else ""
+        led = f"; most significant: {TESTS[structure.leading]}" if structure.leading else ""
         lines.append(f"All tests combined, {name} model: p = {chance(structure.p_value)}{led}.")
     parts.append(bullets(lines))
     if diagnosis.consistency:
@@ -287,7 +318,17 @@ def remains(diagnosis: "Diagnosis") -> Section:
             [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
         )
         parts.append(table(heads, factors, (0, 3)))
-    return section("Remaining residual", *parts)
+    return section("Tests of the remaining residual", *parts)
+
+
+def _smooth_tests(diagnosis: "Diagnosis", n_states: int) -> list[list[str]]:
+    """Tests for a smooth part; made of the last model only."""
+    before = [NONE] * 3 * (n_states - 1)
+    smooth, shape = diagnosis.location.smooth, diagnosis.shape
+    rows = [["smooth part of any scale (Gaussian process)", *before, NONE, chance(smooth.p_value), NONE]]
+    if shape is not None:
+        rows.append([TESTS["modes"], *before, NONE, chance(shape.p_value), NONE])
+    return rows
 
 
 def _levels(levels: Sequence[str], means: np.ndarray) -> str:

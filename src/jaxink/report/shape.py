@@ -32,7 +32,7 @@ def shape(diagnosis: "Diagnosis") -> Section | None:
     found = diagnosis.shape
     if found is None:
         return None
-    parts = [paragraph(found.sentence)]
+    parts = list[str]()
     if found.modes:
         heads = ["side", "order in incidence", "order in view", "azimuth", "Δχ²", "amplitude(s.e.)"]
         parts += [table(heads, map(_mode_cells, found.modes), (0, 3)), paragraph(_MODES)]

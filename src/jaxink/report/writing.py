@@ -6,22 +6,27 @@ from pathlib import Path
 
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.files.netcdf import netcdf_bytes
+from jaxink.files.result_folder import PAGE_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.ink.comparison import TableComparison
 from jaxink.ink.table import InkTable
 from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
 from jaxink.plots.pictures import Page, pictures
+from jaxink.plots.scan_views import overview_words
 from jaxink.report import html, sections
+from jaxink.report.fit_page import OVERVIEW, SPECTRUM
 from jaxink.report.ink_table import inside_change
+from jaxink.report.layer_sketch import layer_sketch
 from jaxink.report.next_steps import next_steps
 from jaxink.report.shape import shape
 
 _LOG = logging.getLogger("jaxink")
-REPORT_PAGE = "report.html"
 INSIDE_FILES = ("inside_declared.nc", "inside_corrected.nc")
 # Replaced as a whole, or removed: they would belong to an older diagnosis.
-_SHOWN = (FIGURE_FOLDER, *INSIDE_FILES, REPORT_PAGE)
+_SHOWN = (FIGURE_FOLDER, *INSIDE_FILES, PAGE_FILE)
+# With more, the table of parameters is a detail.
+_MOST_PARAMETERS = 15
 OWNED = (*_SHOWN, *Diagnosis.owned)
 
 
@@ -84,6 +89,7 @@ def write_report(
         for name, words in captions.items()
         if f"{name}.png" in drawn
     }
+    drawn.pop(f"{OVERVIEW}.png", None)
     text = _page(diagnosis, change, embedded, next_steps(diagnosis, folder, inputs), failures)
     with failures.sparing("the writing of the page and its figures", ""):
         files += _write_shown(folder, text, drawn, inside)
@@ -97,7 +103,7 @@ def _write_shown(
     with whole_folder(folder, owned=_SHOWN) as part:
         for name, table in inside.items():
             (part / name).write_bytes(netcdf_bytes(table.to_dataset()))
-        (part / REPORT_PAGE).write_text(text, encoding="utf-8")
+        (part / PAGE_FILE).write_text(text, encoding="utf-8")
         if drawn:
             (part / FIGURE_FOLDER).mkdir()
         for name, picture in drawn.items():
@@ -113,28 +119,50 @@ def _files_in(folder: Path) -> list[Path]:
 def _pages(diagnosis: Diagnosis, tables: TableComparison | None, captions: dict[str, str]) -> Iterator[Page]:
     """The figures, whose captions are put down in passing."""
     from jaxink.plots.diagnosis_pages import diagnosis_figures
+    from jaxink.plots.overview import overview_figure
 
+    which = "The corrected model. " if diagnosis.steps else ""
+    captions[OVERVIEW] = f"{which}{overview_words(diagnosis.corrected)}"
+    yield OVERVIEW, lambda: overview_figure(diagnosis.corrected)
     for one in diagnosis_figures(diagnosis, tables):
         captions[one.name] = one.caption
         yield one.name, one.draw
 
 
 def _page(diagnosis, change, embedded, todo, failures) -> str:
-    def drawn(*stems: str) -> list[str]:
-        return [shown for name, shown in embedded.items() if name.startswith(stems)]
+    """At most four printed pages, then details: one picture of each kind comes before them."""
+
+    def drawn(*stems: str) -> dict[str, str]:
+        return {name: shown for name, shown in embedded.items() if name.startswith(stems)}
+
+    def present(*parts: html.Section | None) -> list[html.Section]:
+        return [part for part in parts if part is not None]
 
     residuals = drawn("residual", "cuts")
-    parts = (
+    first = [*drawn(OVERVIEW, SPECTRUM).values(), *list(drawn("residuals", "residual_discs").values())[:1]]
+    others = [shown for shown in residuals.values() if shown not in first]
+    parameters = sections.parameters(diagnosis)
+    is_long = len(diagnosis.parameters_after) > _MOST_PARAMETERS
+    shown = present(
+        sections.added(diagnosis),
         sections.merit(diagnosis),
-        sections.steps(diagnosis),
-        sections.parameters(diagnosis),
-        html.section("Residuals", *residuals) if residuals else None,
+        None if is_long else parameters,
         sections.remains(diagnosis),
+        html.section("Measurement, model and residuals", *first) if first else None,
+    )
+    details = present(
+        sections.steps(diagnosis),
+        parameters if is_long else None,
+        html.section("Residuals and scans", *others) if others else None,
+        sections.tests(diagnosis),
         shape(diagnosis),
-        sections.inside(diagnosis, change, *drawn("inside")),
-        sections.candidates(diagnosis, *drawn("candidates")),
+        sections.inside(diagnosis, change, *drawn("inside").values()),
+        sections.candidates(diagnosis, *drawn("candidates").values()),
         sections.origin(diagnosis),
     )
-    shown = [part for part in parts if part is not None]
-    top = sections.top(diagnosis, failures.found) + html.commands((step.words, step.command) for step in todo)
-    return html.document(sections.report_title(diagnosis), top, shown)
+    top = [
+        sections.top(diagnosis, failures.found),
+        layer_sketch(diagnosis.corrected.sample),
+        html.commands((step.words, step.command) for step in todo),
+    ]
+    return html.document(sections.report_title(diagnosis), "".join(top), shown, details)

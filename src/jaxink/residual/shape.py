@@ -54,6 +54,9 @@ class ResidualShape:
         The part of measured / predicted - 1 that the modes carry, at each point.
     whitened
         The same in units of the noise; rows after the points belong to priors.
+    smooth_share
+        Share of the excess that varies smoothly with direction, on whatever scale, these modes included; None
+        if it is not known.
     """
 
     __repr__ = brief_repr
@@ -69,6 +72,7 @@ class ResidualShape:
     asymmetries: tuple[Asymmetry, ...]
     relative: Float[np.ndarray, " points"]
     whitened: Float[np.ndarray, " rows"]
+    smooth_share: float | None = None
 
     def overlap(self, column: Float[np.ndarray, " rows"]) -> float:
         """Cosine between a direction, without what the free parameters reproduce, and the modes' part."""
@@ -95,6 +99,7 @@ class ResidualShape:
             "sentence": self.sentence,
             "excess_chi_square": self.excess,
             "share": self.share,
+            "smooth_share": self.smooth_share,
             "p_value": self.p_value,
             "modes_considered": self.n_considered,
             "modes": [
@@ -124,7 +129,9 @@ def _mode_row(share: ModeShare) -> dict[str, Any]:
 
 
 def residual_shape(
-    points: ResidualPoints, removed: Float[np.ndarray, "rows rank"] | None = None
+    points: ResidualPoints,
+    removed: Float[np.ndarray, "rows rank"] | None = None,
+    structured: float | None = None,
 ) -> ResidualShape:
     """Modes of a residual, chosen one by one by the largest decrease in chi-square.
 
@@ -135,6 +142,8 @@ def residual_shape(
     removed
         Orthonormal basis of what the free parameters reproduce; None if unknown: modes then seem to
         carry less than they do.
+    structured
+        Share of the residual's mean square that varies smoothly, on whatever scale; None if unknown.
     """
     basis = np.zeros((points.whitened.size, 0)) if removed is None else removed
     residual = points.whitened - basis @ (basis.T @ points.whitened)
@@ -164,7 +173,11 @@ def residual_shape(
     part = points.unwhiten(carried)
     orders = _order_shares(modes, blocks, residual)
     share = float(np.clip((gain - n_carried) / excess, 0, 1)) if excess > 0 else 0.0
-    carried_by = CarriedShare(len(modes), excess, share, orders)
+    smooth = None
+    if structured is not None and excess > 0:
+        # The modes are smooth themselves; both are shares of what exceeds the noise.
+        smooth = float(np.clip(max(structured * total / excess, share), 0, 1))
+    carried_by = CarriedShare(len(modes), excess, share, orders, smooth)
     scans = _scan_shares(points, residual, carried, part)
     found = asymmetries(points)
     return ResidualShape(
@@ -179,6 +192,7 @@ def residual_shape(
         asymmetries=found,
         relative=part,
         whitened=carried,
+        smooth_share=smooth,
     )
 
 

@@ -54,12 +54,17 @@ class ScanShare(NamedTuple):
 
 
 class CarriedShare(NamedTuple):
-    """How much of the excess of chi-square the chosen modes carry, and all modes up to each order."""
+    """How much of the excess of chi-square the chosen modes carry, and all modes up to each order.
+
+    ``smooth`` is the share of the excess that varies smoothly with direction, on whatever scale; None if it
+    is not known.
+    """
 
     n_considered: int
     excess: float
     share: float
     orders: tuple[OrderShare, ...]
+    smooth: float | None = None
 
     def of_order(self, order: OrderShare) -> float:
         """Share of the excess that all modes up to an order carry."""

@@ -38,23 +38,34 @@ def _mode_sentences(points, shares, carried: CarriedShare, part) -> Iterator[str
     if not shares or carried.excess <= 0:
         yield "No smooth mode stands out of the noise."
         return
-    count = (
-        f"{len(shares)} of {carried.n_considered} smooth modes carry"
-        if len(shares) > 1
-        else "One smooth mode carries"
-    )
     low = next((o for o in carried.orders if carried.of_order(o) >= _HALF * carried.share), None)
     most = ""
     if low is not None and low.amplitudes < len(shares):
-        most = f", the {low.amplitudes} up to order {low.order} alone {carried.of_order(low):.0%}"
-    yield f"{count} {carried.share:.0%} of the chi-square above the noise{most}."
+        most = f", the {low.amplitudes} up to order {low.order} alone {100 * carried.of_order(low):.0f} %"
+    yield _size(len(shares), carried, most)
     for side, word in _SIDES.items():
         own = [found for found in shares if found.mode.side == side]
         if own:
             yield f"In {word}, {_leading(own[0])}: {_extremes(points, part, points.of_side(side))}."
     yield from _trends(points, part)
-    if carried.share < _HALF:
+    if carried.smooth is None and carried.share < _HALF:
         yield "Most of it varies on a finer scale than these modes, or is confined to few directions."
+
+
+def _size(n_modes: int, carried: CarriedShare, most: str) -> str:
+    """How large the smooth part is, and how much of it the modes carry: all shares are of one whole."""
+    several = n_modes > 1
+    if carried.smooth is None:
+        count = f"{n_modes} of {carried.n_considered} smooth modes carry"
+        count = count if several else "One smooth mode carries"
+        return f"{count} {100 * carried.share:.0f} % of the chi-square above the noise{most}."
+    modes = f"{n_modes} of {carried.n_considered} broad modes" if several else "one broad mode"
+    whole, part = round(100 * carried.smooth), round(100 * carried.share)
+    finer = f"; the other {whole - part} % on a finer scale, or in few directions" if whole > part else ""
+    return (
+        f"{whole} % of the chi-square above the noise varies smoothly with direction: {part} % in "
+        f"{modes}{most}{finer}."
+    )
 
 
 def _leading(found: ModeShare) -> str:

@@ -11,6 +11,7 @@ from jaxink.sample.declared_effects import DeclaredEffect
 from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import Population
+from jaxink.sample.replacing import with_values
 from jaxink.sample.roughness import Roughness
 
 
@@ -165,6 +166,26 @@ class Sample(Presented):
         waves = {f"{wave:g}": wave for wave in wavelengths_nm}
         at = {name: name.partition("@")[2] for name in names}
         return {name: waves[wave] for name, wave in at.items() if wave in waves}
+
+    def replace(self, values: Mapping[str, float] | None = None, /, **more: float) -> "Sample":
+        """The sample with other values of some parameters; parameters that are tied to them follow.
+
+        Parameters
+        ----------
+        values
+            Value of each parameter that changes, by its name and in its unit, such as
+            ``{"ink.thickness_um": 60}``.
+        **more
+            The same as keywords: ``sample.replace(**{"ink.thickness_um": 60})``.
+
+        Raises
+        ------
+        InputRefusedError
+            For a name that does not exist (near names are suggested), a tied parameter, or a value out of
+            the range of its parameter.
+        """
+        table = with_values(self.parameters, {**(values or {}), **more})
+        return dataclasses.replace(self, parameters=table)
 
     def without_values(self, names: Collection[str]) -> "Sample":
         """The structure of the sample: without the values of some parameters, noise, masks and title."""

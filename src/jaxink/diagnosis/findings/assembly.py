@@ -44,7 +44,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     shifts = misfit_errors(last, found.points, location.smooth)
     consistency = consistency_of(found.setup.data, found.setup.noise, policy)
     policy = in_view_of(consistency, policy)
-    shape = shape_of(last)
+    shape = shape_of(last, location.smooth.share)
     remains = not is_met(after, found.structure_after, policy, shape)
     is_odd = remains or is_ordered(found.structure_after, policy, shape)
     candidates, corrected = candidate_rows(found.screenings[0], steps), found.fit

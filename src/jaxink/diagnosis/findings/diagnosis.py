@@ -8,7 +8,7 @@ from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.corrected_file import corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
-from jaxink.diagnosis.findings.judgement import is_met
+from jaxink.diagnosis.findings.judgement import is_met, significant_tests
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
@@ -120,6 +120,25 @@ class Diagnosis(SavedInFolder, Presented):
         if self.verdict.code is VerdictCode.UNFINISHED:
             return not is_met(self.after, self.structure_after, shape=self.shape)
         return self.verdict.code.structure_remains
+
+    @property
+    def remainder(self) -> str:
+        """What is left in the residual of the last model, where, and how much of it is smooth; sentences."""
+        where, shape = self.location, self.shape
+        if shape is None and not where.is_found:
+            return f"{where.sentence[0].upper()}{where.sentence[1:]}."
+        if shape is None:
+            return (
+                "No structure passes the tests below. The most likely smooth part, which noise has with a "
+                f"probability of {where.smooth.p_value:.2g}: {where.sentence}."
+            )
+        place = f"The residual is {where.sentence}." if where.is_found else ""
+        if shape.modes and shape.excess > 0:
+            return f"{place} {shape.sentence}".lstrip()
+        # Neither large enough nor broad enough for modes: the tests that it fails say what it has.
+        failed = significant_tests(self.structure_after, shape)
+        tests = " and ".join(f"{name} (p = {p:.2g})" for name, p in failed)
+        return f"{place} It has structure by {tests}, but no broad mode stands out of the noise.".lstrip()
 
     @property
     def parameters(self) -> NamedRows[Estimate]:

@@ -8,7 +8,7 @@ from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
-from jaxink.diagnosis.findings.summary import Summary
+from jaxink.diagnosis.findings.summary import Figures, Summary
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.search.allowance import TimeLimit
@@ -22,6 +22,16 @@ from jaxink.measurement import NoiseLevel
 from jaxink.numerics.failures import Failure
 from jaxink.residual import ResidualShape
 
+# Tests for structure in words, by the names of their statistics; the last is that of a `ResidualShape`.
+TESTS = {
+    "chi_square": "chi-square",
+    "runs": "runs of one sign",
+    "ljung_box": "correlation along scans (Ljung-Box)",
+    "neighbours": "correlation between neighbouring directions",
+    "incidence": "correlation between incidences",
+    "wavelength": "correlation between wavelengths",
+    "modes": "broad modes (F test)",
+}
 # A sentence gives the names of so many effects, and the number of more.
 _MOST_NAMES = 3
 
@@ -141,7 +151,7 @@ def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> V
     if evidence.steps:
         sentence = f"Unfinished within the time limit. So far: {verdict.sentence}"
         return Verdict(VerdictCode.UNFINISHED, verdict.effects, sentence)
-    reduced, place = evidence.before.fitted.reduced_chi_square, evidence.location.sentence
+    reduced, place = evidence.before.fitted.reduced_chi_square, _place(evidence, policy)
     if is_met(evidence.after, evidence.structure, policy, evidence.shape):
         found = f"The residual is consistent with noise (reduced chi-square {reduced:.4g})"
     else:
@@ -154,7 +164,7 @@ def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> V
 
 def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     steps, before, after = evidence.steps, evidence.before, evidence.after
-    place = evidence.location.sentence
+    place = _place(evidence, policy)
     if before.fitted.degrees_of_freedom <= 0:
         return Verdict(
             VerdictCode.NOT_TESTABLE,
@@ -177,6 +187,9 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     if before.held_out is not None and after.held_out is not None:
         unseen = before.held_out.reduced_chi_square, after.held_out.reduced_chi_square
         change += f" (held-out scans: from {unseen[0]:.4g} to {unseen[1]:.4g})"
+    is_plain = met and not is_ordered(evidence.structure, policy, evidence.shape)
+    small = _within_level(after.fitted, policy) if is_plain else ""
+    change += f"; what is left {small}" if small else ""
     if not met:
         sentence = f"Partly explained: {what}; {change}. Remaining residual: {place}."
         return Verdict(VerdictCode.PARTLY_EXPLAINED, tuple(names + others), sentence)
@@ -214,16 +227,44 @@ def _separate(further: tuple[FurtherMeasurement, ...], policy: SearchPolicy) -> 
 
 
 def _named(step: Step) -> str:
-    error = "" if step.standard_error is None else f" +- {step.standard_error:.2g}"
-    unit = f" {step.unit}" if step.unit else ""
-    others = (
-        f"; these data cannot distinguish it from {', '.join(step.members[1:])}" if step.members[1:] else ""
+    rest = step.members[1:]
+    others = f"; these data cannot distinguish it from {', '.join(rest)}" if rest else ""
+    return f"{step.sentence} ({step.effect}{others})"
+
+
+def _place(evidence: Evidence, policy: SearchPolicy) -> str:
+    """Where the residual is large; without a smooth part, the tests that say that it has structure at all."""
+    if evidence.location.is_found:
+        return evidence.location.sentence
+    telling = significant_tests(evidence.structure, evidence.shape, policy)
+    if not telling:
+        return evidence.location.sentence
+    tests = " and ".join(f"{name} (p = {p:.2g})" for name, p in telling[:_MOST_NAMES])
+    return f"without a smooth pattern of directions, but significant by {tests}"
+
+
+def significant_tests(
+    structure: StructureResult, shape: ResidualShape | None, policy: SearchPolicy = DEFAULT_POLICY
+) -> list[tuple[str, float]]:
+    """Tests that a residual fails, in words, with their p, the smallest first."""
+    found = [(TESTS[s.name], s.p_value) for s in structure.statistics]
+    if shape is not None:
+        found.append((TESTS["modes"], shape.p_value))
+    return sorted((one for one in found if one[1] < policy.noise_p), key=lambda one: one[1])
+
+
+def _within_level(figures: Figures, policy: SearchPolicy) -> str:
+    """That a residual exceeds the noise, but by less than the noise is known; empty if it does not."""
+    if figures.probability is None or figures.probability >= policy.noise_p:
+        return ""
+    return (
+        f"exceeds the noise (reduced chi-square {figures.reduced_chi_square:.4g}, p = "
+        f"{figures.probability:.2g}), but by less than its level is known"
     )
-    return f"{step.form.statement} ({step.effect}, {step.shown:.4g}{error}{unit}{others})"
 
 
 def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdict:
-    reduced, place = evidence.before.fitted.reduced_chi_square, evidence.location.sentence
+    reduced, place = evidence.before.fitted.reduced_chi_square, _place(evidence, policy)
     if not met:
         return Verdict(
             VerdictCode.UNEXPLAINED_STRUCTURE,
@@ -240,8 +281,6 @@ def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdi
             f"The residual is within the accuracy of the noise (reduced chi-square {reduced:.4g}), but has "
             f"an order that no effect explains: {place}{more}.",
         )
-    return Verdict(
-        VerdictCode.NO_MISFIT,
-        (),
-        f"No misfit: the residual is consistent with noise (reduced chi-square {reduced:.4g}){more}.",
-    )
+    small = _within_level(evidence.after.fitted, policy)
+    found = small or f"is consistent with noise (reduced chi-square {reduced:.4g})"
+    return Verdict(VerdictCode.NO_MISFIT, (), f"No misfit: the residual {found}{more}.")

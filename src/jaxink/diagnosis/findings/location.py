@@ -21,6 +21,8 @@ from jaxink.diagnosis.statistics.variance_analysis import (
 )
 from jaxink.display.brief import brief_repr
 
+NOWHERE = "no structure is significant against the noise"
+
 
 @dataclass(frozen=True)
 class Location:
@@ -41,6 +43,11 @@ class Location:
     sentence: str
     factors: tuple[Factor, ...]
     smooth: SmoothPart
+
+    @property
+    def is_found(self) -> bool:
+        """Whether the sentence names a place: a smooth part is significant."""
+        return self.sentence != NOWHERE
 
     def to_dict(self) -> dict:
         """Entry of ``report.json``, for `jaxink.files.encoding.plain`."""
@@ -72,7 +79,7 @@ def locate(
     left = projection.remove(residual)
     factors = factors_of(left, projection, points, smooth)
     if smooth.p_value > options.level:
-        return Location("no structure is significant against the noise", factors, smooth)
+        return Location(NOWHERE, factors, smooth)
     return Location(_Words(points, policy).sentence(left[: len(points)], smooth), factors, smooth)
 
 

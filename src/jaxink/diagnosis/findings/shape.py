@@ -5,9 +5,9 @@ from jaxink.diagnosis.search.stage import Stage
 from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
 
 
-def shape_of(stage: Stage) -> ResidualShape:
-    """Shape of the residual of a stage, orthogonal to its free parameters."""
-    return residual_shape(residual_points(stage), stage.projection.basis)
+def shape_of(stage: Stage, structured: float | None = None) -> ResidualShape:
+    """Shape of a stage's residual, orthogonal to its free parameters; `structured` as of `residual_shape`."""
+    return residual_shape(residual_points(stage), stage.projection.basis, structured)
 
 
 def residual_points(stage: Stage) -> ResidualPoints:

@@ -8,7 +8,7 @@ from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.candidate import ScreenResult
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.display.brief import brief_repr
-from jaxink.effects import Effect
+from jaxink.effects import Effect, in_numbers
 from jaxink.effects.constants import DeclaredConstant
 
 
@@ -70,3 +70,11 @@ class Step:
         """What a reader is told of the first term: its value; of a declared constant, the difference."""
         is_difference = isinstance(self.form, DeclaredConstant)
         return self.strength if is_difference else self.strength + self.form.neutral
+
+    @property
+    def sentence(self) -> str:
+        """What is true with this effect, with all of its numbers; without a capital letter or a full stop."""
+        first, is_constant = self.form.strength.name, isinstance(self.form, DeclaredConstant)
+        values = {**self.terms, first: self.shown}
+        errors = {**self.term_errors, first: self.standard_error}
+        return in_numbers(self.form, values, errors, difference=is_constant)

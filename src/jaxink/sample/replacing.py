@@ -1,0 +1,106 @@
+"""Other values for parameters of a sample, each checked against its range."""
+
+import math
+import re
+from collections.abc import Mapping
+
+from jaxink.errors import InputRefusedError, require_number
+from jaxink.sample.hints import unknown_key
+from jaxink.sample.parameters import ParameterTable
+
+# Of one quantity, in units of the first.
+_UNITS = (
+    {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "nm": 1e-6, "cm": 10.0, "m": 1e3},
+    {"1/mm": 1.0, "1/um": 1e3, "1/µm": 1e3, "1/cm": 0.1, "1/m": 1e-3},
+    {"deg": 1.0, "rad": 180 / math.pi},
+)
+_ASSIGNMENT = re.compile(r"\s*([^=\s]+)\s*=\s*([-+.\deE]+)\s*(\S*)\s*")
+
+
+def with_values(table: ParameterTable, values: Mapping[str, float]) -> ParameterTable:
+    """The table with other values; what is tied to them follows.
+
+    Parameters
+    ----------
+    table
+        The parameters.
+    values
+        Value of each parameter that changes, by its name and in its unit.
+
+    Raises
+    ------
+    InputRefusedError
+        For a name that does not exist, a tied parameter, or a value that is no number or out of its range.
+    """
+    for name, value in values.items():
+        if name not in table:
+            raise InputRefusedError(f"a value is given for {name}, {_hint(name, table)}")
+        parameter = table[name]
+        require_number(name, value)
+        if parameter.tie is not None:
+            raise InputRefusedError(
+                f"{name} is tied to '{parameter.tie}', so it cannot be given a value; set what it is tied to."
+            )
+        if not parameter.minimum <= value <= parameter.maximum:
+            raise InputRefusedError(
+                f"{name} = {value:g} is out of its range; it must be between {parameter.minimum:g} and "
+                f"{parameter.maximum:g}{' ' if parameter.unit else ''}{parameter.unit}."
+            )
+        table = table.replace(name, value=float(value))
+    return table
+
+
+def assigned(table: ParameterTable, texts: list[str]) -> dict[str, float]:
+    """Values by name from texts such as ``ink.thickness_um=60`` or ``ink.thickness_um=0.06 mm``.
+
+    Parameters
+    ----------
+    table
+        The parameters, whose units a number without one has; one with another unit is converted.
+    texts
+        The assignments.
+
+    Raises
+    ------
+    InputRefusedError
+        For a text of another form, a name that does not exist or is given twice, or a unit that does not
+        suit.
+    """
+    values: dict[str, float] = {}
+    for text in texts:
+        found = _ASSIGNMENT.fullmatch(text)
+        if found is None:
+            raise InputRefusedError(
+                f"--set '{text}': must be NAME=VALUE, such as ink.thickness_um=60, or with a unit, "
+                "'ink.thickness_um=0.06 mm'."
+            )
+        name, number, unit = found.groups()
+        if name not in table:
+            raise InputRefusedError(f"--set '{text}': {name}, {_hint(name, table)}")
+        if name in values:
+            raise InputRefusedError(f"--set '{text}': {name} is set twice; set it once.")
+        try:
+            value = float(number)
+        except ValueError:
+            raise InputRefusedError(f"--set '{text}': '{number}' is not a number.") from None
+        values[name] = value * (_factor(name, unit, table[name].unit) if unit else 1.0)
+    return values
+
+
+def _factor(name: str, given: str, own: str) -> float:
+    """By which a value in one unit is multiplied to be in another."""
+    for units in _UNITS:
+        if given in units and own in units:
+            return units[given] / units[own]
+    if given == own:
+        return 1.0
+    wanted = f"in {own}" if own else "a pure number"
+    raise InputRefusedError(f"--set: {name} is given in {given}; it must be {wanted}.")
+
+
+def _hint(name: str, table: ParameterTable) -> str:
+    """That a parameter does not exist; near names are those of its wavelengths, if it has some."""
+    by_wavelength = [one for one in table if one.partition("@")[0] == name]
+    if not by_wavelength:
+        return unknown_key(name, table)
+    return f"which has one value for each wavelength: {', '.join(by_wavelength)}."
