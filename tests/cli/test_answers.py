@@ -2,7 +2,8 @@
 
 import pytest
 
-from jaxink.cli.answers import quantity
+from jaxink.cli.answers import quantity, word
+from jaxink.sample.draft import ORDERS, PHASE_FUNCTIONS
 
 
 @pytest.mark.parametrize(
@@ -48,3 +49,26 @@ def test_numbers(name, text, value):
 def test_what_is_none(name, text, refused):
     with refused(name, numbers=False):
         quantity(name, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "meant"),
+    [
+        ("plate, ink", ORDERS, "plate,ink"),
+        (" Plate,Ink ", ORDERS, "plate,ink"),
+        ("ink", ORDERS, "ink"),
+        ("2", ORDERS, "ink,plate"),
+        ("hg", PHASE_FUNCTIONS, "henyey_greenstein"),
+        ("Henyey-Greenstein", PHASE_FUNCTIONS, "henyey_greenstein"),
+        ("MIE", PHASE_FUNCTIONS, "mie"),
+        ("two term", PHASE_FUNCTIONS, "two_term_henyey_greenstein"),
+    ],
+)
+def test_words_are_meant_whatever_their_spelling(text, words, meant):
+    assert word("order", text, words) == meant
+
+
+@pytest.mark.parametrize("text", ["", "4", "0", "p i", "paint"])
+def test_words_that_are_none_or_could_be_two_are_refused(text, refused):
+    with refused("order", "plate,ink | ink,plate | ink"):
+        word("order", text, ORDERS)

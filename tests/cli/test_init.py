@@ -146,7 +146,7 @@ def test_lit_side_gives_the_order(run, tmp_path):
 
 def test_questions(run, tmp_path, monkeypatch, told):
     monkeypatch.setattr("jaxink.cli.init._is_terminal", lambda: True)
-    answers = "plate\nplate,ink\n\nthick\n1.5\n\n80\nhg\nmie\n\n200\n"
+    answers = "paint\nPlate, Ink\n-1\n\nthick\n1.5\n\n80\nspheres\nmie\n\n200\n"
     done = run("init", DATA, "--out", "asked.toml", answers=answers)
     assert done.exit_code == 0
     told(done.stdout, numbers=False)

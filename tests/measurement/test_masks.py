@@ -82,7 +82,9 @@ def test_grazing_and_user_add_up(told):
         "user": 2,
         "zero": 0,
     }
-    grazing, user, used = mask_sentences(masked.mask)
+    # Three reasons for two points.
+    all_masked, grazing, user, used = mask_sentences(masked.mask)
+    told(all_masked, "2 of 3", "several reasons")
     told(grazing, "1 of 3", "grazing")
     told(user, "2 of 3", "user")
     told(used, "1 of 3")

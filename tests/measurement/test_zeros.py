@@ -151,3 +151,13 @@ def test_arrays_are_masked_as_files_are(read):
     again = jaxink.GonioData(*data.directions, data.bsdf_per_sr).with_masks()
     np.testing.assert_array_equal(again.mask, data.with_masks().mask)
     assert (again.mask[ANGLES == 20] == (ZERO.bit | RETRO.bit)).all()
+
+
+def test_zeros_of_one_direction_are_no_repeats(read):
+    rows = scan(matt())
+    zero = "20,20,0,550,R,0"
+    data = read([*(row for row in rows if not row.startswith("20,20,0,")), zero, zero])
+    assert mask_counts(data.mask)["zero"] == 2
+    assert not any("more than once" in note for note in data.notes)
+    again = read([*rows, rows[3]])
+    assert any("1 direction was measured more than once" in note for note in again.notes)

@@ -69,6 +69,8 @@ def test_a_value_of_all_wavelengths_names_those_there_are(refused):
         ("plate.thickness_mm=1e3 um", 1),
         ("ink.scattering_per_mm=600 1/cm", 60),
         ("ink.asymmetry_parameter=-0.5", -0.5),
+        ("ink.thickness_um=0,06 mm", 60),
+        ("ink.asymmetry_parameter=0,25", 0.25),
     ],
 )
 def test_texts_with_and_without_units(text, value, sample):
@@ -83,6 +85,8 @@ def test_texts_with_and_without_units(text, value, sample):
         (["ink.thickness_um"], "NAME=VALUE"),
         (["ink.thickness_um=thick"], "NAME=VALUE"),
         (["ink.thickness_um=1-2"], "1-2"),
+        (["ink.thickness_um=1,500"], "can be 1500 or 1.500"),
+        (["ink.thickness_um=1,5,0"], "1,5,0"),
         (["ink.thikness_um=60"], "ink.thickness_um"),
         (["ink.thickness_um=60 deg"], "deg"),
         (["ink.asymmetry_parameter=0.5 mm"], "a pure number"),

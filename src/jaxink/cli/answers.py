@@ -1,14 +1,14 @@
-"""Numbers as people write them, in answers and options: with a unit, and with a decimal comma."""
+"""Answers and options as people write them: numbers with units and decimal commas, words in short."""
 
 import re
+from collections.abc import Sequence
 
 from jaxink.errors import InputRefusedError
+from jaxink.sample.replacing import AMBIGUOUS
 
 _UNITS_M = {"nm": 1e-9, "um": 1e-6, "\N{MICRO SIGN}m": 1e-6, "\N{GREEK SMALL LETTER MU}m": 1e-6, "mm": 1e-3}
 _UNITS_M |= {"micron": 1e-6, "microns": 1e-6, "mic": 1e-6, "cm": 1e-2, "m": 1.0}
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.,]*)")
-# One and a half thousand, or one and a half.
-_AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def quantity(name: str, text: str) -> float:
@@ -35,7 +35,7 @@ def quantity(name: str, text: str) -> float:
         if text.lower().lstrip("+-") in ("nan", "inf", "infinity"):
             return float(text)
         raise InputRefusedError(f"{name} is {text!r}; it must be a number{example}.")
-    if _AMBIGUOUS.fullmatch(found[1]):
+    if AMBIGUOUS.fullmatch(found[1]):
         thousands, decimal = found[1].replace(",", ""), found[1].replace(",", ".")
         raise InputRefusedError(f"{name} is {text!r}, which can be {thousands} or {decimal}; write a point.")
     value, unit = float(found[1].replace(",", ".")), found[2].lower()
@@ -47,3 +47,38 @@ def quantity(name: str, text: str) -> float:
         raise InputRefusedError(f"{name} is {text!r}; its unit must be one of nm, um, mm, cm.")
     # Of 0.09 mm, 90 um and not 89.99999999999999.
     return float(f"{value * _UNITS_M[unit] / _UNITS_M[own_unit]:.12g}")
+
+
+def word(name: str, text: str, words: Sequence[str]) -> str:
+    """The word that a text means, whatever its capitals, spaces and hyphens.
+
+    Parameters
+    ----------
+    name
+        What is asked for.
+    text
+        A word, its beginning if no other word begins so, its initials, such as ``hg``, or its number from 1.
+    words
+        The words that there are.
+
+    Raises
+    ------
+    InputRefusedError
+        If it is none of them.
+    """
+    given = _letters(text)
+    exact = [one for one in words if _letters(one) == given]
+    short = [one for one in words if given and (_letters(one).startswith(given) or _initials(one) == given)]
+    numbered = [one for number, one in enumerate(words, start=1) if str(number) == given]
+    for found in (exact, short, numbered):
+        if len(found) == 1:
+            return found[0]
+    raise InputRefusedError(f"{name} is {text.strip()!r}; it must be one of: {' | '.join(words)}.")
+
+
+def _letters(text: str) -> str:
+    return re.sub(r"[\s_-]", "", text).lower()
+
+
+def _initials(text: str) -> str:
+    return "".join(part[0] for part in text.split("_"))

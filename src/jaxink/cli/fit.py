@@ -1,6 +1,5 @@
 """``jaxink fit``."""
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,8 +56,14 @@ def run_fit(
         typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
     elif output == "tables":
         from jaxink.cli.fit_tables import console, show_result
+        from jaxink.report import fit_next_steps
 
-        show_result(console(), result, files, next_command(result, data_files, sample_file, columns))
+        show_result(
+            console(),
+            result,
+            files,
+            fit_next_steps(result, out, input_words(data_files, columns), str(sample_file)),
+        )
     return exit_code(result)
 
 
@@ -67,17 +72,6 @@ def exit_code(result: "FitResult") -> ExitCode:
     if not result.outcome.is_as_asked:
         return ExitCode.NOT_CONVERGED
     return ExitCode.UNEXPLAINED if result.verdict.is_misfit else ExitCode.FITTED
-
-
-def next_command(
-    result: "FitResult", data_files: Sequence[Path], sample_file: Path, columns: dict[str, Any]
-) -> str | None:
-    """The command that looks for what a model lacks, to be typed as it is; None if the model fits."""
-    # With a mistake in the input there is nothing to look for.
-    if not result.verdict.is_misfit or any(mistake.is_named for mistake in result.mistakes):
-        return None
-    words = ["jaxink", "diagnose", *input_words(data_files, columns)]
-    return shlex.join([*words, "--sample", str(sample_file), "--out", "report"])
 
 
 def input_words(data_files: Sequence[Path], columns: dict[str, Any]) -> list[str]:

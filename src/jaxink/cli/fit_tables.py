@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from jaxink.fitting import FitResult
     from jaxink.fitting.fitted_parameters import FittedParameter
     from jaxink.fitting.result import SearchSummary
+    from jaxink.report import NextStep
 
 # ASCII if the terminal cannot show more.
 MOST_MISTAKES = 3
@@ -51,9 +52,9 @@ def console() -> Console:
 
 
 def show_result(
-    to: Console, result: "FitResult", files: Iterable[Path] = (), next_command: str | None = None
+    to: Console, result: "FitResult", files: Iterable[Path] = (), todo: Iterable["NextStep"] = ()
 ) -> None:
-    """Print a fit result, the files that were written, and the command to type next, if any."""
+    """Print a fit result, the files that were written, and what to do next."""
     show_verdict(to, result)
     show_outcome(to, result)
     to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
@@ -70,8 +71,7 @@ def show_result(
     show_lines(to, "Notes", result.notes)
     show_lines(to, "Mistakes in the input that were considered, each after one refit", mistake_lines(result))
     show_files(to, files)
-    if next_command is not None:
-        show_lines(to, "To find what the model lacks", [next_command])
+    show_lines(to, "Next", [line for step in todo for line in step.lines()])
 
 
 def show_verdict(to: Console, result: "FitResult") -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import typer
 
 import jaxink
-from jaxink.cli.answers import quantity
+from jaxink.cli.answers import quantity, word
 from jaxink.cli.session import CommandLine, ExitCode, StoppedError
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
@@ -73,7 +73,7 @@ def run_init(
         command = CommandLine(
             "init", data_files, {"--out": out, "--force": force, "--wavelengths": given["wavelengths_nm"]}
         )
-        stated = _asked(stated, command, options)
+        stated = _asked(data, stated, command, options)
     draft = Draft(**stated)
     assumed = [name for name in draft.needed if name not in stated]
     text = sample_text(data, draft, assumed)
@@ -105,7 +105,7 @@ def _is_terminal() -> bool:
 def _stated(name: str, text: str) -> Any:
     """The value of a field of `Draft` that a text states."""
     if name in _WORDS:
-        return text.strip()
+        return word(name, text, _WORDS[name])
     if name == "ink_um" and text.strip().lower() == OPAQUE:
         return OPAQUE
     if name == "wavelengths_nm":
@@ -118,7 +118,9 @@ def _stated(name: str, text: str) -> Any:
         raise
 
 
-def _asked(stated: dict[str, Any], command: CommandLine, options: Sequence[str]) -> dict[str, Any]:
+def _asked(
+    data: jaxink.GonioData, stated: dict[str, Any], command: CommandLine, options: Sequence[str]
+) -> dict[str, Any]:
     """What is known, completed by questions; an empty answer takes the usual value.
 
     Raises
@@ -135,28 +137,26 @@ def _asked(stated: dict[str, Any], command: CommandLine, options: Sequence[str])
         if name in answers or name not in so_far.needed:
             continue
         try:
-            answers[name] = _answer(name, question.format(n=len(so_far.wavelengths_nm)))
+            answers[name] = _answer(data, answers, name, question.format(n=len(so_far.wavelengths_nm)))
         except (typer.Abort, EOFError, KeyboardInterrupt):
             raise _stopped(answers, command, options) from None
     return answers
 
 
-def _answer(name: str, question: str) -> Any:
-    """The answer to one question, which is asked again until it can be understood."""
+def _answer(data: jaxink.GonioData, known: dict[str, Any], name: str, question: str) -> Any:
+    """The answer to one question, which is asked again until it is understood and possible."""
     usual = getattr(Draft(), name)
     usual = f"{usual:g}" if isinstance(usual, float) else usual
-    words = _WORDS.get(name)
     while True:
         text = typer.prompt(question, default=usual, type=str)
-        if words is not None:
-            if text.strip() in words:
-                return text.strip()
-            typer.echo(f"One of: {', '.join(words)}.")
-            continue
         try:
-            return _stated(name, text)
+            answer = _stated(name, text)
+            # Refuses what is out of its range, by the sentence of the sample file.
+            jaxink.parse_sample(sample_text(data, Draft(**known, **{name: answer})), name)
         except InputRefusedError as problem:
-            typer.echo(str(problem))
+            typer.echo(str(problem).removeprefix(f"{name}: "))
+        else:
+            return answer
 
 
 def _stopped(answers: dict[str, Any], command: CommandLine, options: Sequence[str]) -> StoppedError:

@@ -169,9 +169,15 @@ def mask_names(mask: UInt32[np.ndarray, " points"]) -> list[str]:
 
 
 def mask_sentences(mask: UInt32[np.ndarray, " points"]) -> tuple[str, ...]:
-    """One sentence for each reason that occurs, then how many points are used."""
-    counts = mask_counts(mask)
-    sentences = [
+    """One sentence for each reason that occurs, then how many points are used.
+
+    If some points are masked for several reasons, a sentence before them says how many are masked in all.
+    """
+    counts, n_masked = mask_counts(mask), int((mask != 0).sum())
+    sentences = []
+    if sum(counts.values()) > n_masked:
+        sentences.append(f"{n_masked} of {len(mask)} points are masked, some of them for several reasons.")
+    sentences += [
         f"{counts[flag.name]} of {len(mask)} points are masked as {flag.name}: {flag.sentence}."
         for flag in MASK_FLAGS
         if counts[flag.name]

@@ -272,12 +272,14 @@ def _order_notes(data: GonioData) -> list[str]:
 
 def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
     notes = []
-    group = direction_groups(data)
-    _, counts = np.unique(group, return_counts=True)
+    # Zeros where nothing was measured repeat nothing.
+    read = data.bsdf_per_sr != 0
+    group = np.where(read, direction_groups(data), -1)
+    counts = np.bincount(group[read])
     if (counts > 1).any():
         several = int((counts > 1).sum())
         which = "1 direction was" if several == 1 else f"{several} directions were"
-        rows = data.row[group == np.unique(group)[np.argmax(counts > 1)]]
+        rows = data.row[group == np.argmax(counts > 1)]
         notes.append(
             f"{which} measured more than once (rows {rows[0]} and {rows[1]}); all rows were kept as repeats."
         )

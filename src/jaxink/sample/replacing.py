@@ -14,7 +14,9 @@ _UNITS = (
     {"1/mm": 1.0, "1/um": 1e3, "1/µm": 1e3, "1/cm": 0.1, "1/m": 1e-3},
     {"deg": 1.0, "rad": 180 / math.pi},
 )
-_ASSIGNMENT = re.compile(r"\s*([^=\s]+)\s*=\s*([-+.\deE]+)\s*(\S*)\s*")
+_ASSIGNMENT = re.compile(r"\s*([^=\s]+)\s*=\s*([-+.,\deE]+)\s*(\S*)\s*")
+# One and a half thousand, or one and a half.
+AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def with_values(table: ParameterTable, values: Mapping[str, float]) -> ParameterTable:
@@ -76,11 +78,16 @@ def assigned(table: ParameterTable, texts: list[str]) -> dict[str, float]:
             )
         name, number, unit = found.groups()
         if name not in table:
-            raise InputRefusedError(f"--set '{text}': {name}, {_hint(name, table)}")
+            raise InputRefusedError(f"--set '{text}': names {name}, {_hint(name, table)}")
         if name in values:
             raise InputRefusedError(f"--set '{text}': {name} is set twice; set it once.")
+        if AMBIGUOUS.fullmatch(number):
+            raise InputRefusedError(
+                f"--set '{text}': '{number}' can be {number.replace(',', '')} or {number.replace(',', '.')}; "
+                "write a point."
+            )
         try:
-            value = float(number)
+            value = float(number.replace(",", ".", 1))
         except ValueError:
             raise InputRefusedError(f"--set '{text}': '{number}' is not a number.") from None
         values[name] = value * (_factor(name, unit, table[name].unit) if unit else 1.0)
