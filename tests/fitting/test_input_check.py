@@ -69,6 +69,30 @@ def test_what_fits_is_not_suspected(example_result):
     assert check_input(example_result) is example_result
 
 
+@pytest.mark.parametrize(
+    "options",
+    [{"max_steps": 2}, {"max_evaluations": 3}, {"method": "simplex", "max_steps": 20}],
+    ids=["steps", "evaluations", "simplex"],
+)
+def test_a_search_that_a_limit_ended_accuses_nothing(options, inputs, coarse):
+    result = jaxink.fit(*inputs, jaxink.FitOptions(config=coarse, **options))
+    assert result.outcome.is_limited
+    assert result.verdict.reduced_chi_square > 2
+    # Nothing followed the search: neither a profile nor a second start.
+    assert len(result.searches) == 1
+    assert result.profiles == ()
+    assert check_input(result) is result
+
+
+def test_a_method_that_misses_the_minimum_accuses_itself(inputs, coarse, coarsely, told):
+    result = jaxink.fit(*inputs, jaxink.FitOptions(config=coarse, method="optimistix_nelder_mead"))
+    assert result.outcome.converged
+    assert result.verdict.is_misfit
+    checked = check_input(result)
+    assert checked.mistakes == ()
+    told(checked.notes[-1], "missed the minimum")
+
+
 def test_a_thickness_a_thousand_times_too_small_is_named(inputs, coarsely):
     data, sample = inputs
     table = sample.parameters.replace("ink.thickness_um", value=0.08)

@@ -219,3 +219,32 @@ def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch, refused):
 def test_write_refuses(name, named, tmp_path, refused):
     with refused(named):
         full_data().to_netcdf(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    "sides",
+    [
+        ["R", "R", "R", "T"],
+        np.array(["R", "R", "R", "T"]),
+        [0, 0, 0, 1.0],
+        np.array([False] * 3 + [True], object),
+    ],
+    ids=["letters", "array of letters", "numbers", "objects"],
+)
+def test_sides_are_booleans_or_letters(sides):
+    assert GonioData(**fields(is_transmission=sides)).is_transmission.tolist() == [False] * 3 + [True]
+
+
+@pytest.mark.parametrize(
+    ("sides", "named"),
+    [
+        (["reflection"] * 4, "'reflection'"),
+        (["False"] * 4, "'False'"),
+        ([0, 0, 2, 1], "2"),
+        ([0.0, np.nan, 1.0, 1.0], "nan"),
+        ([None, True, True, True], "None"),
+    ],
+)
+def test_other_sides_are_refused(sides, named, refused):
+    with refused(f"is_transmission contains {named}"):
+        GonioData(**fields(is_transmission=sides))

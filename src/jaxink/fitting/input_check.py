@@ -24,10 +24,10 @@ from jaxink.fitting.hypotheses import (
 from jaxink.fitting.inputs import limits_of
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import Objective, make_objective, weights_of
-from jaxink.fitting.outcome import Search
+from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.refitted_hypothesis import RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.result import FitResult
-from jaxink.fitting.verdict import FitVerdictCode
+from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise
 from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.measurement.balance import balances
 from jaxink.measurement.masks import USER
@@ -57,6 +57,8 @@ _SCANNED = 2
 _COMPILING = 2
 # Above this reduced chi-square the fit may have ended at a resolution that a narrow peak required.
 _FAR = 3.0
+# A search missed the minimum if the gradient method leaves less than this share of its reduced chi-square.
+_MISSED = 0.9
 
 
 def check_input(
@@ -65,7 +67,8 @@ def check_input(
     """Look for a mistake in the input of a fit that misses the noise, and add what was found to the result.
 
     Nothing is corrected: a mistake is a hypothesis, tested by one refit from the declared start. A fit that
-    the noise explains is returned as it is.
+    the noise explains, or that a limit ended, is returned as it is. If another method than the gradient
+    method missed the minimum of the declared input, this is noted, and mistakes are judged against it.
 
     Parameters
     ----------
@@ -80,7 +83,9 @@ def check_input(
     failed = Failures() if failures is None else failures
     if _is_doubtful(result):
         with computing():
-            mistakes += _Check(result, progress or log_progress, failed).mistakes(result.verdict.code)
+            check = _Check(result, progress or log_progress, failed)
+            result, is_explained = check.at_minimum()
+            mistakes += () if is_explained else check.mistakes(result.verdict.code)
     if failures is None and failed.found:
         sentences = tuple(failure.sentence for failure in failed.found)
         result = dataclasses.replace(result, notes=(*result.notes, *sentences))
@@ -90,7 +95,7 @@ def check_input(
 def _is_doubtful(result: FitResult) -> bool:
     """Whether hypotheses about the input are worth their refits."""
     verdict = result.verdict
-    if result.objective != "chi_square" or verdict.reduced_chi_square is None:
+    if result.objective != "chi_square" or verdict.reduced_chi_square is None or result.outcome.is_limited:
         return False
     if verdict.code is FitVerdictCode.CONSISTENT:
         return source_is_scanned(result.data)
@@ -151,6 +156,27 @@ class _Check:
         objective = make_objective(self.result.data, self.sample, layer_method=config.layer_method)
         start = cast(ForwardModel, objective.model).config
         return start if config.at_least(start) == config else config
+
+    def at_minimum(self) -> tuple[FitResult, bool]:
+        """The result, with a note if its search missed the minimum, and whether noise explains that one."""
+        if self.result.outcome is Outcome.CONVERGED or self.before < SIGMA_TOLERANCE**2:
+            return self.result, False
+        _, objective = self._objective(self.result.data, self.sample)
+        start = objective.scale.to_unit(np.array([p.value for p in self.sample.parameters.free]))
+        chi_square, freedom, _ = self._left_by(
+            objective, self._search(objective, start, {}, bool(self.rugged))
+        )
+        if not chi_square / freedom < _MISSED * self.before:
+            return self.result, False
+        self.before = chi_square / freedom
+        level = self.result.noise.get("level")
+        known = np.inf if level is None else level.degrees_of_freedom
+        note = (
+            f"The search missed the minimum: the gradient method reaches a reduced chi-square of "
+            f"{self.before:.4g} from the same start."
+        )
+        result = dataclasses.replace(self.result, notes=(*self.result.notes, note))
+        return result, not exceeds_noise(chi_square, freedom, known)
 
     def mistakes(self, code: FitVerdictCode) -> tuple[Mistake, ...]:
         """All hypotheses that were tested; costly ones only if none of the others is named."""
@@ -268,16 +294,13 @@ class _Check:
         start = objective.scale.to_unit(values)
         held = {i: float(start[i]) for i, p in enumerate(free) if p.name in values_held}
         search = self._search(objective, start, held, is_thorough)
-        whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
-        weighted = objective.weight > 0
-        freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
-        chi_square = float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf
+        chi_square, freedom, whitened = self._left_by(objective, search)
         # Chi-square itself is known to its standard deviation only, and so is an estimated noise.
         level = self.result.noise.get("level")
         known = np.inf if level is None else level.degrees_of_freedom
         excess = max(abs(chi_square / freedom - 1) - float(np.sqrt(2 / freedom + 2 / known)), 0.0)
         left = excess / max(abs(self.before - 1), 1e-300)
-        ordered = is_ordered(data, whitened, weighted)
+        ordered = is_ordered(data, whitened, objective.weight > 0)
         return RefittedHypothesis(
             hypothesis=hypothesis,
             chi_square=chi_square,
@@ -287,6 +310,17 @@ class _Check:
             is_ordered=ordered,
             log_determinant=log_determinant(objective, search.predicted),
             noise_freedom=known,
+        )
+
+    def _left_by(self, objective: Objective, search: Search) -> tuple[float, int, np.ndarray]:
+        """Chi-square of the points that have a weight, its degrees of freedom, and whitened residuals."""
+        whitened = np.asarray(objective.in_noise(search.predicted, objective.measured - search.predicted))
+        weighted = objective.weight > 0
+        freedom = max(int(np.sum(weighted)) - len(self.sample.parameters.free), 1)
+        return (
+            float(np.sum(whitened[weighted] ** 2)) if np.isfinite(search.loss) else np.inf,
+            freedom,
+            whitened,
         )
 
     def _search(

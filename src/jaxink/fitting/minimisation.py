@@ -104,7 +104,8 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
     at_minimum = best.outcome is not Outcome.GOAL
     errors = _covariance(best) if options.objective == "chi_square" and at_minimum else None
     found = Found(best, errors, tuple(searches), scans)
-    if errors is not None and options.profile != "none":
+    # A search that a limit ended has no minimum to follow chi-square from.
+    if errors is not None and options.profile != "none" and best.outcome.converged:
         found = _with_profiles(GradientSearch(objective), objective.free, found, options.profile, progress)
     return assemble(data, sample, options, noise, objective, found)
 

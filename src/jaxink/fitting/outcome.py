@@ -36,6 +36,11 @@ class Outcome(enum.Enum):
         return self in (Outcome.CONVERGED, Outcome.SETTLED)
 
     @property
+    def is_limited(self) -> bool:
+        """Whether a limit of the user's ended the search."""
+        return self in (Outcome.MAX_STEPS, Outcome.MAX_EVALUATIONS, Outcome.MAX_SECONDS)
+
+    @property
     def is_as_asked(self) -> bool:
         """Whether the search ended as it should: in a minimum, or at the goal that the user set."""
         return self.converged or self is Outcome.GOAL

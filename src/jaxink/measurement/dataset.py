@@ -30,6 +30,8 @@ Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 # Of a measurement that was joined from several files: the file of each row.
 FILE_COLUMN = "source_file"
 _JOINT = " + "
+# What a column of sides may hold instead of booleans.
+_SIDES = {"R": False, "T": True}
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
@@ -102,7 +104,7 @@ class GonioData(Presented):
             self._freeze(name, getattr(self, name), np.float64, size)
         if self.sigma_per_sr is not None:
             self._freeze("sigma_per_sr", self.sigma_per_sr, np.float64, size)
-        self._freeze("is_transmission", self.is_transmission, np.bool_, size)
+        self._freeze("is_transmission", self._flags(), np.bool_, size)
         is_unread = self.row is None
         row = np.arange(2, size + 2) if self.row is None else self.row
         self._freeze("row", row, np.int64, size)
@@ -128,6 +130,24 @@ class GonioData(Presented):
 
     def _refusal(self, text) -> InputRefusedError:
         return InputRefusedError(f"{self.source or 'GonioData'}: {text}.")
+
+    def _flags(self) -> np.ndarray:
+        """Sides as booleans: any other text would be true."""
+        values = np.asarray(self.is_transmission)
+        if values.dtype.kind in "OUS":
+            each = values.ravel().tolist()
+            known = [bool(one) if isinstance(one, bool | np.bool_) else _SIDES.get(str(one)) for one in each]
+            wrong = [one for one, flag in zip(each, known, strict=True) if flag is None]
+            if not wrong:
+                return np.array(known, bool).reshape(values.shape)
+        else:
+            wrong = values[(values != 0) & (values != 1)].tolist()
+            if not wrong:
+                return values.astype(bool)
+        raise self._refusal(
+            f"is_transmission contains {wrong[0]!r}; every value must be False for reflection or True for "
+            "transmission, or 'R' or 'T'"
+        )
 
     def _freeze(self, name, values, dtype, size):
         values = np.array(values, dtype)
