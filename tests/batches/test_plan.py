@@ -120,11 +120,11 @@ def test_digests_say_what_has_changed(folder):
     assert task_of(plan.measurements[0], plan).inputs == before
     (folder / "sheet_1.csv").write_text("1.5")
     changed = task_of(plan.measurements[0], plan).inputs.changed_since(before)
-    assert changed == ("its measurement",)
+    assert changed == ("its measurement changed",)
     (folder / "sheet_1.csv").write_text("1")
     sample = (folder / "sample.toml").read_text()
     (folder / "sample.toml").write_text(sample.replace("thickness_um = 80", "thickness_um = 81"))
     (folder / "plan.toml").write_text((folder / "plan.toml").read_text() + "[fit]\nseed = 1\n")
     other = load_plan(folder / "plan.toml")
     changed = task_of(other.measurements[0], other).inputs.changed_since(before)
-    assert changed == ("its sample", "the options")
+    assert changed == ("its sample changed", "the options changed")

@@ -46,6 +46,18 @@ def test_trouble_is_a_line_and_an_exit_code(folder):
     assert batch(folder, "--quiet").stderr == ""
 
 
+def test_a_result_without_its_input_is_kept_and_told(folder):
+    (folder / "table.csv").write_text("file\nsheet_1.csv\nsheet_2.csv\n")
+    (folder / "plan.toml").write_text(PLAN.replace('files = "*.csv"', 'table = "table.csv"'))
+    assert batch(folder).exit_code == 0
+    (folder / "sheet_2.csv").unlink()
+    done = batch(folder)
+    assert done.exit_code == 4
+    assert "sheet_2: " in done.stderr
+    assert "input missing now, so the earlier result is kept." in done.stderr
+    assert list(json.loads(batch(folder, "--json").stdout)["absent"]) == ["sheet_2"]
+
+
 def test_the_summary_as_json(folder):
     summary = json.loads(batch(folder, "--json").stdout)
     assert summary["columns"]["ink.scattering_per_mm"] == [1.0, 2.0, 3.0]

@@ -17,7 +17,14 @@ _MOST_ROWS = 5000
 def report_page(batch: Batch) -> str:
     """HTML: outcomes and verdicts counted, trends, maps, outliers, trouble, and a table of all with links."""
     far = outlying(batch.rows)
-    parts = [_counts(batch), *_figures(batch, far), _outliers(batch, far), _trouble(batch), _all(batch)]
+    parts = [
+        _counts(batch),
+        *_figures(batch, far),
+        _outliers(batch, far),
+        _trouble(batch),
+        _absent(batch),
+        _all(batch),
+    ]
     top = "".join(paragraph(line) for line in batch.card().sentences)
     return html.document(batch.title, top, [part for part in parts if part is not None])
 
@@ -90,6 +97,13 @@ def _trouble(batch: Batch) -> html.Section | None:
     return html.section(
         "Without a result", html.tables(["measurement", "outcome", "sentence"], rows, (0, 1, 2))
     )
+
+
+def _absent(batch: Batch) -> html.Section | None:
+    if not batch.absent:
+        return None
+    rows = [[name, sentence] for name, sentence in batch.absent.items()]
+    return html.section("Input missing now", html.tables(["measurement", "sentence"], rows, (0, 1)))
 
 
 def _all(batch: Batch) -> html.Section:

@@ -39,10 +39,16 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
     except UnfinishedBatchError as problem:
         found, cut_off = problem.found, problem
     if output == "json":
-        typer.echo(json_text({"columns": plain(found.columns()), "again": list(found.again)}))
+        typer.echo(
+            json_text(
+                {"columns": plain(found.columns()), "again": list(found.again), "absent": dict(found.absent)}
+            )
+        )
     elif output == "tables":
         for sentence in found.again:
             typer.echo(f"jaxink: {sentence}", err=True)
+        for name, sentence in found.absent.items():
+            typer.echo(f"jaxink: {name}: {sentence}", err=True)
         typer.echo(found.summary())
         typer.echo(
             f"\nWritten: {out / SUMMARY_CSV}, {out / REPORT_PAGE}, and a folder of each in {out}/results."
@@ -50,7 +56,7 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
     if cut_off is not None:
         typer.echo(f"jaxink: {cut_off}", err=True)
         return ExitCode.UNFINISHED
-    return ExitCode.NOT_CONVERGED if found.trouble else ExitCode.FITTED
+    return ExitCode.NOT_CONVERGED if found.trouble or found.absent else ExitCode.FITTED
 
 
 class _Lines:
