@@ -1,5 +1,6 @@
 """The report of a batch: counts, trends, outliers, maps, and a link for each measurement."""
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from jaxink.batches.outliers import outlying
 from jaxink.batches.page import report_page
 from jaxink.batches.result import Batch
 from jaxink.batches.row import Inputs, Row, RowParameter
+from jaxink.batches.verdicts import is_misfit, verdict_meaning
+from jaxink.diagnosis.findings.verdict import VerdictCode
+from jaxink.fitting.verdict import FitVerdictCode
 
 INPUTS = Inputs("a", "b", "c")
 FAR = 7
@@ -50,6 +54,36 @@ def test_the_page_counts_draws_and_links(batch):
     assert "there is &lt;no&gt; file" in trouble
     assert "Line &lt;3&gt;" in page
     assert "<no>" not in page
+
+
+def misfit(row, verdict):
+    return dataclasses.replace(row, verdict=verdict, sentence=f"{row.name} is far above the noise.")
+
+
+@pytest.mark.parametrize("verdict", ["misfit", "partly_explained"])
+def test_misfits_are_explained_listed_and_marked(verdict, batch):
+    rows = (misfit(batch.rows[0], verdict), *batch.rows[1:])
+    bad = dataclasses.replace(batch, rows=rows, reading={"side": "R"})
+    assert [row.name for row in bad.misfits] == ["s0"]
+    page, card = report_page(bad), " ".join(bad.summary().split())
+    for text in (page, card):
+        assert verdict_meaning(verdict) in text
+        assert "s0 is far above the noise." in text
+        # A diagnosis has its own page for what to do.
+        what = "jaxink diagnose f --side R --sample out/results/s0/sample.toml --out s0-report"
+        assert (what in text) == (verdict == "misfit")
+    table = page.split('<section id="all-measurements">')[1]
+    assert re.findall(r">(\d[\d.]*\(\d+\)\*)<", table) == ["60.0(10)*"]
+    assert "standard error is meaningless" in table
+    assert "meaningless" not in report_page(batch)
+
+
+@pytest.mark.parametrize("kind", [FitVerdictCode, VerdictCode])
+def test_every_verdict_is_explained_and_counts_as_in_its_own_command(kind, batch):
+    for code in kind:
+        assert verdict_meaning(str(code)) == code.meaning
+        is_one = code.structure_remains if kind is VerdictCode else code is FitVerdictCode.MISFIT
+        assert is_misfit(misfit(batch.rows[0], str(code))) == is_one
 
 
 def test_columns_have_an_entry_for_each_measurement(batch):

@@ -1,5 +1,6 @@
 """``jaxink batch``: what it prints, its exit codes, and that Ctrl-C loses nothing."""
 
+import dataclasses
 import json
 from contextlib import contextmanager
 
@@ -56,6 +57,18 @@ def test_a_result_without_its_input_is_kept_and_told(folder):
     assert "sheet_2: " in done.stderr
     assert "input missing now, so the earlier result is kept." in done.stderr
     assert list(json.loads(batch(folder, "--json").stdout)["absent"]) == ["sheet_2"]
+
+
+def test_misfits_are_told_and_an_exit_code(folder, monkeypatch):
+    def missed(task):
+        done = answered(task)
+        return dataclasses.replace(done, row=dataclasses.replace(done.row, verdict="misfit"))
+
+    monkeypatch.setattr("jaxink.batches.measure.measure", missed)
+    done = batch(folder)
+    assert done.exit_code == 3
+    assert "3 misfit: the residual exceeds the noise" in " ".join(done.stdout.split())
+    assert "jaxink diagnose" in done.stdout
 
 
 def test_the_summary_as_json(folder):

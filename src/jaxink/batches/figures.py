@@ -7,9 +7,9 @@ import numpy as np
 from jaxink.batches.listing import POSITION
 from jaxink.batches.result import Batch
 from jaxink.batches.row import Row, RowParameter
+from jaxink.batches.verdicts import standard_errors_hold
 from jaxink.plots.figure import PageFigure, blank_figure
 
-_MISSED = ("misfit",)
 _GOOD, _FAR = "#2b5d8a", "#c22f2f"
 _WIDTH, _HEIGHT = 9.0, 2.6
 
@@ -21,7 +21,7 @@ def trend_figures(batch: Batch, far: dict[str, set[str]]) -> Iterator[tuple[str,
         at = np.array([number for number, _, _ in found], float)
         values = np.array([p.value for _, _, p in found], float)
         errors = np.array([p.standard_error or 0.0 for _, _, p in found], float)
-        holds = np.array([row.ended.name == "DONE" and row.verdict not in _MISSED for _, row, _ in found])
+        holds = np.array([standard_errors_hold(row) for _, row, _ in found])
         outlier = np.array([row.name in far.get(name, ()) for _, row, _ in found])
         with blank_figure(_WIDTH, _HEIGHT) as figure:
             axes = figure.panel(0.9, 0.5, _WIDTH - 1.1, _HEIGHT - 0.7)

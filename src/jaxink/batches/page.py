@@ -6,12 +6,21 @@ from html import escape
 from jaxink.batches.outliers import outlying
 from jaxink.batches.result import SUMMARY_CSV, Batch
 from jaxink.batches.row import Row, RowOutcome, RowParameter
+from jaxink.batches.verdicts import standard_errors_hold, verdict_meaning, what_to_do
 from jaxink.display.html import paragraph, table
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.numerics.failures import Failures
 from jaxink.report import html
 
 _MOST_ROWS = 5000
+# Behind a standard error that does not hold.
+_MARK = "*"
+
+
+_MARKED = (
+    f"{_MARK} The standard error is meaningless: it assumes a model that fits, in a minimum, and this is a "
+    "misfit or has not converged."
+)
 
 
 def report_page(batch: Batch) -> str:
@@ -22,6 +31,7 @@ def report_page(batch: Batch) -> str:
         *_figures(batch, far),
         _outliers(batch, far),
         _trouble(batch),
+        _misfits(batch),
         _absent(batch),
         _all(batch),
     ]
@@ -34,13 +44,15 @@ def _counts(batch: Batch) -> html.Section:
         [code.replace("_", " "), str(n), RowOutcome[code.upper()].meaning]
         for code, n in batch.outcomes.most_common()
     ]
-    verdicts = [[code.replace("_", " "), str(n)] for code, n in batch.verdicts.most_common()]
+    verdicts = [
+        [code.replace("_", " "), str(n), verdict_meaning(code)] for code, n in batch.verdicts.most_common()
+    ]
     effects: dict[str, int] = {}
     for row in batch:
         for effect in row.effects:
             effects[effect] = effects.get(effect, 0) + 1
     parts = [table(["outcome", "measurements", "meaning"], outcomes, (0, 2))]
-    parts.append(table(["verdict", "measurements"], verdicts))
+    parts.append(table(["verdict", "measurements", "meaning"], verdicts, (0, 2)))
     if effects:
         counted = [[name, str(n)] for name, n in sorted(effects.items(), key=lambda one: -one[1])]
         parts.append(table(["effect that a diagnosis has added", "measurements"], counted))
@@ -73,7 +85,7 @@ def _outliers(batch: Batch, far: dict[str, set[str]]) -> html.Section | None:
         [
             row.name,
             p.name,
-            f"{with_uncertainty(p.value, p.standard_error)} {p.unit}".strip(),
+            f"{_value(p, row)} {p.unit}".strip(),
             row.verdict or "",
         ]
         for row in batch
@@ -87,7 +99,8 @@ def _outliers(batch: Batch, far: dict[str, set[str]]) -> html.Section | None:
     if not rows:
         return html.section("Outliers", paragraph("None. " + words))
     shown = html.tables(["measurement", "parameter", "value(s.e.)", "verdict"], rows, (0, 1, 3))
-    return html.section("Outliers", shown, paragraph(words))
+    marked = [paragraph(_MARKED)] if any(_MARK in row[2] for row in rows) else []
+    return html.section("Outliers", shown, *marked, paragraph(words))
 
 
 def _trouble(batch: Batch) -> html.Section | None:
@@ -97,6 +110,16 @@ def _trouble(batch: Batch) -> html.Section | None:
     return html.section(
         "Without a result", html.tables(["measurement", "outcome", "sentence"], rows, (0, 1, 2))
     )
+
+
+def _misfits(batch: Batch) -> html.Section | None:
+    if not batch.misfits:
+        return None
+    rows = [[row.name, (row.verdict or "").replace("_", " "), row.sentence] for row in batch.misfits]
+    words, command = what_to_do(batch.misfits[0], str(batch.folder), batch.reading)
+    todo = paragraph(words) + (f"<pre>{escape(command)}</pre>\n" if command else "")
+    shown = html.tables(["measurement", "verdict", "sentence"], rows, (0, 1, 2))
+    return html.section("Misfits", shown, todo)
 
 
 def _absent(batch: Batch) -> html.Section | None:
@@ -113,6 +136,8 @@ def _all(batch: Batch) -> html.Section:
     body = f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody>\n</table>\n"
     left = len(batch) - _MOST_ROWS
     rest = [paragraph(f"{left} more are in {SUMMARY_CSV}.")] if left > 0 else []
+    if any(row.parameters and not standard_errors_hold(row) for row in batch.rows[:_MOST_ROWS]):
+        rest.append(paragraph(_MARKED))
     return html.section("All measurements", body, *rest)
 
 
@@ -121,14 +146,16 @@ def _linked(row: Row, parameters: Iterable[str]) -> str:
         f'<a href="{escape(row.page, quote=True)}">{escape(row.name)}</a>' if row.page else escape(row.name)
     )
     found = {p.name: p for p in row.parameters}
-    values = [_value(found.get(name)) for name in parameters]
+    values = [_value(found.get(name), row) for name in parameters]
     texts = [row.outcome.replace("_", " "), (row.verdict or "").replace("_", " ")]
     texts += [html.number(row.reduced_chi_square), *values, ", ".join(row.effects), f"{row.seconds:.3g}"]
     cells = "".join(f'<td class="text">{escape(text)}</td>' for text in texts)
     return f'<tr><td class="text">{name}</td>{cells}</tr>\n'
 
 
-def _value(parameter: RowParameter | None) -> str:
+def _value(parameter: RowParameter | None, row: Row) -> str:
+    """Value and standard error, marked if the latter does not hold."""
     if parameter is None or parameter.value is None:
         return ""
-    return with_uncertainty(parameter.value, parameter.standard_error)
+    mark = "" if parameter.standard_error is None or standard_errors_hold(row) else _MARK
+    return with_uncertainty(parameter.value, parameter.standard_error) + mark

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from jaxink.batches.listing import POSITION, Listed
 from jaxink.batches.row import Row, RowOutcome
+from jaxink.batches.verdicts import is_misfit, verdict_meaning, what_to_do
 from jaxink.display.brief import counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import JaxinkError
@@ -43,6 +44,8 @@ class Batch(Presented):
         For each row whose result is kept although its measurement cannot be read now, what is wrong.
     others
         Number of rows in the folder that belong to an earlier plan.
+    reading
+        Keywords of `jaxink.read` for the files of each.
     missing
         Number of measurements of the plan without a row, because the batch was cut off.
     """
@@ -56,6 +59,7 @@ class Batch(Presented):
     absent: Mapping[str, str] = dataclasses.field(default_factory=dict)
     others: int = 0
     missing: int = 0
+    reading: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -77,6 +81,11 @@ class Batch(Presented):
     def trouble(self) -> tuple[Row, ...]:
         """Rows that have no result, or one that did not converge."""
         return tuple(row for row in self.rows if row.ended is not RowOutcome.DONE)
+
+    @property
+    def misfits(self) -> tuple[Row, ...]:
+        """Rows with a result that converged, but whose model does not fit the measurement."""
+        return tuple(row for row in self.rows if row.ended is RowOutcome.DONE and is_misfit(row))
 
     @property
     def parameters(self) -> dict[str, str]:
@@ -132,6 +141,11 @@ class Batch(Presented):
             f"{n} {code.replace('_', ' ')}: {RowOutcome[code.upper()].meaning}."
             for code, n in self.outcomes.items()
         ]
+        lines += [
+            f"{n} {code.replace('_', ' ')}: {verdict_meaning(code)}."
+            for code, n in self.verdicts.most_common()
+            if code not in self.outcomes
+        ]
         if self.missing:
             without = f"{counted(self.missing, 'measurement')} {'has' if self.missing == 1 else 'have'}"
             lines.append(f"{without} no row yet; the same command goes on with the rest.")
@@ -145,13 +159,18 @@ class Batch(Presented):
         rows = [[row.name, row.outcome.replace("_", " "), row.sentence] for row in self.trouble[:_MOST_SHOWN]]
         more = len(self.trouble) - len(rows)
         remarks = [f"... and {more} more with trouble, see {SUMMARY_CSV}."] if more > 0 else []
-        verdicts = [[code.replace("_", " "), str(n)] for code, n in self.verdicts.most_common()]
-        tables = [CardTable(["verdict", "measurements"], verdicts)]
-        tables.append(CardTable(["measurement", "outcome", "sentence"], rows, (0, 1, 2)))
+        tables = [CardTable(["measurement", "outcome", "sentence"], rows, (0, 1, 2))]
+        misfits = [[row.name, (row.verdict or "").replace("_", " "), row.sentence] for row in self.misfits]
+        tables.append(CardTable(["measurement", "verdict", "sentence"], misfits[:_MOST_SHOWN], (0, 1, 2)))
+        if len(misfits) > _MOST_SHOWN:
+            remarks.append(f"... and {len(misfits) - _MOST_SHOWN} more that the model does not fit.")
         absent = [[name, sentence] for name, sentence in self.absent.items()]
         tables.append(CardTable(["measurement", "input missing now"], absent[:_MOST_SHOWN], (0, 1)))
         if len(absent) > _MOST_SHOWN:
             remarks.append(f"... and {len(absent) - _MOST_SHOWN} more without their input.")
+        if misfits:
+            words, command = what_to_do(self.misfits[0], str(self.folder), self.reading)
+            remarks += [words, *([command] if command else [])]
         return Card(f"Batch: {self.title}", lines, tables, remarks)
 
 

@@ -22,13 +22,13 @@ class RowOutcome(enum.StrEnum):
 
     meaning: str
 
-    DONE = "done", "it has a result"
-    NOT_CONVERGED = "not_converged", "it has a result whose search did not end in a minimum"
-    REFUSED = "refused", "the input is invalid; the sentence says what is wrong"
+    DONE = "done", "with a result"
+    NOT_CONVERGED = "not_converged", "with a result whose search did not end in a minimum"
+    REFUSED = "refused", "invalid or missing input; the sentence says what is wrong"
     FAILED = "failed", "an unexpected error, which the sentence names"
-    TIME_LIMIT = "time_limit", "it was ended at its time limit"
-    MEMORY_LIMIT = "memory_limit", "it was ended at its memory limit"
-    KILLED = "killed", "its process ended without an answer, twice"
+    TIME_LIMIT = "time_limit", "ended at the time limit"
+    MEMORY_LIMIT = "memory_limit", "ended at the memory limit"
+    KILLED = "killed", "ended the process without an answer, twice"
 
     def __new__(cls, code: str, meaning: str):
         """A code with its meaning."""

@@ -143,6 +143,7 @@ class _Listing:
             again=tuple(self.again),
             absent=self.absent,
             others=len(self.folder.names() - {one.name for one in plan.measurements}),
+            reading=plan.reading,
             missing=len(plan.measurements) - len(listed),
         )
 

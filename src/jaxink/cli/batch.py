@@ -56,7 +56,9 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
     if cut_off is not None:
         typer.echo(f"jaxink: {cut_off}", err=True)
         return ExitCode.UNFINISHED
-    return ExitCode.NOT_CONVERGED if found.trouble or found.absent else ExitCode.FITTED
+    if found.trouble or found.absent:
+        return ExitCode.NOT_CONVERGED
+    return ExitCode.UNEXPLAINED if found.misfits else ExitCode.FITTED
 
 
 class _Lines:
