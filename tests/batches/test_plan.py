@@ -114,6 +114,13 @@ def test_a_value_beyond_the_physical_range_is_refused_for_its_row_only(folder):
     assert "plate.thickness_mm" in bad.sentence
 
 
+def test_no_file_of_another_measurement_is_suggested_for_a_missing_one(folder):
+    plan = load_plan(tabled(folder, "file\nsheet_03.csv\nsheet_1.csv\nsheet_2.csv\nsheet_3.csv\n"))
+    assert task_of(plan.measurements[0], plan).sentence.endswith("there is no such measurement file.")
+    plan = load_plan(tabled(folder, "file\nsheet_03.csv\nsheet_1.csv\nsheet_2.csv\n"))
+    assert task_of(plan.measurements[0], plan).sentence.endswith("similar name there is sheet_3.csv.")
+
+
 def test_digests_say_what_has_changed(folder):
     plan = load_plan(folder / "plan.toml")
     before = task_of(plan.measurements[0], plan).inputs

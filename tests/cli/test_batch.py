@@ -71,6 +71,15 @@ def test_misfits_are_told_and_an_exit_code(folder, monkeypatch):
     assert "jaxink diagnose" in done.stdout
 
 
+def test_progress_ends_with_all_measurements(folder):
+    (folder / "plan.toml").write_text(PLAN.replace('files = "*.csv"', 'table = "table.csv"'))
+    (folder / "table.csv").write_text("file\nsheet_1.csv\n")
+    assert batch(folder).stderr == ""
+    (folder / "table.csv").write_text("file\nsheet_7.csv\nsheet_3.csv\nsheet_1.csv\n")
+    told = [line.split(" s ")[1].split(";")[0].strip() for line in batch(folder).stderr.splitlines()]
+    assert told == ["1 of 3", "3 of 3"]
+
+
 def test_the_summary_as_json(folder):
     summary = json.loads(batch(folder, "--json").stdout)
     assert summary["columns"]["ink.scattering_per_mm"] == [1.0, 2.0, 3.0]

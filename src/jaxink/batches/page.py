@@ -94,7 +94,8 @@ def _outliers(batch: Batch, far: dict[str, set[str]]) -> html.Section | None:
     ]
     words = (
         "Further from the median than 3.5 robust standard deviations (1.4826 times the median absolute "
-        "deviation; Iglewicz and Hoaglin 1993). A drift over the run widens this scale."
+        "deviation; Iglewicz and Hoaglin 1993), and than noise with its own standard error brings any of so "
+        "many measurements with a probability of 5 %. A drift over the run widens the first scale."
     )
     if not rows:
         return html.section("Outliers", paragraph("None. " + words))

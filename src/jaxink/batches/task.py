@@ -73,7 +73,9 @@ def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
     paths = tuple(map(str, listed.files))
     said = _digest(options)
     try:
-        contents = tuple(read_bounded(file, _MOST_BYTES, "measurement file") for file in listed.files)
+        contents = tuple(
+            read_bounded(file, _MOST_BYTES, "measurement file", plan.files) for file in listed.files
+        )
     except InputRefusedError as problem:
         inputs = Inputs(ABSENT, _sample_digest(listed, plan), said)
         return Absent(listed.name, paths, inputs, str(problem))
