@@ -31,7 +31,7 @@ def test_a_result_outlives_its_missing_measurement(tabled):
     assert (tabled / "out/results/sheet_2/figures/cut.png").read_bytes() == b"png"
     table = pandas.read_csv(tabled / "out/summary.csv", index_col="name")
     assert dict(table["state"]) == {"sheet_1": "current", "sheet_2": KEPT, "sheet_3": "current"}
-    assert f"1 of these: {KEPT}." in " ".join(found.summary().split())
+    assert f"1 of the 3: {KEPT}." in " ".join(found.summary().split())
     page = (tabled / "out/report.html").read_text(encoding="utf-8")
     assert "sheet_2.csv" in page.split('<section id="input-missing-now">')[1].split("</section>")[0]
 

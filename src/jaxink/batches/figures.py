@@ -13,6 +13,7 @@ from jaxink.plots.figure import PageFigure, blank_figure
 
 _GOOD, _FAR = "#2b5d8a", "#c22f2f"
 _WIDTH, _HEIGHT = 9.0, 2.6
+_ABOVE_GRID = 1.8
 # Values of reduced chi-square within this factor have a linear axis, and beyond the second one fewer labels.
 _LINEAR_SPAN, _FEW_DECADES = 5.0, 200.0
 
@@ -31,7 +32,7 @@ def trend_figures(batch: Batch, far: dict[str, set[str]]) -> Iterator[tuple[str,
             _points(axes, at, values, errors, holds & ~outlier, _GOOD, _GOOD)
             _points(axes, at, values, errors, ~holds & ~outlier, _GOOD, "white")
             _points(axes, at, values, errors, outlier, _FAR, _FAR)
-            axes.axhline(float(np.median(values)), color="0.5", linewidth=0.8, zorder=0)
+            axes.axhline(float(np.median(values)), color="0.5", linewidth=0.8, zorder=_ABOVE_GRID)
         yield f"{name} over the run", figure
     pairs = [(i, row.reduced_chi_square) for i, row in enumerate(batch, 1) if row.reduced_chi_square]
     if pairs:
@@ -39,7 +40,7 @@ def trend_figures(batch: Batch, far: dict[str, set[str]]) -> Iterator[tuple[str,
             axes = _panel(figure, "reduced χ²", len(batch))
             at, values = np.array(pairs, float).T
             axes.plot(at, values, ".", color=_GOOD)
-            axes.axhline(1.0, color="0.5", linewidth=0.8, zorder=0)
+            axes.axhline(1.0, color="0.5", linewidth=0.8, zorder=_ABOVE_GRID)
             low, high = min(values.min(), 1.0), max(values.max(), 1.0)
             if high > _LINEAR_SPAN * low:
                 _set_log(axes, low, high)

@@ -117,8 +117,8 @@ def _misfits(batch: Batch) -> html.Section | None:
     if not batch.misfits:
         return None
     rows = [[row.name, (row.verdict or "").replace("_", " "), row.sentence] for row in batch.misfits]
-    words, command = what_to_do(batch.misfits[0], str(batch.folder), batch.reading)
-    todo = paragraph(words) + (f"<pre>{escape(command)}</pre>\n" if command else "")
+    sentences, command = what_to_do(batch.misfits[0], str(batch.folder), batch.reading)
+    todo = paragraph(" ".join(sentences)) + (f"<pre>{escape(command)}</pre>\n" if command else "")
     shown = html.tables(["measurement", "verdict", "sentence"], rows, (0, 1, 2))
     return html.section("Misfits", shown, todo)
 

@@ -150,7 +150,7 @@ class Batch(Presented):
             without = f"{counted(self.missing, 'measurement')} {'has' if self.missing == 1 else 'have'}"
             lines.append(f"{without} no row yet; the same command goes on with the rest.")
         if self.absent:
-            lines.append(f"{len(self.absent)} of these: {KEPT}.")
+            lines.append(f"{len(self.absent)} of the {len(self.rows)}: {KEPT}.")
         if self.others:
             lines.append(
                 f"{counted(self.others, 'row')} of measurements that the plan does not find now: kept in the "
@@ -169,8 +169,9 @@ class Batch(Presented):
         if len(absent) > _MOST_SHOWN:
             remarks.append(f"... and {len(absent) - _MOST_SHOWN} more without their input.")
         if misfits:
-            words, command = what_to_do(self.misfits[0], str(self.folder), self.reading)
-            remarks += [words, *([command] if command else [])]
+            sentences, command = what_to_do(self.misfits[0], str(self.folder), self.reading)
+            # In a table, which keeps the command on one line.
+            tables.append(CardTable(["what to do"], [[line] for line in (*sentences, command) if line]))
         return Card(f"Batch: {self.title}", lines, tables, remarks)
 
 

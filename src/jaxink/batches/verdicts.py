@@ -31,8 +31,8 @@ def standard_errors_hold(row: Row) -> bool:
     return row.ended.has_result and row.ended.name == "DONE" and not is_misfit(row)
 
 
-def what_to_do(misfit: Row, folder: str, reading: Mapping[str, Any]) -> tuple[str, str]:
-    """Words on what to do about misfits, and the command for one of them.
+def what_to_do(misfit: Row, folder: str, reading: Mapping[str, Any]) -> tuple[list[str], str]:
+    """Sentences on what to do about misfits, and the command for one of them.
 
     Parameters
     ----------
@@ -44,11 +44,12 @@ def what_to_do(misfit: Row, folder: str, reading: Mapping[str, Any]) -> tuple[st
         Keywords of `jaxink.read` for its files.
     """
     if isinstance(_CODES[misfit.verdict or ""], VerdictCode):
-        return "The page of each says what remains, and what to do next.", ""
+        return ["The page of each says what remains, and what to do next."], ""
+    sentences = [
+        "If a sentence names a mistake in the input, correct that first.",
+        'Otherwise find what the model lacks, for all with work = "both" in the plan, '
+        f"for {misfit.name} with:",
+    ]
     words = ["jaxink", "diagnose", *misfit.files, *option_words(reading)]
     words += ["--sample", f"{folder}/{RESULTS}/{misfit.name}/{SAMPLE_FILE}", "--out", f"{misfit.name}-report"]
-    sentence = (
-        "If a sentence names a mistake in the input, correct that first. Otherwise find what the model "
-        f'lacks, for all with work = "both" in the plan, for {misfit.name} with:'
-    )
-    return sentence, shlex.join(words)
+    return sentences, shlex.join(words)
