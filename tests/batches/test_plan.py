@@ -114,17 +114,24 @@ def test_a_value_beyond_the_physical_range_is_refused_for_its_row_only(folder):
     assert "plate.thickness_mm" in bad.sentence
 
 
+def test_no_file_of_another_measurement_is_suggested_for_a_missing_one(folder):
+    plan = load_plan(tabled(folder, "file\nsheet_03.csv\nsheet_1.csv\nsheet_2.csv\nsheet_3.csv\n"))
+    assert task_of(plan.measurements[0], plan).sentence.endswith("there is no such measurement file.")
+    plan = load_plan(tabled(folder, "file\nsheet_03.csv\nsheet_1.csv\nsheet_2.csv\n"))
+    assert task_of(plan.measurements[0], plan).sentence.endswith("similar name there is sheet_3.csv.")
+
+
 def test_digests_say_what_has_changed(folder):
     plan = load_plan(folder / "plan.toml")
     before = task_of(plan.measurements[0], plan).inputs
     assert task_of(plan.measurements[0], plan).inputs == before
     (folder / "sheet_1.csv").write_text("1.5")
     changed = task_of(plan.measurements[0], plan).inputs.changed_since(before)
-    assert changed == ("its measurement",)
+    assert changed == ("its measurement changed",)
     (folder / "sheet_1.csv").write_text("1")
     sample = (folder / "sample.toml").read_text()
     (folder / "sample.toml").write_text(sample.replace("thickness_um = 80", "thickness_um = 81"))
     (folder / "plan.toml").write_text((folder / "plan.toml").read_text() + "[fit]\nseed = 1\n")
     other = load_plan(folder / "plan.toml")
     changed = task_of(other.measurements[0], other).inputs.changed_since(before)
-    assert changed == ("its sample", "the options")
+    assert changed == ("its sample changed", "the options changed")

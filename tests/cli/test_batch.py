@@ -1,5 +1,6 @@
 """``jaxink batch``: what it prints, its exit codes, and that Ctrl-C loses nothing."""
 
+import dataclasses
 import json
 from contextlib import contextmanager
 
@@ -44,6 +45,39 @@ def test_trouble_is_a_line_and_an_exit_code(folder):
     assert done.exit_code == 4
     assert "sheet_7.csv" in done.stderr
     assert batch(folder, "--quiet").stderr == ""
+
+
+def test_a_result_without_its_input_is_kept_and_told(folder):
+    (folder / "table.csv").write_text("file\nsheet_1.csv\nsheet_2.csv\n")
+    (folder / "plan.toml").write_text(PLAN.replace('files = "*.csv"', 'table = "table.csv"'))
+    assert batch(folder).exit_code == 0
+    (folder / "sheet_2.csv").unlink()
+    done = batch(folder)
+    assert done.exit_code == 4
+    assert "sheet_2: " in done.stderr
+    assert "input missing now, so the earlier result is kept." in done.stderr
+    assert list(json.loads(batch(folder, "--json").stdout)["absent"]) == ["sheet_2"]
+
+
+def test_misfits_are_told_and_an_exit_code(folder, monkeypatch):
+    def missed(task):
+        done = answered(task)
+        return dataclasses.replace(done, row=dataclasses.replace(done.row, verdict="misfit"))
+
+    monkeypatch.setattr("jaxink.batches.measure.measure", missed)
+    done = batch(folder)
+    assert done.exit_code == 3
+    assert "3 misfit: the residual exceeds the noise" in " ".join(done.stdout.split())
+    assert "jaxink diagnose" in done.stdout
+
+
+def test_progress_ends_with_all_measurements(folder):
+    (folder / "plan.toml").write_text(PLAN.replace('files = "*.csv"', 'table = "table.csv"'))
+    (folder / "table.csv").write_text("file\nsheet_1.csv\n")
+    assert batch(folder).stderr == ""
+    (folder / "table.csv").write_text("file\nsheet_7.csv\nsheet_3.csv\nsheet_1.csv\n")
+    told = [line.split(" s ")[1].split(";")[0].strip() for line in batch(folder).stderr.splitlines()]
+    assert told == ["1 of 3", "3 of 3"]
 
 
 def test_the_summary_as_json(folder):

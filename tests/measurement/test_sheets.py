@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.measurement.names import side_in_words
+from jaxink.measurement.sheets import chosen
 from tests.measurement.layouts import matrix, write_workbook
 
 HEADER = ["Einfallswinkel", "Ausfallswinkel", "Azimut", "Wellenlänge [nm]", "BSDF"]
@@ -29,6 +30,9 @@ def table(level, side=None):
         (("BRDF 550nm", "BTDF 550nm"), "BRDF 550nm,BTDF 550nm"),
         (("Tab 1", "Tab 2"), "Tab 1=R,Tab 2=T"),
         (("Tab 1", "Tab 2"), {"Tab 1": "R", "Tab 2": "T"}),
+        # Without regard to case, where that is unique.
+        (("Reflexion", "Transmission"), "reflexion,TRANSMISSION"),
+        (("Tab 1", "Tab 2"), "tab 1=R,tab 2=T"),
         # Stated for the sheet, against its name.
         (("Transmission", "Reflexion"), "Transmission=R,Reflexion=T"),
         (("a,b", "c=d"), ["a,b=R", "c=d=T"]),
@@ -40,6 +44,14 @@ def test_sheets_are_joined_with_their_sides(names, sheet, tmp_path):
     np.testing.assert_array_equal(data.side, [*"RRRTTT"])
     np.testing.assert_allclose(data.bsdf_per_sr, [0.2, 0.21, 0.22, 0.5, 0.51, 0.52])
     assert data.place(4) == f"row 3 of ink.xlsx, sheet {names[1]}"
+
+
+def test_case_decides_between_names_that_differ_in_nothing_else(tmp_path, refused):
+    # A spreadsheet does not allow such names, but a program may write them.
+    held = ["Scan", "SCAN"]
+    assert chosen(tmp_path / "ink.ods", held, held, held, "SCAN") == [("SCAN", None)]
+    with refused("ink.ods", "no sheet 'scan'"):
+        chosen(tmp_path / "ink.ods", held, held, held, "scan")
 
 
 def test_a_column_says_the_side_before_the_name_does(tmp_path):

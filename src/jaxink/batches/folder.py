@@ -116,8 +116,12 @@ class BatchFolder:
                 for name, content in done.files.items():
                     (folder / name).parent.mkdir(parents=True, exist_ok=True)
                     (folder / name).write_bytes(content)
-        with written_whole(self._file_of(done.row.name)) as part:
-            part.write_text(json_text(done.row.to_dict()) + "\n", encoding="utf-8")
+        self.write_row(done.row)
+
+    def write_row(self, row: Row) -> None:
+        """Write a row alone; whatever there is in its folder of results stays."""
+        with written_whole(self._file_of(row.name)) as part:
+            part.write_text(json_text(row.to_dict()) + "\n", encoding="utf-8")
 
     def _file_of(self, name: str) -> Path:
         return self.path / ROWS / f"{name}.json"

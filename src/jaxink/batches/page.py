@@ -6,18 +6,35 @@ from html import escape
 from jaxink.batches.outliers import outlying
 from jaxink.batches.result import SUMMARY_CSV, Batch
 from jaxink.batches.row import Row, RowOutcome, RowParameter
+from jaxink.batches.verdicts import standard_errors_hold, verdict_meaning, what_to_do
 from jaxink.display.html import paragraph, table
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.numerics.failures import Failures
 from jaxink.report import html
 
 _MOST_ROWS = 5000
+# Behind a standard error that does not hold.
+_MARK = "*"
+
+
+_MARKED = (
+    f"{_MARK} The standard error is meaningless: it assumes a model that fits, in a minimum, and this is a "
+    "misfit or has not converged."
+)
 
 
 def report_page(batch: Batch) -> str:
     """HTML: outcomes and verdicts counted, trends, maps, outliers, trouble, and a table of all with links."""
     far = outlying(batch.rows)
-    parts = [_counts(batch), *_figures(batch, far), _outliers(batch, far), _trouble(batch), _all(batch)]
+    parts = [
+        _counts(batch),
+        *_figures(batch, far),
+        _outliers(batch, far),
+        _trouble(batch),
+        _misfits(batch),
+        _absent(batch),
+        _all(batch),
+    ]
     top = "".join(paragraph(line) for line in batch.card().sentences)
     return html.document(batch.title, top, [part for part in parts if part is not None])
 
@@ -27,13 +44,15 @@ def _counts(batch: Batch) -> html.Section:
         [code.replace("_", " "), str(n), RowOutcome[code.upper()].meaning]
         for code, n in batch.outcomes.most_common()
     ]
-    verdicts = [[code.replace("_", " "), str(n)] for code, n in batch.verdicts.most_common()]
+    verdicts = [
+        [code.replace("_", " "), str(n), verdict_meaning(code)] for code, n in batch.verdicts.most_common()
+    ]
     effects: dict[str, int] = {}
     for row in batch:
         for effect in row.effects:
             effects[effect] = effects.get(effect, 0) + 1
     parts = [table(["outcome", "measurements", "meaning"], outcomes, (0, 2))]
-    parts.append(table(["verdict", "measurements"], verdicts))
+    parts.append(table(["verdict", "measurements", "meaning"], verdicts, (0, 2)))
     if effects:
         counted = [[name, str(n)] for name, n in sorted(effects.items(), key=lambda one: -one[1])]
         parts.append(table(["effect that a diagnosis has added", "measurements"], counted))
@@ -66,7 +85,7 @@ def _outliers(batch: Batch, far: dict[str, set[str]]) -> html.Section | None:
         [
             row.name,
             p.name,
-            f"{with_uncertainty(p.value, p.standard_error)} {p.unit}".strip(),
+            f"{_value(p, row)} {p.unit}".strip(),
             row.verdict or "",
         ]
         for row in batch
@@ -75,12 +94,14 @@ def _outliers(batch: Batch, far: dict[str, set[str]]) -> html.Section | None:
     ]
     words = (
         "Further from the median than 3.5 robust standard deviations (1.4826 times the median absolute "
-        "deviation; Iglewicz and Hoaglin 1993). A drift over the run widens this scale."
+        "deviation; Iglewicz and Hoaglin 1993), and than noise with its own standard error brings any of so "
+        "many measurements with a probability of 5 %. A drift over the run widens the first scale."
     )
     if not rows:
         return html.section("Outliers", paragraph("None. " + words))
     shown = html.tables(["measurement", "parameter", "value(s.e.)", "verdict"], rows, (0, 1, 3))
-    return html.section("Outliers", shown, paragraph(words))
+    marked = [paragraph(_MARKED)] if any(_MARK in row[2] for row in rows) else []
+    return html.section("Outliers", shown, *marked, paragraph(words))
 
 
 def _trouble(batch: Batch) -> html.Section | None:
@@ -92,6 +113,23 @@ def _trouble(batch: Batch) -> html.Section | None:
     )
 
 
+def _misfits(batch: Batch) -> html.Section | None:
+    if not batch.misfits:
+        return None
+    rows = [[row.name, (row.verdict or "").replace("_", " "), row.sentence] for row in batch.misfits]
+    sentences, command = what_to_do(batch.misfits[0], str(batch.folder), batch.reading)
+    todo = paragraph(" ".join(sentences)) + (f"<pre>{escape(command)}</pre>\n" if command else "")
+    shown = html.tables(["measurement", "verdict", "sentence"], rows, (0, 1, 2))
+    return html.section("Misfits", shown, todo)
+
+
+def _absent(batch: Batch) -> html.Section | None:
+    if not batch.absent:
+        return None
+    rows = [[name, sentence] for name, sentence in batch.absent.items()]
+    return html.section("Input missing now", html.tables(["measurement", "sentence"], rows, (0, 1)))
+
+
 def _all(batch: Batch) -> html.Section:
     heads = ["measurement", "outcome", "verdict", "reduced χ²", *batch.parameters, "effects", "s"]
     rows = (_linked(row, batch.parameters) for row in batch.rows[:_MOST_ROWS])
@@ -99,6 +137,8 @@ def _all(batch: Batch) -> html.Section:
     body = f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody>\n</table>\n"
     left = len(batch) - _MOST_ROWS
     rest = [paragraph(f"{left} more are in {SUMMARY_CSV}.")] if left > 0 else []
+    if any(row.parameters and not standard_errors_hold(row) for row in batch.rows[:_MOST_ROWS]):
+        rest.append(paragraph(_MARKED))
     return html.section("All measurements", body, *rest)
 
 
@@ -107,14 +147,16 @@ def _linked(row: Row, parameters: Iterable[str]) -> str:
         f'<a href="{escape(row.page, quote=True)}">{escape(row.name)}</a>' if row.page else escape(row.name)
     )
     found = {p.name: p for p in row.parameters}
-    values = [_value(found.get(name)) for name in parameters]
+    values = [_value(found.get(name), row) for name in parameters]
     texts = [row.outcome.replace("_", " "), (row.verdict or "").replace("_", " ")]
     texts += [html.number(row.reduced_chi_square), *values, ", ".join(row.effects), f"{row.seconds:.3g}"]
     cells = "".join(f'<td class="text">{escape(text)}</td>' for text in texts)
     return f'<tr><td class="text">{name}</td>{cells}</tr>\n'
 
 
-def _value(parameter: RowParameter | None) -> str:
+def _value(parameter: RowParameter | None, row: Row) -> str:
+    """Value and standard error, marked if the latter does not hold."""
     if parameter is None or parameter.value is None:
         return ""
-    return with_uncertainty(parameter.value, parameter.standard_error)
+    mark = "" if parameter.standard_error is None or standard_errors_hold(row) else _MARK
+    return with_uncertainty(parameter.value, parameter.standard_error) + mark

@@ -1,6 +1,7 @@
 """Reading and checking plan files; anything unknown is rejected before a measurement is touched."""
 
 import dataclasses
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,8 @@ class Plan:
         Longest time of one measurement.
     memory_gib
         Most memory of a worker's process; None: see `jaxink.batch`.
+    own_files
+        The plan file, and the sample file and the table that it names.
     """
 
     title: str
@@ -54,6 +57,12 @@ class Plan:
     checks_input: bool = True
     seconds: float = LIMITS["seconds"].default or 0.0
     memory_gib: float | None = None
+    own_files: tuple[Path, ...] = ()
+
+    @cached_property
+    def files(self) -> frozenset[Path]:
+        """All files that the plan uses."""
+        return frozenset(self.own_files).union(*(one.files for one in self.measurements))
 
 
 def load_plan(path: str | Path) -> Plan:
@@ -108,6 +117,7 @@ def load_plan(path: str | Path) -> Plan:
         reading=reading,
         with_figures=flags["figures"],
         checks_input=flags["check_input"],
+        own_files=(path, named, *_tables_named(tables["measurements"], path)),
         **limits,
     )
 
@@ -163,10 +173,14 @@ def _reading(table: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in table.items() if value is not False}
 
 
+def _tables_named(table: dict[str, Any], path: Path) -> tuple[Path, ...]:
+    return (_file_named(table, "table", path.parent, "sheets"),) if "table" in table else ()
+
+
 def _measurements(table: dict[str, Any], path: Path, sample: Sample) -> tuple[Listed, ...]:
     if "table" in table:
         try:
-            named = _file_named(table, "table", path.parent, "sheets")
+            (named,) = _tables_named(table, path)
         except InputRefusedError as problem:
             raise InputRefusedError(f"{path}: measurements.{problem}") from None
         return listed_rows(named, sample)

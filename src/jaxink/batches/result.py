@@ -2,18 +2,22 @@
 
 import dataclasses
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jaxink.batches.listing import POSITION, Listed
 from jaxink.batches.row import Row, RowOutcome
+from jaxink.batches.verdicts import is_misfit, verdict_meaning, what_to_do
+from jaxink.display.brief import counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import JaxinkError
 
 if TYPE_CHECKING:
     import pandas
 
+# What a row rests on, in the column `state` of the summary.
+CURRENT, KEPT = "current", "input missing now; the earlier result is kept"
 SUMMARY_CSV, SUMMARY_PARQUET, REPORT_PAGE = "summary.csv", "summary.parquet", "report.html"
 _MOST_SHOWN = 10
 
@@ -36,8 +40,12 @@ class Batch(Presented):
         Number of rows that were there before and have the same inputs.
     again
         For each row that was there and was done again, the reason.
+    absent
+        For each row whose result is kept although its measurement cannot be read now, what is wrong.
     others
         Number of rows in the folder that belong to an earlier plan.
+    reading
+        Keywords of `jaxink.read` for the files of each.
     missing
         Number of measurements of the plan without a row, because the batch was cut off.
     """
@@ -48,8 +56,10 @@ class Batch(Presented):
     folder: Path
     kept: int = 0
     again: tuple[str, ...] = ()
+    absent: Mapping[str, str] = dataclasses.field(default_factory=dict)
     others: int = 0
     missing: int = 0
+    reading: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -73,6 +83,11 @@ class Batch(Presented):
         return tuple(row for row in self.rows if row.ended is not RowOutcome.DONE)
 
     @property
+    def misfits(self) -> tuple[Row, ...]:
+        """Rows with a result that converged, but whose model does not fit the measurement."""
+        return tuple(row for row in self.rows if row.ended is RowOutcome.DONE and is_misfit(row))
+
+    @property
     def parameters(self) -> dict[str, str]:
         """Free parameters of all rows and their units."""
         return {p.name: p.unit for row in self.rows for p in row.parameters}
@@ -84,6 +99,7 @@ class Batch(Presented):
             "name": [row.name for row in rows],
             "file": ["|".join(row.files) for row in rows],
             "outcome": [str(row.outcome) for row in rows],
+            "state": [KEPT if row.name in self.absent else CURRENT for row in rows],
             "verdict": [row.verdict for row in rows],
             "sentence": [row.sentence for row in rows],
         }
@@ -119,21 +135,43 @@ class Batch(Presented):
 
     def card(self) -> Card:
         """How many ended in which way, and the first rows with trouble."""
-        lines = [f"{len(self.rows)} measurements, {self.kept} of them done before; in {self.folder}."]
+        n_rows = counted(len(self.rows), "measurement")
+        lines = [f"{n_rows}, {self.kept} of them done before; in {self.folder}."]
         lines += [
             f"{n} {code.replace('_', ' ')}: {RowOutcome[code.upper()].meaning}."
             for code, n in self.outcomes.items()
         ]
+        lines += [
+            f"{n} {code.replace('_', ' ')}: {verdict_meaning(code)}."
+            for code, n in self.verdicts.most_common()
+            if code not in self.outcomes
+        ]
         if self.missing:
-            lines.append(f"{self.missing} measurements have no row yet; the same command goes on with them.")
+            without = f"{counted(self.missing, 'measurement')} {'has' if self.missing == 1 else 'have'}"
+            lines.append(f"{without} no row yet; the same command goes on with the rest.")
+        if self.absent:
+            lines.append(f"{len(self.absent)} of the {len(self.rows)}: {KEPT}.")
         if self.others:
-            lines.append(f"{self.others} rows of an earlier plan are kept in the folder, and not listed.")
+            lines.append(
+                f"{counted(self.others, 'row')} of measurements that the plan does not find now: kept in the "
+                "folder, and not listed."
+            )
         rows = [[row.name, row.outcome.replace("_", " "), row.sentence] for row in self.trouble[:_MOST_SHOWN]]
         more = len(self.trouble) - len(rows)
         remarks = [f"... and {more} more with trouble, see {SUMMARY_CSV}."] if more > 0 else []
-        verdicts = [[code.replace("_", " "), str(n)] for code, n in self.verdicts.most_common()]
-        tables = [CardTable(["verdict", "measurements"], verdicts)]
-        tables.append(CardTable(["measurement", "outcome", "sentence"], rows, (0, 1, 2)))
+        tables = [CardTable(["measurement", "outcome", "sentence"], rows, (0, 1, 2))]
+        misfits = [[row.name, (row.verdict or "").replace("_", " "), row.sentence] for row in self.misfits]
+        tables.append(CardTable(["measurement", "verdict", "sentence"], misfits[:_MOST_SHOWN], (0, 1, 2)))
+        if len(misfits) > _MOST_SHOWN:
+            remarks.append(f"... and {len(misfits) - _MOST_SHOWN} more that the model does not fit.")
+        absent = [[name, sentence] for name, sentence in self.absent.items()]
+        tables.append(CardTable(["measurement", "input missing now"], absent[:_MOST_SHOWN], (0, 1)))
+        if len(absent) > _MOST_SHOWN:
+            remarks.append(f"... and {len(absent) - _MOST_SHOWN} more without their input.")
+        if misfits:
+            sentences, command = what_to_do(self.misfits[0], str(self.folder), self.reading)
+            # In a table, which keeps the command on one line.
+            tables.append(CardTable(["what to do"], [[line] for line in (*sentences, command) if line]))
         return Card(f"Batch: {self.title}", lines, tables, remarks)
 
 

@@ -10,6 +10,8 @@ from jaxink.files.decoding import decode
 from jaxink.files.encoding import plain
 
 ROW_VERSION = 1
+# Stands for the digest of files that could not be read.
+ABSENT = "absent"
 # Folder of the results, within that of the batch.
 RESULTS = "results"
 _BELOW = re.compile(r"(/[\w-][\w.-]*)+", re.ASCII)
@@ -20,13 +22,13 @@ class RowOutcome(enum.StrEnum):
 
     meaning: str
 
-    DONE = "done", "it has a result"
-    NOT_CONVERGED = "not_converged", "it has a result whose search did not end in a minimum"
-    REFUSED = "refused", "the input is invalid; the sentence says what is wrong"
+    DONE = "done", "with a result"
+    NOT_CONVERGED = "not_converged", "with a result whose search did not end in a minimum"
+    REFUSED = "refused", "invalid or missing input; the sentence says what is wrong"
     FAILED = "failed", "an unexpected error, which the sentence names"
-    TIME_LIMIT = "time_limit", "it was ended at its time limit"
-    MEMORY_LIMIT = "memory_limit", "it was ended at its memory limit"
-    KILLED = "killed", "its process ended without an answer, twice"
+    TIME_LIMIT = "time_limit", "ended at the time limit"
+    MEMORY_LIMIT = "memory_limit", "ended at the memory limit"
+    KILLED = "killed", "ended the process without an answer, twice"
 
     def __new__(cls, code: str, meaning: str):
         """A code with its meaning."""
@@ -66,9 +68,17 @@ class Inputs:
     options: str
 
     def changed_since(self, earlier: "Inputs") -> tuple[str, ...]:
-        """What differs, in words."""
-        words = {"measurement": "its measurement", "sample": "its sample", "options": "the options"}
-        return tuple(text for key, text in words.items() if getattr(self, key) != getattr(earlier, key))
+        """What differs, as clauses; a measurement that cannot be read is not known to differ from another."""
+        words = {"sample": "its sample changed", "options": "the options changed"}
+        others = (text for key, text in words.items() if getattr(self, key) != getattr(earlier, key))
+        return (*self._measurement_since(earlier), *others)
+
+    def _measurement_since(self, earlier: "Inputs") -> tuple[str, ...]:
+        if self.measurement in (earlier.measurement, ABSENT):
+            return ()
+        if earlier.measurement == ABSENT:
+            return ("its measurement could not be read before, and now it can",)
+        return ("its measurement changed",)
 
 
 @dataclasses.dataclass(frozen=True)

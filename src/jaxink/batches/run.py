@@ -12,8 +12,8 @@ from jaxink.batches.folder import BatchFolder
 from jaxink.batches.on_dask import LostSchedulerError, local_client, measured_by, remote_client
 from jaxink.batches.plan import Plan, load_plan
 from jaxink.batches.result import Batch, UnfinishedBatchError
-from jaxink.batches.row import Row, RowOutcome
-from jaxink.batches.task import Task, Unreadable, task_of
+from jaxink.batches.row import ABSENT, Row, RowOutcome
+from jaxink.batches.task import Absent, Task, Unreadable, task_of
 from jaxink.batches.writing import write_batch
 from jaxink.errors import InputRefusedError, require_integer
 
@@ -78,7 +78,10 @@ def batch(
         try:
             with closing(_answers(listing, left, workers, scheduler, devices, function)) as answers:
                 for done in answers:
-                    folder.write(done)
+                    if done.row.inputs.measurement == ABSENT:
+                        folder.write_row(done.row)
+                    else:
+                        folder.write(done)
                     listing.rows[done.row.name] = done.row
                     if follow is not None:
                         follow(done.row, len(listing.rows), n_all)
@@ -101,6 +104,7 @@ class _Listing:
         self.plan, self.folder, self._retry = plan, folder, retry
         self.rows: dict[str, Row] = {}
         self.again: list[str] = []
+        self.absent: dict[str, str] = {}
         self.kept = 0
 
     def left(self) -> Iterator[Task | Unreadable]:
@@ -110,11 +114,19 @@ class _Listing:
             task, row = task_of(one, self.plan), self.folder.row(one.name)
             if row is not None:
                 changed = task.inputs.changed_since(row.inputs)
+                if isinstance(task, Absent) and row.ended.has_result:
+                    self.absent[one.name] = _kept(task, changed)
+                    self.rows[one.name] = row
+                    continue
+                if isinstance(task, Absent):
+                    # There is nothing to lose, and its sentence is that of now.
+                    yield task
+                    continue
                 if not changed and not (self._retry and row.ended.depends_on_machine):
                     self.rows[one.name] = row
                     self.kept += 1
                     continue
-                why = f"{' and '.join(changed)} changed" if changed else f"it ended with {row.outcome}"
+                why = " and ".join(changed) if changed else f"it ended with {row.outcome}"
                 self.again.append(f"{one.name} is done again: {why}.")
             yield task
 
@@ -129,9 +141,17 @@ class _Listing:
             folder=self.folder.path,
             kept=self.kept,
             again=tuple(self.again),
+            absent=self.absent,
             others=len(self.folder.names() - {one.name for one in plan.measurements}),
+            reading=plan.reading,
             missing=len(plan.measurements) - len(listed),
         )
+
+
+def _kept(task: Absent, changed: Sequence[str]) -> str:
+    """What a result rests on whose measurement cannot be read now."""
+    but = f", although {' and '.join(changed)} since" if changed else ""
+    return f"{task.sentence.removesuffix('.')}; input missing now, so the earlier result is kept{but}."
 
 
 def _answers(

@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from jaxink.batches.listing import Listed
-from jaxink.batches.row import Inputs
+from jaxink.batches.row import ABSENT, Inputs
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import read_bounded
 from jaxink.sample import Sample, sample_to_dict
@@ -59,6 +59,11 @@ class Unreadable:
     sentence: str
 
 
+@dataclasses.dataclass(frozen=True)
+class Absent(Unreadable):
+    """A measurement whose files cannot be read now, which says nothing about an earlier result."""
+
+
 def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
     """Read the files of a measurement, and put its values into the sample."""
     options = {
@@ -68,11 +73,12 @@ def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
     paths = tuple(map(str, listed.files))
     said = _digest(options)
     try:
-        contents = tuple(read_bounded(file, _MOST_BYTES, "measurement file") for file in listed.files)
-    except InputRefusedError as problem:
-        return Unreadable(
-            listed.name, paths, Inputs("absent", _digest(dict(listed.values)), said), str(problem)
+        contents = tuple(
+            read_bounded(file, _MOST_BYTES, "measurement file", plan.files) for file in listed.files
         )
+    except InputRefusedError as problem:
+        inputs = Inputs(ABSENT, _sample_digest(listed, plan), said)
+        return Absent(listed.name, paths, inputs, str(problem))
     read = hashlib.sha256()
     for file, content in zip(listed.files, contents, strict=True):
         read.update(json.dumps([file.name, len(content)]).encode())
@@ -80,7 +86,7 @@ def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
     try:
         sample = sample_to_dict(_with_values(plan.sample, listed))
     except InputRefusedError as problem:
-        wrong = Inputs(read.hexdigest(), _digest(dict(listed.values)), said)
+        wrong = Inputs(read.hexdigest(), _sample_digest(listed, plan), said)
         return Unreadable(listed.name, paths, wrong, str(problem))
     inputs = Inputs(read.hexdigest(), _digest(sample), said)
     return Task(listed.name, paths, contents, sample, inputs=inputs, **options)
@@ -98,6 +104,14 @@ def _with_values(sample: Sample, listed: Listed) -> Sample:
             )
         parameters = parameters.replace(name, value=value)
     return dataclasses.replace(sample, parameters=parameters)
+
+
+def _sample_digest(listed: Listed, plan: "Plan") -> str:
+    """Digest of the sample as for a task, whatever else is wrong; of the values if these are refused."""
+    try:
+        return _digest(sample_to_dict(_with_values(plan.sample, listed)))
+    except InputRefusedError:
+        return _digest(dict(listed.values))
 
 
 def _digest(data: Any) -> str:

@@ -38,11 +38,18 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
         raise
     except UnfinishedBatchError as problem:
         found, cut_off = problem.found, problem
+    lines.end(len(found))
     if output == "json":
-        typer.echo(json_text({"columns": plain(found.columns()), "again": list(found.again)}))
+        typer.echo(
+            json_text(
+                {"columns": plain(found.columns()), "again": list(found.again), "absent": dict(found.absent)}
+            )
+        )
     elif output == "tables":
         for sentence in found.again:
             typer.echo(f"jaxink: {sentence}", err=True)
+        for name, sentence in found.absent.items():
+            typer.echo(f"jaxink: {name}: {sentence}", err=True)
         typer.echo(found.summary())
         typer.echo(
             f"\nWritten: {out / SUMMARY_CSV}, {out / REPORT_PAGE}, and a folder of each in {out}/results."
@@ -50,7 +57,9 @@ def run_batch(plan_file: Path, out: Path, where: dict[str, Any], retry: bool, ou
     if cut_off is not None:
         typer.echo(f"jaxink: {cut_off}", err=True)
         return ExitCode.UNFINISHED
-    return ExitCode.NOT_CONVERGED if found.trouble else ExitCode.FITTED
+    if found.trouble or found.absent:
+        return ExitCode.NOT_CONVERGED
+    return ExitCode.UNEXPLAINED if found.misfits else ExitCode.FITTED
 
 
 class _Lines:
@@ -59,6 +68,8 @@ class _Lines:
     def __init__(self, n_all: int, is_quiet: bool):
         self.n_done, self.n_all, self._is_quiet = 0, n_all, is_quiet
         self._start = self._written = time.monotonic()
+        # The last number that was told.
+        self._told: int | None = None
 
     def __call__(self, row: Row, n_done: int, n_all: int) -> None:
         """Note a row."""
@@ -67,5 +78,14 @@ class _Lines:
         trouble = "" if row.ended.has_result else f"; {row.name}: {row.sentence}"
         if self._is_quiet or not (trouble or now - self._written >= _BETWEEN_S):
             return
-        self._written = now
-        typer.echo(f"jaxink: {now - self._start:5.0f} s  {n_done} of {n_all}{trouble}", err=True)
+        self._tell(n_done, trouble)
+
+    def end(self, n_done: int) -> None:
+        """Tell the last number, with the rows that were there before, if other numbers were told."""
+        if self._told not in (None, n_done):
+            self._tell(n_done)
+
+    def _tell(self, n_done: int, trouble: str = "") -> None:
+        self._written, self._told = time.monotonic(), n_done
+        seconds = self._written - self._start
+        typer.echo(f"jaxink: {seconds:5.0f} s  {n_done} of {self.n_all}{trouble}", err=True)

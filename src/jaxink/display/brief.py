@@ -78,3 +78,8 @@ def _object(value: Any) -> str:
     parts = [f"{f.name}={brief(getattr(value, f.name, None))}" for f in dataclasses.fields(value) if f.repr]
     whole = f"{name}({', '.join(parts)})"
     return whole if len(whole) <= _LONGEST_NESTED else f"{name}(...)"
+
+
+def counted(n: int, what: str) -> str:
+    """A number with its noun, such as ``1 row`` or ``2 rows``."""
+    return f"{n} {what}{'' if n == 1 else 's'}"

@@ -5,7 +5,7 @@ import difflib
 import errno
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -31,7 +31,9 @@ def shown_path(path: str | Path) -> str:
 
 
 @contextmanager
-def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[BinaryIO]:
+def open_bounded(
+    path: str | Path, limit_bytes: int, what: str, others: Collection[Path] = ()
+) -> Iterator[BinaryIO]:
     """Open a regular file for reading; anything that would block, never end or be too large is rejected.
 
     Parameters
@@ -42,6 +44,8 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
         Largest size allowed.
     what
         Expected kind of file, such as ``sample file``, for messages.
+    others
+        Files that are known to be something else, not suggested for a missing one.
 
     Raises
     ------
@@ -56,7 +60,7 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
             _require_ordinary(os.fstat(file.fileno()), name, limit_bytes, what)
             yield file
     except FileNotFoundError:
-        raise InputRefusedError(f"{name}: there is no such {what}{_near(Path(path))}.") from None
+        raise InputRefusedError(f"{name}: there is no such {what}{_near(Path(path), others)}.") from None
     except IsADirectoryError:
         raise InputRefusedError(f"{name}: is a directory; give a {what}.") from None
     except OSError as problem:
@@ -67,9 +71,9 @@ def open_bounded(path: str | Path, limit_bytes: int, what: str) -> Iterator[Bina
         raise InputRefusedError(f"{name}: {text}.") from None
 
 
-def read_bounded(path: str | Path, limit_bytes: int, what: str) -> bytes:
+def read_bounded(path: str | Path, limit_bytes: int, what: str, others: Collection[Path] = ()) -> bytes:
     """Content of a regular file; parameters and errors as for `open_bounded`."""
-    with open_bounded(path, limit_bytes, what) as file:
+    with open_bounded(path, limit_bytes, what, others) as file:
         content = bytearray()
         # The reported size is no bound: files may grow, and those of the system report 0.
         while block := file.read(_BLOCK_BYTES):
@@ -116,10 +120,10 @@ def _require_size(n_bytes: int, name: str, limit_bytes: int, what: str) -> None:
         )
 
 
-def _near(path: Path) -> str:
+def _near(path: Path, others: Collection[Path]) -> str:
     """Hint at the most similar name in the folder of a missing file."""
     try:
-        names = [entry.name for entry in path.parent.iterdir()]
+        names = [entry.name for entry in path.parent.iterdir() if entry not in others]
     except OSError:
         return ""
     near = difflib.get_close_matches(path.name, names, n=1)

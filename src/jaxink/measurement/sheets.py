@@ -38,10 +38,14 @@ def wanted_of(sheet: Any) -> Wanted | None:
 
 
 def possible_names(wanted: Wanted) -> set[str]:
-    """Every name that the sheets can have: names may contain commas and equals signs themselves."""
+    """Every name that the sheets can have, by `str.casefold`.
+
+    Names may contain commas and equals signs themselves.
+    """
     names = _listed(wanted)
     whole = [wanted] if isinstance(wanted, str) else []
-    return {*whole, *names, *(name.rpartition("=")[0].strip() for name in names)}
+    possible = (*whole, *names, *(name.rpartition("=")[0].strip() for name in names))
+    return {name.casefold() for name in possible}
 
 
 def chosen(
@@ -69,8 +73,8 @@ def chosen(
     """
     if wanted is None:
         return [_only_one(path, list(filled), list(tables))]
-    if isinstance(wanted, str) and wanted in held:
-        sheets = [Sheet(wanted, None)]
+    if isinstance(wanted, str) and (whole := _held_name(wanted, held)):
+        sheets = [Sheet(whole, None)]
     else:
         sheets = [_of_text(path, text, held) for text in _listed(wanted)]
     names = [sheet.name for sheet in sheets]
@@ -93,14 +97,22 @@ def _listed(wanted: Wanted) -> list[str]:
 
 def _of_text(path: Path, text: str, held: Collection[str]) -> Sheet:
     """The sheet and the side that one entry names."""
-    if text in held:
-        return Sheet(text, None)
+    if whole := _held_name(text, held):
+        return Sheet(whole, None)
     name, equals, side = (part.strip() for part in text.rpartition("="))
-    if equals and name in held:
+    if equals and (found := _held_name(name, held)):
         if side not in ("R", "T"):
-            raise refusal(path, f"the side of sheet '{name}' is '{side}'; write {name}=R or {name}=T")
-        return Sheet(name, side)
+            raise refusal(path, f"the side of sheet '{found}' is '{side}'; write {found}=R or {found}=T")
+        return Sheet(found, side)
     raise refusal(path, f"has no sheet '{name if equals else text}'; its sheets are {', '.join(held)}")
+
+
+def _held_name(text: str, held: Collection[str]) -> str | None:
+    """The sheet of this name, or the only one whose name differs from it in case alone."""
+    if text in held:
+        return text
+    alike = [name for name in held if name.casefold() == text.casefold()]
+    return alike[0] if len(alike) == 1 else None
 
 
 def _only_one(path: Path, filled: list[str], tables: list[str]) -> Sheet:

@@ -115,7 +115,7 @@ def _filled(path: Path, file: BinaryIO, wanted: Wanted | None) -> dict[str, Rows
     for name, repetitions, row in rows_of(file):
         line, current = (line, current) if name == current else (0, name)
         lines, rows = sheets.setdefault(name, ([], []))
-        cells = _expanded(path, name, line + 1, row) if names is None or name in names else []
+        cells = _expanded(path, name, line + 1, row) if names is None or name.casefold() in names else []
         # What is empty at the end of a sheet may be repeated often.
         n_rows = repetitions if cells else 0
         n_cells += len(row) + n_rows * len(cells)

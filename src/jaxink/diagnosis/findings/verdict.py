@@ -16,7 +16,11 @@ class VerdictCode(enum.StrEnum):
         "the residual of the declared model is consistent with noise, and no effect is significant",
     )
     EXPLAINED = "explained", "with the effects found, the residual is consistent with noise"
-    EXPLAINED_BY_ONE_OF = "explained_by_one_of", "the same, but the data cannot distinguish several effects"
+    EXPLAINED_BY_ONE_OF = (
+        "explained_by_one_of",
+        "with any one of several effects, which the data cannot distinguish, the residual is consistent with "
+        "noise",
+    )
     INSTRUMENT = "instrument", "explained by instrument effects alone"
     INPUT_MISTAKE = (
         "input_mistake",
