@@ -21,8 +21,9 @@ from jaxink.plots.scan_views import (
     headed,
     residual_label,
     residual_limit,
+    residual_words,
+    scan_views,
     used_wavelengths,
-    views_of,
     wavelength_words,
 )
 from jaxink.plots.shape_page import shape_page
@@ -30,7 +31,8 @@ from jaxink.plots.spectra import spectrum_figure
 from jaxink.plots.strips import StripLayout, draw_strips
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis import Diagnosis, Summary
+    from jaxink.diagnosis import Diagnosis
+    from jaxink.fitting import FitResult
     from jaxink.ink.comparison import TableComparison
 
 # Residuals after a correction are also drawn on their own scale if it is finer by this factor.
@@ -93,14 +95,12 @@ class _Pages:
         self.diagnosis, self.wavelength_nm = diagnosis, wavelength_nm
         has_steps = bool(diagnosis.steps)
         self.states = ("before", "after") if has_steps else ("declared model",)
-        summaries = (diagnosis.before, diagnosis.after) if has_steps else (diagnosis.before,)
-        views = {side: [self._views(summary, side) for summary in summaries] for side in SIDES}
+        results = (diagnosis.declared, diagnosis.corrected) if has_steps else (diagnosis.declared,)
+        views = {side: [self._views(result, side) for result in results] for side in SIDES}
         self.views = {side: states for side, states in views.items() if states[0]}
 
-    def _views(self, summary: "Summary", side: str) -> list[ScanView]:
-        data = self.diagnosis.declared.data
-        views = views_of(data, summary.predicted_per_sr, summary.whitened, self.wavelength_nm, side)
-        return [view for view in views if view.used.any()]
+    def _views(self, result: "FitResult", side: str) -> list[ScanView]:
+        return [view for view in scan_views(result, self.wavelength_nm, side) if view.used.any()]
 
     def _limit(self, sides, in_plane: bool, first: int = 0) -> float:
         """Half-width of the scale of the residuals, from one of the states on."""
@@ -111,6 +111,10 @@ class _Pages:
         """That of the residuals after the correction alone; None if it is hardly smaller."""
         own = self._limit(sides, in_plane, -1)
         return own if self._limit(sides, in_plane) > _FINER * own else None
+
+    @property
+    def _residual_words(self) -> str:
+        return residual_words(self.diagnosis.declared)
 
     def _title(self, what: str) -> str:
         return _title(self.diagnosis, f"{what} at {self.wavelength_nm:g} nm")
@@ -138,7 +142,7 @@ class _Pages:
         layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(shown))
         label = residual_label(self.diagnosis.declared)
         draw = _on_page(layout.size, draw_strips, rows, self._title("residuals"), limit, label)
-        text = f"Residuals{self._of(shown)}, measured minus model, in standard deviations of the noise."
+        text = f"Residuals{self._of(shown)}: {self._residual_words}"
         name = f"residuals{self._tag(shown)}_{self.wavelength_nm:g}nm"
         return CaptionedFigure(name, self._caption(text), draw)
 
@@ -149,7 +153,9 @@ class _Pages:
         draw = _on_page(
             DiscLayout(len(views), len(states)).size, draw_discs, views, title, limit, label, states
         )
-        text = f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions."
+        text = (
+            f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions: {self._residual_words}"
+        )
         name = f"residual_discs{self._tag(shown)}_{side}_{self.wavelength_nm:g}nm"
         return CaptionedFigure(name, self._caption(text), draw)
 
@@ -190,8 +196,8 @@ class _Pages:
             title = self._title(f"in-plane scans in {SIDES[side]}")
             draw = partial(cut_page, self.views[side], rows, title)
             text = (
-                f"Measured and modelled BSDF in {SIDES[side]}, with the residuals in standard deviations of "
-                "the noise below; a triangle marks a residual beyond the edge."
+                f"Measured and modelled BSDF in {SIDES[side]}; a triangle marks a residual beyond the edge. "
+                f"Below: {self._residual_words}"
             )
             if own is not None:
                 text += " The last row shows the residuals after the correction on their own scale."

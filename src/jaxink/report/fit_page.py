@@ -11,6 +11,7 @@ from jaxink.plots.scan_views import (
     SIDES,
     measurement_name,
     overview_words,
+    residual_words,
     used_wavelengths,
     wavelength_words,
     worst_wavelength,
@@ -41,7 +42,7 @@ _SPECTRUM_WORDS = (
     "hold, and the misfit at each wavelength."
 )
 _SCANS = {
-    "cuts": "Measured and fitted BSDF in the plane of incidence, with the residuals below",
+    "cuts": "Measured and fitted BSDF in the plane of incidence",
     "residual_map": "Residuals over all viewing directions",
     "residual_shape": "The relative residual, and the part of it that smooth modes carry",
 }
@@ -134,7 +135,7 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
     figures = {name: png for name, png in drawn.items() if name not in (OVERVIEW, SPECTRUM)}
     if figures:
         words = wavelength_words(result.data)
-        shown = (html.figure(png, _caption(name)) for name, png in figures.items())
+        shown = (html.figure(png, _caption(result, name)) for name, png in figures.items())
         yield html.section("Scans", paragraph(words) if words else "", *shown)
     yield html.section("Figures of merit", merit_table(result.merit).html())
     yield html.section("Misfit by scan", _scans(result))
@@ -154,10 +155,12 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
     yield html.section("Searches, settings and versions", _searches(result), html.bullets(_settings(result)))
 
 
-def _caption(name: str) -> str:
+def _caption(result: "FitResult", name: str) -> str:
     """What a figure of `jaxink.plots.figures` shows, by its name, such as ``cuts_R_550nm``."""
     kind, side, wave = name.rsplit("_", 2)
-    return f"{_SCANS[kind]}, in {SIDES[side]} at {wave.removesuffix('nm')} nm."
+    words = f"{_SCANS[kind]}, in {SIDES[side]} at {wave.removesuffix('nm')} nm."
+    below = {"cuts": "Below", "residual_map": "Drawn"}
+    return f"{words} {below[kind]}: {residual_words(result)}" if kind in below else words
 
 
 def _parameter_notes(result: "FitResult") -> Iterator[str]:
