@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jaxink
+from jaxink.cli.fit_tables import mistake_lines
 from jaxink.fitting.mistake import Mistake
 from jaxink.plots import overview_figure, spectrum_figure
 from jaxink.plots.spectra import quantities
@@ -102,6 +103,36 @@ def test_a_misfit_says_so_and_what_to_do(misfit, tmp_path):
     named = Mistake("swapped", "The sides read as if swapped", "swap them", 1.0, 9.0, is_named=True)
     wrong = dataclasses.replace(misfit, mistakes=(named,))
     assert [step.command.split()[1] for step in fit_next_steps(wrong, tmp_path, ["R.csv"])] == ["fit"]
+
+
+def test_rejected_mistakes_are_a_table_without_instructions(misfit):
+    tried = Mistake(
+        "divided_by_cosine",
+        "The values read like BSDF / cos(theta_o)",
+        "multiply bsdf_per_sr by cos(theta_o)",
+        1.63e4,
+        -1e7,
+        is_named=False,
+    )
+    turned = Mistake(
+        "phi_turned", "The azimuth reads as if it were turned", "add 180 degrees", 95.5, -1e4, is_named=False
+    )
+    result = dataclasses.replace(misfit, mistakes=(turned, tried))
+    page = Page(fit_page(result, {}))
+    cells = " ".join(cell for row in page.table("The azimuth is turned") for cell in row)
+    for words in (page.words + cells, " ".join(mistake_lines(result))):
+        assert "Tried and rejected" in words
+        assert "The values are BSDF / cos(theta_o)" in words
+        assert "The azimuth is turned" in words
+        assert "16300" in words or "1.63e+04" in words
+        assert "None of them explains the misfit" in words
+        for instruction in ("If so", "multiply", "add 180", "read like", "reads as if"):
+            assert instruction not in words
+    named = dataclasses.replace(turned, is_named=True, reduced_chi_square=1.0)
+    words = Page(fit_page(dataclasses.replace(misfit, mistakes=(named, tried)), {})).words
+    assert "add 180 degrees" in words
+    assert "multiply" not in words
+    assert "None of them" not in words
 
 
 def test_a_figure_that_fails_is_named_on_the_page(example_result, tmp_path, monkeypatch, caplog):

@@ -9,7 +9,8 @@ from rich.cells import cell_len
 from rich.console import Console, JustifyMethod
 from rich.table import Table
 
-from jaxink.numerics.digits import interval, percent, plain, relative_error, with_uncertainty
+from jaxink.fitting.mistake import rejected, rejection
+from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
 from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def show_result(
     show_lines(to, "Noise", [result.noise_sentence])
     show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)
-    show_lines(to, "Mistakes in the input that were considered, each after one refit", mistake_lines(result))
+    show_lines(to, "Mistakes in the input", mistake_lines(result))
     show_files(to, files)
     if next_command is not None:
         show_lines(to, "To find what the model lacks", [next_command])
@@ -271,22 +272,22 @@ def _correlation_lines(result: "FitResult") -> list[str]:
 
 
 def mistake_lines(result: "FitResult") -> list[str]:
-    """Hypotheses about the input, the most telling first: those that are named, else the nearest ones."""
+    """Mistakes that the data name, with what to do; without any, the nearest of those that are rejected."""
     before = result.verdict.reduced_chi_square
-    named = [mistake for mistake in result.mistakes if mistake.is_named]
-    shown = named or result.mistakes[:MOST_MISTAKES]
-    rest = len(result.mistakes) - len(shown)
+    named = [mistake.sentence(before) for mistake in result.mistakes if mistake.is_named]
+    tried = rejected(result.mistakes)
+    if named or not tried:
+        return named
+    words = rejection(result.mistakes, before, is_misfit=result.verdict.is_misfit)
+    shown, rest = tried[:MOST_MISTAKES], len(tried) - MOST_MISTAKES
     return [
-        f"{'NAMED  ' if m.is_named else ''}{m.statement}"
-        + (
-            ""
-            if m.reduced_chi_square is None
-            else f": reduced chi-square {before:.4g} -> {m.reduced_chi_square:.4g}"
-        )
-        for m in shown
-    ] + (
-        [f"and {rest} more, see result.json; none of them explains the misfit"] if rest and not named else []
-    )
+        f"Tried and rejected: {words}",
+        *(
+            f"  {one.supposition}: reduced chi-square {rounded(one.reduced_chi_square, 4)} after"
+            for one in shown
+        ),
+        *([f"  and {rest} more, see result.json"] if rest > 0 else []),
+    ]
 
 
 def search_lines(result: "FitResult") -> list[str]:

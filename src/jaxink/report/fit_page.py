@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from jaxink.display.html import paragraph, table
+from jaxink.fitting.mistake import rejected, rejection
 from jaxink.fitting.summary import merit_table
 from jaxink.numerics.digits import percent, plain, rounded, with_uncertainty
 from jaxink.numerics.failures import Failure
@@ -144,15 +145,24 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
     if result.residual_shape is not None:
         yield html.section("Shape of the residual", paragraph(result.residual_shape.sentence))
     if result.mistakes:
-        before = result.verdict.reduced_chi_square
-        words = "Each was tested by one refit of the corrected input:"
-        lines = (mistake.sentence(before) for mistake in result.mistakes)
-        yield html.section(
-            "Mistakes in the input that were considered", paragraph(words), html.bullets(lines)
-        )
+        yield html.section("Mistakes in the input", *_mistakes(result))
     if result.notes:
         yield html.section("Notes", html.bullets(result.notes))
     yield html.section("Searches, settings and versions", _searches(result), html.bullets(_settings(result)))
+
+
+def _mistakes(result: "FitResult") -> Iterator[str]:
+    """Those that the data name, with what to do, and a table of those that were tried and rejected."""
+    before = result.verdict.reduced_chi_square
+    named = [mistake.sentence(before) for mistake in result.mistakes if mistake.is_named]
+    if named:
+        yield html.bullets(named)
+    tried = rejected(result.mistakes)
+    if tried:
+        rows = ([one.supposition, rounded(one.reduced_chi_square, 4)] for one in tried)
+        yield paragraph("Tried and rejected:")
+        yield html.tables(["mistake", "reduced chi-square after"], rows)
+        yield paragraph(rejection(result.mistakes, before, is_misfit=result.verdict.is_misfit))
 
 
 def _caption(result: "FitResult", name: str) -> str:
