@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.cli.fit_tables import mistake_lines
+from jaxink.cli.fit_tables import mistake_lines, scan_table
 from jaxink.fitting.mistake import Mistake
 from jaxink.plots import overview_figure, spectrum_figure
+from jaxink.plots.scan_views import scan_views
 from jaxink.plots.spectra import quantities
 from jaxink.report import fit_next_steps, write_fit_page
 from jaxink.report.fit_page import fit_page, five_numbers
@@ -78,7 +79,7 @@ def test_the_five_numbers_are_those_of_the_fit(example_result, misfit):
     assert len(numbers) == 5
     assert float(numbers[0][0]) == pytest.approx(example_result.merit.reduced_chi_square, rel=1e-3)
     assert float(numbers[1][0].removesuffix(" %")) == pytest.approx(
-        100 * example_result.merit.relative_rms, rel=5e-3
+        100 * example_result.deviation.rms, rel=5e-3
     )
     ink = {d.quantity: d for d in example_result.derived}
     for (value, what), quantity in zip(
@@ -103,6 +104,21 @@ def test_a_misfit_says_so_and_what_to_do(misfit, tmp_path):
     named = Mistake("swapped", "The sides read as if swapped", "swap them", 1.0, 9.0, is_named=True)
     wrong = dataclasses.replace(misfit, mistakes=(named,))
     assert [step.command.split()[1] for step in fit_next_steps(wrong, tmp_path, ["R.csv"])] == ["fit"]
+
+
+def test_a_measurement_above_the_model_deviates_by_a_positive_amount(example_result):
+    # Every value 2.8 % above the model, as the residual below the curves shows it, too.
+    measured = 1.028 * example_result.predicted_per_sr
+    result = dataclasses.replace(example_result, data=example_result.data.replace(bsdf_per_sr=measured))
+    assert example_result.deviation != result.deviation
+    assert all(view.residual[0] > 0 for view in scan_views(result, 550.0, "R"))
+    table = Page(fit_page(result, {})).table("+2.8 %")
+    assert table[0][-2:] == ["rms of measured / model - 1", "mean of measured / model - 1"]
+    assert {tuple(row[-2:]) for row in table[1:]} == {("2.8 %", "+2.8 %")}
+    shown = scan_table(result)
+    assert list(shown.columns[-1].cells) == ["+2.80 %"] * len(result.scans)
+    assert shown.columns[-1].header == "mean\nm/s - 1"
+    assert ("rms of measured / model - 1", "2.8 %") in [tuple(row) for row in result.card().tables[1].rows]
 
 
 def test_rejected_mistakes_are_a_table_without_instructions(misfit):

@@ -210,7 +210,7 @@ def _derived_by_wavelength(result: "FitResult") -> Table:
 
 def merit_lines(result: "FitResult") -> list[str]:
     """Figures of merit, each with its reference; m measured, s predicted."""
-    m, lines = result.merit, []
+    m, deviation, lines = result.merit, result.deviation, list[str]()
     if m.chi_square is not None:
         line = f"chi-square {m.chi_square:.5g} with {m.degrees_of_freedom} degrees of freedom"
         if m.reduced_chi_square is not None:
@@ -229,7 +229,7 @@ def merit_lines(result: "FitResult") -> list[str]:
         *lines,
         f"relative RMSD: {percent(m.rmsd_relative)} of (m + s)/2 at each point",
         f"logarithmic RMSD: {percent(m.rmsd_logarithmic)} of (ln m + ln s)/2 at each point",
-        f"rms of s/m - 1: {percent(m.relative_rms)} of the measured value at each point",
+        f"rms of m/s - 1: {percent(deviation and deviation.rms)} of the predicted value at each point",
     ]
 
 
@@ -241,15 +241,16 @@ def scan_table(result: "FitResult") -> Table:
     table = plain_table(f"Misfit by scan{some}")
     heads = ["side", "nm", "theta_i", "points"]
     heads += ["chi-\nsquare", "per\npoint"] if known else []
-    for head in (*heads, "rms of\ns/m - 1", "mean\ns/m - 1"):
+    for head in (*heads, "rms of\nm/s - 1", "mean\nm/s - 1"):
         add_column(table, head, head == "side")
     for s in result.scans:
         if s.wavelength_nm not in shown:
             continue
+        one = result.deviation_of(s)
         row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
         if s.chi_square is not None:
             row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"]
-        table.add_row(*row, percent(s.relative_rms, ".2f"), percent(s.mean_relative, "+.2f"))
+        table.add_row(*row, percent(one and one.rms, ".2f"), percent(one and one.mean, "+.2f"))
     return table
 
 

@@ -76,7 +76,12 @@ def drawn_residual(result: "FitResult") -> np.ndarray:
     """Residual of each used point beside its curve, as of `ScanView`; unlike the whitened one, by point."""
     if result.whitened is None:
         return 100 * (result.data.bsdf_per_sr[result.data.used] / result.predicted_per_sr - 1)
-    return (result.data.bsdf_per_sr[result.data.used] - result.predicted_per_sr) / result.sigma_per_sr
+    return in_sigma(result.data, result.predicted_per_sr, result.sigma_per_sr)
+
+
+def in_sigma(data: "GonioData", predicted_per_sr: np.ndarray, sigma_per_sr: np.ndarray) -> np.ndarray:
+    """Measured minus predicted at the used points, in units of the noise of each."""
+    return (data.bsdf_per_sr[data.used] - predicted_per_sr) / sigma_per_sr
 
 
 def views_of(

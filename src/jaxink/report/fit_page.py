@@ -100,8 +100,9 @@ def five_numbers(result: "FitResult") -> list[tuple[str, str]]:
     found = []
     if merit.reduced_chi_square is not None:
         found.append((rounded(merit.reduced_chi_square, 4), "reduced chi-square; noise alone gives about 1"))
-    if merit.relative_rms is not None:
-        found.append((percent(merit.relative_rms), "rms of model / measured - 1"))
+    deviation = result.deviation
+    if deviation is not None:
+        found.append((percent(deviation.rms), "rms of measured / model - 1"))
     several, wave = len(used_wavelengths(result.data)) > 1, worst_wavelength(result)
     ink = next((layer.name for layer in result.sample.layers if layer.scatters), None)
     told = set()
@@ -138,7 +139,7 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
         words = wavelength_words(result.data)
         shown = (html.figure(png, _caption(result, name)) for name, png in figures.items())
         yield html.section("Scans", paragraph(words) if words else "", *shown)
-    yield html.section("Figures of merit", merit_table(result.merit).html())
+    yield html.section("Figures of merit", merit_table(result.merit, result.deviation).html())
     yield html.section("Misfit by scan", _scans(result))
     if result.correlation_names:
         yield html.section("Correlations", html.bullets(_correlations(result)))
@@ -193,11 +194,12 @@ def _derived(result: "FitResult") -> str:
 
 
 def _scans(result: "FitResult") -> str:
-    heads = ["side", "wavelength", "incidence", "points", "chi-square", "rms of model / measured - 1", "mean"]
+    heads = ["side", "wavelength", "incidence", "points", "chi-square"]
+    heads += ["rms of measured / model - 1", "mean of measured / model - 1"]
     rows = (
         [s.side, f"{s.wavelength_nm:g} nm", f"{s.theta_i_deg:g}°", str(s.points), rounded(s.chi_square, 4)]
-        + [percent(s.relative_rms), percent(s.mean_relative, "+.2g")]
-        for s in result.scans
+        + [percent(one and one.rms), percent(one and one.mean, "+.2g")]
+        for s, one in ((s, result.deviation_of(s)) for s in result.scans)
     )
     return html.tables(heads, rows)
 
