@@ -8,6 +8,8 @@ import pytest
 
 from jaxink.export import ExportOptions, write
 from jaxink.export.formats import FORMATS
+from jaxink.export.guide import power_lines
+from jaxink.export.losses import losses_of
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS
 from tests.ink.analytic_tables import smooth_table
@@ -81,6 +83,25 @@ def test_the_power_of_the_rows_is_stated_with_what_is_lost(format, table, tmp_pa
     for side, of in (("I", ("R_II", "T_IA")), ("A", ("T_AI", "R_AA"))):
         power = 100 * sum(by_name[name] for name in of)[:, seen]
         assert sent_out(readme, side) == pytest.approx([power.min(), power.max()], rel=5e-3)
+
+
+def test_what_the_rows_do_not_send_out_is_absorbed_by_the_ink(table):
+    (inside, outside) = power_lines(table, regular_is_lost=False)
+    assert inside.endswith("; the ink absorbs the rest.")
+    assert outside.endswith("; the ink absorbs the rest.")
+    assert "absorbs the rest, apart from the regular light" in power_lines(table, regular_is_lost=True)[0]
+    # A boundary alone absorbs nothing.
+    alone = dataclasses.replace(table, attrs={k: v for k, v in ATTRS.items() if k != "layers"})
+    assert "absorb" not in power_lines(alone, regular_is_lost=False)[0]
+
+
+def test_a_share_of_rounding_errors_is_none(table):
+    regular = table.regular.copy()
+    regular[COMPONENTS.index("R_II")] = 1e-14
+    regular[COMPONENTS.index("R_AA")] = 0.04
+    (loss,) = losses_of(dataclasses.replace(table, regular=regular), ["regular"])
+    assert loss.amount.startswith("none of the light that the plate guides")
+    assert "e-" not in loss.amount.split(";")[0]
 
 
 @pytest.mark.parametrize("format", FORMATS)

@@ -16,11 +16,12 @@ from jaxink.plots import (
     cut_figure,
     figures,
     lobe_figure,
+    overview_figure,
     residual_map,
     save_figures,
 )
 from jaxink.plots.cuts import FITTED, MASKED, MEASURED
-from jaxink.plots.scan_views import scan_views
+from jaxink.plots.scan_views import overview_words, scan_views
 
 
 def lines(axes, style):
@@ -43,6 +44,17 @@ def texts(figure):
     return " ".join(t.get_text() for t in [*figure.texts, *(t for a in figure.axes for t in a.texts)])
 
 
+def of_points(result):
+    """Residual of each point in units of its own noise."""
+    return (result.data.bsdf_per_sr[result.data.used] - result.predicted_per_sr) / result.sigma_per_sr
+
+
+def with_residual(result, residual):
+    """The result whose points lie so many standard deviations from the curve."""
+    measured = result.predicted_per_sr + residual * result.sigma_per_sr
+    return dataclasses.replace(result, data=result.data.replace(bsdf_per_sr=measured))
+
+
 def scattered(result, directions, **changes):
     """The result with directions of view all over the hemisphere in the place of its own."""
     theta_i, theta_o, phi = map(np.concatenate, zip(*directions, strict=True))
@@ -51,7 +63,7 @@ def scattered(result, directions, **changes):
     data = GonioData(
         theta_i, theta_o, phi, np.full(count, 550.0), np.zeros(count, bool), measured, source="ball.csv"
     )
-    residual = np.linspace(-4, 4, count)
+    residual = np.linspace(-3.9, 3.9, count)
     return dataclasses.replace(
         result,
         data=data,
@@ -80,6 +92,7 @@ def wide(example_result):
         example_result,
         data=data.replace(bsdf_per_sr=data.bsdf_per_sr * fall),
         predicted_per_sr=example_result.predicted_per_sr * fall,
+        sigma_per_sr=example_result.sigma_per_sr * fall,
     )
 
 
@@ -102,7 +115,7 @@ def test_cuts_hold_the_measurement_the_fit_and_the_residual(wide):
         )
         shown = lines(residual, MEASURED)
         assert {tuple(p) for p in shown} <= {
-            tuple(p) for p in np.column_stack([signed, example_result.whitened[here]])
+            tuple(p) for p in np.column_stack([signed, of_points(example_result)[here]])
         }
         assert log.get_yscale() == "log"
         assert linear.get_yscale() == "linear"
@@ -125,10 +138,11 @@ def test_all_incidences_have_one_linear_scale(example_result, wide):
 
 
 def test_a_residual_beyond_the_axis_is_explained(example_result):
-    residual = np.array(example_result.whitened)
-    assert "beyond" not in legend_of(cut_figure(example_result, 550.0, "R"))
+    residual = np.sin(np.arange(len(example_result.data)))
+    quiet = with_residual(example_result, residual)
+    assert "beyond" not in legend_of(cut_figure(quiet, 550.0, "R"))
     residual[np.flatnonzero(~example_result.data.is_transmission)[7]] = 50.0
-    figure = cut_figure(dataclasses.replace(example_result, whitened=residual), 550.0, "R")
+    figure = cut_figure(with_residual(example_result, residual), 550.0, "R")
     assert "beyond" in legend_of(figure)
     drawn = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "^"]
     assert sum(line.get_xdata().size for line in drawn) == 1
@@ -166,6 +180,7 @@ def test_masked_points_are_shown_but_not_fitted(example_result, told):
         example_result,
         data=data.with_masks(user=off),
         predicted_per_sr=example_result.predicted_per_sr[~off],
+        sigma_per_sr=example_result.sigma_per_sr[~off],
         whitened=example_result.whitened[~off],
     )
     figure = cut_figure(masked, 550.0, "R")
@@ -221,6 +236,28 @@ def test_unknown_noise_gives_residuals_in_per_cent(example_result, told):
     np.testing.assert_allclose(np.sort(lines(residual, MEASURED)[:, 1]), np.sort(expected), rtol=1e-12)
 
 
+def test_a_factor_of_a_scan_is_drawn_where_the_points_are(example_result):
+    # All points of a scan 2.3 % above the curve: a factor of the scan explains most of that to the noise, but
+    # the residual below must be the distance that the eye sees above.
+    data, noise = example_result.data, {**example_result.noise, "scan_relative": 0.0034}
+    here = (data.theta_i_deg == 45) & ~data.is_transmission
+    predicted = np.where(here, data.bsdf_per_sr / 1.023, data.bsdf_per_sr)
+    result = dataclasses.replace(
+        example_result,
+        predicted_per_sr=predicted,
+        sigma_per_sr=predicted * 0.023 / 4.4,
+        whitened=np.where(here, 0.08, 0.0),
+        noise=noise,
+    )
+    (view,) = [v for v in scan_views(result, 550.0, "R") if v.theta_i_deg == 45]
+    np.testing.assert_allclose(view.residual, 4.4, rtol=1e-9)
+    drawn = lines(overview_figure(result).axes[1], {**MEASURED, "color": "#c22f2f"})[:, 1]
+    np.testing.assert_allclose(drawn, 4.4, rtol=1e-9)
+    assert "standard deviation 0.34 %, is part of the noise and not removed here" in overview_words(result)
+    plain = dataclasses.replace(result, noise={**noise, "scan_relative": 0.0})
+    assert "factor" not in overview_words(plain)
+
+
 def test_corner_holds_the_covariance(example_result):
     figure, found = corner_figure(example_result), example_result.covariance
     assert len(figure.axes) == 6
@@ -267,7 +304,7 @@ def test_comparison_draws_each_fit_and_its_residuals(example_result, ball, refus
     other = dataclasses.replace(
         example_result,
         predicted_per_sr=1.1 * example_result.predicted_per_sr,
-        whitened=example_result.whitened + 2,
+        sigma_per_sr=0.5 * example_result.sigma_per_sr,
     )
     figure = comparison_figure({"Mie": example_result, "HG": other}, 550.0, "R")
     values, first, second = panels(figure, 3)[0]
@@ -278,8 +315,10 @@ def test_comparison_draws_each_fit_and_its_residuals(example_result, ball, refus
     assert {round(float(np.nanmax(y) / predicted[-1]), 6) for y in drawn} == {1.0, 1.1}
     assert first.get_ylabel() == "Mie [σ]"
     assert second.get_ylabel() == "HG [σ]"
-    shift = np.sort(lines(second, MEASURED)[:, 1]) - np.sort(lines(first, MEASURED)[:, 1])
-    np.testing.assert_allclose(shift, 2, rtol=1e-12)
+    for axes, result in ((first, example_result), (second, other)):
+        np.testing.assert_allclose(
+            np.sort(lines(axes, MEASURED)[:, 1]), np.sort(of_points(result)[here]), rtol=1e-12
+        )
     assert first.get_ylim() == second.get_ylim()
     with refused("ball"):
         comparison_figure({"Mie": example_result, "ball": scattered(example_result, ball)}, 550.0, "R")

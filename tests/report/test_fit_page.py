@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import jaxink
+from jaxink.cli.fit_tables import mistake_lines, scan_table
 from jaxink.fitting.mistake import Mistake
 from jaxink.plots import overview_figure, spectrum_figure
+from jaxink.plots.scan_views import scan_views
 from jaxink.plots.spectra import quantities
 from jaxink.report import fit_next_steps, write_fit_page
 from jaxink.report.fit_page import fit_page, five_numbers
@@ -77,7 +79,7 @@ def test_the_five_numbers_are_those_of_the_fit(example_result, misfit):
     assert len(numbers) == 5
     assert float(numbers[0][0]) == pytest.approx(example_result.merit.reduced_chi_square, rel=1e-3)
     assert float(numbers[1][0].removesuffix(" %")) == pytest.approx(
-        100 * example_result.merit.relative_rms, rel=5e-3
+        100 * example_result.deviation.rms, rel=5e-3
     )
     ink = {d.quantity: d for d in example_result.derived}
     for (value, what), quantity in zip(
@@ -102,6 +104,51 @@ def test_a_misfit_says_so_and_what_to_do(misfit, tmp_path):
     named = Mistake("swapped", "The sides read as if swapped", "swap them", 1.0, 9.0, is_named=True)
     wrong = dataclasses.replace(misfit, mistakes=(named,))
     assert [step.command.split()[1] for step in fit_next_steps(wrong, tmp_path, ["R.csv"])] == ["fit"]
+
+
+def test_a_measurement_above_the_model_deviates_by_a_positive_amount(example_result):
+    # Every value 2.8 % above the model, as the residual below the curves shows it, too.
+    measured = 1.028 * example_result.predicted_per_sr
+    result = dataclasses.replace(example_result, data=example_result.data.replace(bsdf_per_sr=measured))
+    assert example_result.deviation != result.deviation
+    assert all(view.residual[0] > 0 for view in scan_views(result, 550.0, "R"))
+    table = Page(fit_page(result, {})).table("+2.8 %")
+    assert table[0][-2:] == ["rms of measured / model - 1", "mean of measured / model - 1"]
+    assert {tuple(row[-2:]) for row in table[1:]} == {("2.8 %", "+2.8 %")}
+    shown = scan_table(result)
+    assert list(shown.columns[-1].cells) == ["+2.80 %"] * len(result.scans)
+    assert shown.columns[-1].header == "mean\nm/s - 1"
+    assert ("rms of measured / model - 1", "2.8 %") in [tuple(row) for row in result.card().tables[1].rows]
+
+
+def test_rejected_mistakes_are_a_table_without_instructions(misfit):
+    tried = Mistake(
+        "divided_by_cosine",
+        "The values read like BSDF / cos(theta_o)",
+        "multiply bsdf_per_sr by cos(theta_o)",
+        1.63e4,
+        -1e7,
+        is_named=False,
+    )
+    turned = Mistake(
+        "phi_turned", "The azimuth reads as if it were turned", "add 180 degrees", 95.5, -1e4, is_named=False
+    )
+    result = dataclasses.replace(misfit, mistakes=(turned, tried))
+    page = Page(fit_page(result, {}))
+    cells = " ".join(cell for row in page.table("The azimuth is turned") for cell in row)
+    for words in (page.words + cells, " ".join(mistake_lines(result))):
+        assert "Tried and rejected" in words
+        assert "The values are BSDF / cos(theta_o)" in words
+        assert "The azimuth is turned" in words
+        assert "16300" in words or "1.63e+04" in words
+        assert "None of them explains the misfit" in words
+        for instruction in ("If so", "multiply", "add 180", "read like", "reads as if"):
+            assert instruction not in words
+    named = dataclasses.replace(turned, is_named=True, reduced_chi_square=1.0)
+    words = Page(fit_page(dataclasses.replace(misfit, mistakes=(named, tried)), {})).words
+    assert "add 180 degrees" in words
+    assert "multiply" not in words
+    assert "None of them" not in words
 
 
 def test_a_figure_that_fails_is_named_on_the_page(example_result, tmp_path, monkeypatch, caplog):

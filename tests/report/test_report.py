@@ -15,9 +15,13 @@ import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
 from jaxink.diagnosis import Omission, Task, TimeLimit, Verdict, VerdictCode
+from jaxink.diagnosis.findings.candidates import inner_of_refit
+from jaxink.diagnosis.search.direction import Direction
+from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
 from jaxink.effects import Effect, declare
 from jaxink.effects.geometry import Pinholes, UndeclaredBacking
-from jaxink.effects.instrument import StrayLight
+from jaxink.effects.instrument import Blur, StrayLight
+from jaxink.effects.kinds import Inapplicable
 from jaxink.effects.surfaces import AirGap
 from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
@@ -25,7 +29,7 @@ from jaxink.ink.comparison import compare_tables
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
 from jaxink.plots.diagnosis_pages import diagnosis_figures, drawn_wavelengths
 from jaxink.plots.ink_table import FROM_INSIDE
-from jaxink.report import next_steps, write_report
+from jaxink.report import next_steps, sections, write_report
 from jaxink.report.html import tables
 from jaxink.report.ink_table import inside_change, is_in_table
 from tests.report.page_reader import Page
@@ -91,10 +95,15 @@ def test_page_says_everything(found, written, told):
 
 def test_numbers_of_the_page_are_those_of_the_diagnosis(found, change, written):
     page = Page((written[0] / "report.html").read_text(encoding="utf-8"))
-    states = [s for summary in (found.before, found.after) for s in (summary.fitted, summary.held_out)]
-    for row, figures in zip(page.tables[0][1:], states, strict=True):
+    states = [
+        (figures, np.sqrt(np.mean((found.measured_per_sr / predicted - 1) ** 2)))
+        for s in (found.before, found.after)
+        for figures, predicted in ((s.fitted, s.predicted_per_sr), (s.held_out, s.held_out_per_sr))
+    ]
+    assert page.tables[0][0][4] == "rms of measured / model - 1"
+    for row, (figures, rms) in zip(page.tables[0][1:], states, strict=True):
         assert float(row[2]) == pytest.approx(figures.rmsd_absolute, rel=1e-3)
-        assert float(row[4].removesuffix(" %")) == pytest.approx(100 * figures.relative_rms, rel=5e-3)
+        assert float(row[4].removesuffix(" %")) == pytest.approx(100 * rms, rel=5e-3)
         assert float(row[5]) == pytest.approx(figures.chi_square, rel=1e-5)
         assert int(row[6]) == figures.degrees_of_freedom
     biased = {p["name"]: p["bias_in_standard_errors"] for p in found.to_dict()["parameters"]}
@@ -178,6 +187,70 @@ def test_nothing_is_said_or_drawn_twice_where_nothing_was_added(unchanged, tmp_p
     told(plates["residuals_550nm"].caption, numbers=False)
 
 
+def test_one_name_for_each_model_on_the_page_and_its_figures(found, written):
+    folder = written[0]
+    words = Page((folder / "report.html").read_text(encoding="utf-8"))
+    heads = [cell for table in words.tables for cell in table[0]]
+    for text in (words.words, " ".join(heads), found.summary(), *(one.caption for one in _figures(found))):
+        assert not re.search(r"\b(before|after|extended|as declared)\b", text), text
+    for one in _figures(found):
+        drawn = [t.get_text() for t in one.figure.texts] + [a.get_title() for a in one.figure.axes]
+        drawn += [a.get_ylabel() for a in one.figure.axes]
+        drawn += [t.get_text() for legend in one.figure.legends for t in legend.get_texts()]
+        assert not re.search(r"\b(before|after|extended|as declared)\b", " ".join(drawn))
+    assert {"declared", "corrected"} <= {row[0] for row in words.tables[0]}
+
+
+def _figures(found):
+    return [one for one in diagnosis_figures(found) if one.name.startswith(("residuals", "cuts"))]
+
+
+def test_masked_points_are_listed_with_their_reasons(found):
+    assert sections.masked(found) is None
+    data = found.declared.data
+    off = data.theta_o_deg > 80
+    declared = dataclasses.replace(found.declared, data=data.with_masks(user=off))
+    shown = sections.masked(dataclasses.replace(found, declared=declared))
+    assert shown.title == "Masked points"
+    assert f"{off.sum()} of {len(data)} points are masked as user" in shown.content
+
+
+def test_effects_that_do_not_apply_are_not_said_to_lack_data():
+    found = sections.untested(
+        {"ink_absorption": Inapplicable("already a free parameter"), "opposition": "no point is near"}
+    )
+    assert found == {
+        "These effects do not apply to the sample as it is declared:": [
+            "ink_absorption: already a free parameter"
+        ],
+        "The data do not constrain these effects:": ["opposition: no point is near"],
+    }
+
+
+def test_a_strength_and_its_detection_limit_are_of_one_term():
+    # Blur: the screen found the variance of the core, the refit the share of the wings.
+    forms = [Blur(False), Blur(True), Blur(True)]
+    directions = [Direction(form, {}, np.zeros(1), 1.0) for form in forms]
+    screened = ScreenedCandidate(
+        "blur", Testability.TESTABLE, 0.1, np.array([1.0, 3.0, 2.0]), inner=0, critical_z=4.0
+    )
+    assert inner_of_refit(screened, directions, Blur(True)) == 2
+    assert inner_of_refit(screened, directions, Blur(False)) == 0
+    assert Blur(True).strength.unit != Blur(False).strength.unit
+
+
+def test_the_order_of_rows_is_not_called_time(found):
+    factor = next(f for f in found.location.factors if f.name == "time")
+    assert all(level.endswith("quarter of the rows") for level in factor.levels)
+    table = Page(sections.tests(found).content).table("order of rows")
+    assert not any(row[0] == "time" for row in table)
+
+
+def of_points(found, summary):
+    """Residual of each point in units of its own noise."""
+    return (found.measured_per_sr - summary.predicted_per_sr) / found.declared.sigma_per_sr
+
+
 def panel(figure, title):
     return next(axes for axes in figure.axes if axes.get_title() == title)
 
@@ -186,9 +259,11 @@ def test_strips_hold_the_residuals_on_one_scale(found, plates, told):
     data, figure = found.declared.data, plates["residuals_550nm"]
     scales = set()
     for side, is_t in (("reflection", False), ("transmission", True)):
-        for state, summary in (("before", found.before), ("after", found.after)):
+        for state, summary in (("declared", found.before), ("corrected", found.after)):
             (cells,) = panel(figure, f"{side}, {state}").collections
-            np.testing.assert_array_equal(cells.get_array(), summary.whitened[data.is_transmission == is_t])
+            np.testing.assert_array_equal(
+                cells.get_array(), of_points(found, summary)[data.is_transmission == is_t]
+            )
             scales.add(cells.get_clim())
             signed = np.where(data.phi_deg < 90, -1, 1)[data.is_transmission == is_t]
             centre = np.array([path.vertices[:4, 0].mean() for path in cells.get_paths()])
@@ -204,7 +279,7 @@ def test_repeated_directions_share_a_strip(found):
         found, declared=dataclasses.replace(found.declared, data=data.replace(theta_o_deg=theta))
     )
     figure = next(diagnosis_figures(twice)).figure
-    cells = [p.vertices[:4] for p in panel(figure, "reflection, before").collections[0].get_paths()]
+    cells = [p.vertices[:4] for p in panel(figure, "reflection, declared").collections[0].get_paths()]
     heights = sorted({round(float(np.ptp(cell[:, 1])), 3) for cell in cells})
     assert heights == [0.43, 0.86]
     boxes = {tuple(np.round([*cell.min(axis=0), *cell.max(axis=0)], 6)) for cell in cells}
@@ -219,13 +294,13 @@ def test_cuts_show_both_models_and_both_residuals(found, plates):
     signed = np.where(data.phi_deg < 90, -1, 1) * data.theta_o_deg
     for axes, summary in ((before, found.before), (after, found.after)):
         shown = next(line for line in axes.lines if line.get_marker() == MEASURED["marker"])
-        expected = np.column_stack([signed, summary.whitened])[here]
+        expected = np.column_stack([signed, of_points(found, summary)])[here]
         assert {tuple(p) for p in shown.get_xydata()} == {
             tuple(p) for p in expected if abs(p[1]) <= axes.get_ylim()[1]
         }
     assert before.get_ylim() == after.get_ylim() == plates["cuts_R_550nm"].axes[1].get_ylim()
     # After the correction also on its own scale.
-    top = np.abs(found.after.whitened).max()
+    top = np.abs(of_points(found, found.after)).max()
     assert top <= enlarged.get_ylim()[1] < max(2 * top, 3.1) < before.get_ylim()[1]
     own = next(line for line in enlarged.lines if line.get_marker() == MEASURED["marker"])
     assert own.get_xydata().shape[0] == here.sum()
@@ -276,12 +351,12 @@ def test_data_out_of_the_plane_give_discs(found, told):
         limits = [plates[name].axes[0].collections[0].get_clim()[1] for name in (whole, alone)]
         assert limits[1] < limits[0] / 1.5
     titles = [axes.get_title() for axes in plates["residual_discs_R_550nm"].axes[:6]]
-    told(titles[0], "before", "14°: 14 ")
-    told(titles[1], "after", "14°: 14 ")
+    told(titles[0], "declared", "14°: 14 ")
+    told(titles[1], "corrected", "14°: 14 ")
     drawn = plates["residual_discs_R_550nm"].axes[1].collections
     shown = np.sort(np.concatenate([np.asarray(c.get_array()) for c in drawn]))
     here = ~data.is_transmission & (data.theta_i_deg == 14)
-    np.testing.assert_array_equal(shown, np.sort(found.after.whitened[here]))
+    np.testing.assert_array_equal(shown, np.sort(of_points(found, found.after)[here]))
 
 
 def test_of_many_wavelengths_the_worst_are_drawn(found, told):

@@ -150,7 +150,7 @@ def _show_correction(to: Console, found: "Diagnosis", change: "TableComparison |
         table.add_row(name, f"{truth:g}", *cells)
     table.add_section()
     table.add_row("reduced chi-square", "", *(rounded(m.merit.reduced_chi_square, 4) for m in models))
-    table.add_row("rms of s/m - 1", "", *(percent(m.merit.relative_rms) for m in models))
+    table.add_row("rms of m/s - 1", "", *(percent(m.deviation and m.deviation.rms) for m in models))
     to.print(table)
     to.print("4. The ink, as seen from inside the plate, for a ray tracer.", style="bold")
     if isinstance(change, str):

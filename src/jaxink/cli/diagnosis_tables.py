@@ -19,6 +19,7 @@ from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Figures
+    from jaxink.fitting.deviation import Deviation
     from jaxink.report import NextStep
 
 MOST_CANDIDATES = 12
@@ -63,24 +64,24 @@ def _overlap_lines(diagnosis: "Diagnosis") -> list[str]:
 
 
 def merit_table(diagnosis: "Diagnosis") -> Table:
-    """Errors before and after, for fitted and for held-out points."""
-    table = plain_table("Error before and after")
-    heads = ("", "points", "RMSD\nof pi f", "relative\nRMSD", "rms of\ns/m - 1")
+    """Errors of the declared and the corrected model, for fitted and for held-out points."""
+    table = plain_table("Error of each model")
+    heads = ("", "points", "RMSD\nof pi f", "relative\nRMSD", "rms of\nm/s - 1")
     for i, head in enumerate((*heads, "chi-\nsquare", "reduced", "p")):
         add_column(table, head, i < 2)
-    states = {"before": diagnosis.before} | ({"after": diagnosis.after} if diagnosis.steps else {})
+    states = {"declared": diagnosis.before} | ({"corrected": diagnosis.after} if diagnosis.steps else {})
+    measured = diagnosis.measured_per_sr
     for name, summary in states.items():
-        table.add_row(name, "fitted", *_merit_cells(summary.fitted))
-        if summary.held_out is not None:
-            table.add_row(name, "held out", *_merit_cells(summary.held_out))
+        for points, figures, deviation in summary.rows(measured):
+            table.add_row(name, points, *_merit_cells(figures, deviation))
     return table
 
 
-def _merit_cells(figures: "Figures") -> list[str]:
+def _merit_cells(figures: "Figures", deviation: "Deviation | None") -> list[str]:
     return [
         f"{figures.rmsd_absolute:.4g}",
         percent(figures.rmsd_relative),
-        percent(figures.relative_rms),
+        percent(deviation and deviation.rms),
         _size(figures.chi_square),
         rounded(figures.reduced_chi_square, 4),
         "<1e-300" if figures.probability == 0 else rounded(figures.probability, 2),
@@ -118,9 +119,9 @@ def _size(chi_square: float | None) -> str:
 
 
 def change_table(diagnosis: "Diagnosis") -> Table:
-    """Free parameters before and after."""
+    """Free parameters of the declared and the corrected model."""
     table = plain_table("Parameters")
-    heads = ["parameter", "before(s.e.)", "after(s.e.)", "bias/s.e."]
+    heads = ["parameter", "declared(s.e.)", "corrected(s.e.)", "difference/s.e."]
     if diagnosis.structure_remains:
         heads += ["possible shift by misfit", "determined"]
     for head in heads:

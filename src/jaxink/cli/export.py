@@ -217,8 +217,7 @@ def _write(
         return
     wavelengths = ", ".join(f"{wavelength_nm:g}" for wavelength_nm in table.wavelength_nm)
     lines = [f"{what} at {wavelengths} nm, for {target.format}.", *remarks]
-    if options.drop:
-        lines.append(f"Losses allowed: {', '.join(options.drop)}.")
+    # Which of the losses that were allowed there are, the guide says.
     typer.echo("\n".join([*lines, *guide.lines(target.folder)]))
 
 

@@ -9,7 +9,8 @@ from rich.cells import cell_len
 from rich.console import Console, JustifyMethod
 from rich.table import Table
 
-from jaxink.numerics.digits import interval, percent, plain, relative_error, with_uncertainty
+from jaxink.fitting.mistake import rejected, rejection
+from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
 from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def show_result(
     show_lines(to, "Noise", [result.noise_sentence])
     show_lines(to, "Searches", search_lines(result))
     show_lines(to, "Notes", result.notes)
-    show_lines(to, "Mistakes in the input that were considered, each after one refit", mistake_lines(result))
+    show_lines(to, "Mistakes in the input", mistake_lines(result))
     show_files(to, files)
     show_lines(to, "Next", [line for step in todo for line in step.lines()])
 
@@ -209,7 +210,7 @@ def _derived_by_wavelength(result: "FitResult") -> Table:
 
 def merit_lines(result: "FitResult") -> list[str]:
     """Figures of merit, each with its reference; m measured, s predicted."""
-    m, lines = result.merit, []
+    m, deviation, lines = result.merit, result.deviation, list[str]()
     if m.chi_square is not None:
         line = f"chi-square {m.chi_square:.5g} with {m.degrees_of_freedom} degrees of freedom"
         if m.reduced_chi_square is not None:
@@ -228,7 +229,7 @@ def merit_lines(result: "FitResult") -> list[str]:
         *lines,
         f"relative RMSD: {percent(m.rmsd_relative)} of (m + s)/2 at each point",
         f"logarithmic RMSD: {percent(m.rmsd_logarithmic)} of (ln m + ln s)/2 at each point",
-        f"rms of s/m - 1: {percent(m.relative_rms)} of the measured value at each point",
+        f"rms of m/s - 1: {percent(deviation and deviation.rms)} of the predicted value at each point",
     ]
 
 
@@ -240,15 +241,16 @@ def scan_table(result: "FitResult") -> Table:
     table = plain_table(f"Misfit by scan{some}")
     heads = ["side", "nm", "theta_i", "points"]
     heads += ["chi-\nsquare", "per\npoint"] if known else []
-    for head in (*heads, "rms of\ns/m - 1", "mean\ns/m - 1"):
+    for head in (*heads, "rms of\nm/s - 1", "mean\nm/s - 1"):
         add_column(table, head, head == "side")
     for s in result.scans:
         if s.wavelength_nm not in shown:
             continue
+        one = result.deviation_of(s)
         row = [s.side, f"{s.wavelength_nm:g}", f"{s.theta_i_deg:g}", str(s.points)]
         if s.chi_square is not None:
             row += [f"{s.chi_square:.1f}", f"{s.chi_square / s.points:.2f}"]
-        table.add_row(*row, percent(s.relative_rms, ".2f"), percent(s.mean_relative, "+.2f"))
+        table.add_row(*row, percent(one and one.rms, ".2f"), percent(one and one.mean, "+.2f"))
     return table
 
 
@@ -271,22 +273,22 @@ def _correlation_lines(result: "FitResult") -> list[str]:
 
 
 def mistake_lines(result: "FitResult") -> list[str]:
-    """Hypotheses about the input, the most telling first: those that are named, else the nearest ones."""
+    """Mistakes that the data name, with what to do; without any, the nearest of those that are rejected."""
     before = result.verdict.reduced_chi_square
-    named = [mistake for mistake in result.mistakes if mistake.is_named]
-    shown = named or result.mistakes[:MOST_MISTAKES]
-    rest = len(result.mistakes) - len(shown)
+    named = [mistake.sentence(before) for mistake in result.mistakes if mistake.is_named]
+    tried = rejected(result.mistakes)
+    if named or not tried:
+        return named
+    words = rejection(result.mistakes, before, is_misfit=result.verdict.is_misfit)
+    shown, rest = tried[:MOST_MISTAKES], len(tried) - MOST_MISTAKES
     return [
-        f"{'NAMED  ' if m.is_named else ''}{m.statement}"
-        + (
-            ""
-            if m.reduced_chi_square is None
-            else f": reduced chi-square {before:.4g} -> {m.reduced_chi_square:.4g}"
-        )
-        for m in shown
-    ] + (
-        [f"and {rest} more, see result.json; none of them explains the misfit"] if rest and not named else []
-    )
+        f"Tried and rejected: {words}",
+        *(
+            f"  {one.supposition}: reduced chi-square {rounded(one.reduced_chi_square, 4)} after"
+            for one in shown
+        ),
+        *([f"  and {rest} more, see result.json"] if rest > 0 else []),
+    ]
 
 
 def search_lines(result: "FitResult") -> list[str]:

@@ -3,7 +3,7 @@
 import dataclasses
 
 from jaxink.effects.case import Case
-from jaxink.effects.kinds import Effect, SampleEffect
+from jaxink.effects.kinds import Effect, Inapplicable, SampleEffect
 from jaxink.effects.sample_edits import freed, with_parameters
 from jaxink.sample import Layer, Parameter, Sample
 
@@ -29,9 +29,9 @@ class DeclaredConstant(SampleEffect):
         """The form for a parameter of a layer, or why there is none; `limits` maps its value to its range."""
         name = None if layer is None else f"{layer.name}.{key}"
         if name is None or name not in case.sample.parameters:
-            return "the sample has no such parameter, or gives it by wavelength"
+            return Inapplicable("the sample has no such parameter, or gives it by wavelength")
         if case.sample.parameters[name].free:
-            return f"{name} is already free"
+            return Inapplicable(f"{name} is already free")
         return (cls(freed(case.sample, name, *limits(case.declared(name)))),)
 
 
@@ -109,10 +109,12 @@ class PlateThickness(DeclaredConstant):
     def forms(cls, case):
         plate = next(iter(case.plates), None)
         if plate is None:
-            return "there is no plate"
+            return Inapplicable("there is no plate")
         absorbs = case.declared(f"{plate.name}.absorption_per_mm") > 0
         if not absorbs and case.sample.beam_diameter_mm is None:
-            return "the plate does not absorb and no light is lost laterally, so its thickness has no effect"
+            return Inapplicable(
+                "the plate does not absorb and no light is lost laterally, so its thickness has no effect"
+            )
         return cls.of(case, plate, "thickness_mm", _factor_limits)
 
 

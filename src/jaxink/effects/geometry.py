@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from jaxink.effects.case import Case
-from jaxink.effects.kinds import AreaWithOtherValues, ReadingEffect, SampleEffect
+from jaxink.effects.kinds import AreaWithOtherValues, Inapplicable, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import ink_of, with_parameters
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Backing, Layer, Parameter, Sample
@@ -37,9 +37,9 @@ class LateralLoss(SampleEffect):
     @classmethod
     def forms(cls, case: Case):
         if case.sample.beam_diameter_mm is not None:
-            return "beam and field of view are declared"
+            return Inapplicable("beam and field of view are declared")
         if not case.plates:
-            return "there is no plate in which light could spread laterally"
+            return Inapplicable("there is no plate in which light could spread laterally")
         thickness = max(case.declared(f"{p.name}.thickness_mm") for p in case.plates)
         return (cls(thickness),)
 
@@ -152,9 +152,9 @@ class UndeclaredBacking(SampleEffect):
     @classmethod
     def forms(cls, case: Case):
         if case.sample.backing is not None:
-            return "a backing is declared"
+            return Inapplicable("a backing is declared")
         if case.is_opaque:
-            return "the sample is opaque"
+            return Inapplicable("the sample is opaque")
         if np.all(case.scene.is_transmission):
             return "reflection was not measured"
         return (cls(),)

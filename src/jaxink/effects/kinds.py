@@ -22,6 +22,12 @@ from jaxink.sample import Parameter, Sample
 from jaxink.solver.config import SolverConfig
 
 
+class Inapplicable(str):
+    """Reason why an effect cannot be in a case, which lies in the sample and not in what was measured."""
+
+    __slots__ = ()
+
+
 @dataclasses.dataclass(frozen=True)
 class Effect(abc.ABC):
     """Something that a model may lack.

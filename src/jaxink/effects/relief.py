@@ -5,7 +5,7 @@ import dataclasses
 import jax
 
 from jaxink.effects.case import Case
-from jaxink.effects.kinds import UnevenSurface
+from jaxink.effects.kinds import Inapplicable, UnevenSurface
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Sample
 from jaxink.sample.effect_schema import terms_of
@@ -49,11 +49,11 @@ def _why_without(sample: Sample) -> str:
     """Why a sample cannot have a relief; empty if it can."""
     layers = sample.layers
     if not (layers[0].scatters and layers[-1].opaque):
-        return "a relief is computed for an opaque ink without a plate in front of it"
+        return Inapplicable("a relief is computed for an opaque ink without a plate in front of it")
     if any(layer.roughness for layer in layers):
-        return "a face of the ink is declared rough, and both together are not computed"
+        return Inapplicable("a face of the ink is declared rough, and both together are not computed")
     if sample.source_half_angle_deg or sample.detector_half_angle_deg:
-        return "the source or the detector has a cone, with which a relief is not computed"
+        return Inapplicable("the source or the detector has a cone, with which a relief is not computed")
     return ""
 
 

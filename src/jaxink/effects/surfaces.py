@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from jaxink.effects.case import Case
-from jaxink.effects.kinds import AreaWithOtherSample, SampleEffect
+from jaxink.effects.kinds import AreaWithOtherSample, Inapplicable, SampleEffect
 from jaxink.effects.sample_edits import with_face, with_film, with_parameters
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Roughness, Sample
@@ -68,7 +68,9 @@ class _RoughFace(SampleEffect):
         """One for each density of slopes."""
         faces = exposed_faces(case.sample)
         if cls.name not in faces:
-            return "there is no such face between different media, or it is already declared rough"
+            return Inapplicable(
+                "there is no such face between different media, or it is already declared rough"
+            )
         position, face = faces[cls.name]
         layer = case.sample.layers[position].name
         return tuple(cls(layer, face, density) for density in ("cauchy", "beckmann", "ggx"))
@@ -133,7 +135,7 @@ class SlopeTail(SampleEffect):
         rough = [r for layer in case.sample.layers for r in layer.roughness if r.density is not None]
         rough = [r for r in rough if r.second_density is None and r.nodes is None]
         if not rough:
-            return "no face is declared rough with a single density of slopes"
+            return Inapplicable("no face is declared rough with a single density of slopes")
         return tuple(cls(rough[0], d) for d in ("ggx", "beckmann") if d != rough[0].density)[:1]
 
     @property
@@ -171,7 +173,7 @@ class WaveSurface(SampleEffect):
         faces = exposed_faces(case.sample)
         outer = next((faces[n] for n in ("rough_ink", "rough_plate") if n in faces), None)
         if outer is None:
-            return "there is no outer face that is declared smooth"
+            return Inapplicable("there is no outer face that is declared smooth")
         return (cls(case.sample.layers[outer[0]].name, outer[1]),)
 
     @property
@@ -242,7 +244,7 @@ class AirGap(AreaWithOtherSample):
     @classmethod
     def forms(cls, case: Case):
         position = _plate_ink_contact(case.sample)
-        return "no plate is in contact with the ink" if position is None else (cls(position),)
+        return Inapplicable("no plate is in contact with the ink") if position is None else (cls(position),)
 
     @classmethod
     def of_sample(cls, sample, position=None):
@@ -282,9 +284,9 @@ class WeakInterface(SampleEffect):
         position, face = faces["rough_ink"]
         name = f"{layers[position].name}.refractive_index"
         if name not in case.sample.parameters:
-            return "the ink's index depends on the wavelength"
+            return Inapplicable("the ink's index depends on the wavelength")
         if case.declared(name) <= 1.0 + 1e-9:
-            return "the ink already has the index of air"
+            return Inapplicable("the ink already has the index of air")
         end = position + (face == "back_roughness")
         return (cls(layers[position].name, end, len(layers) == 1),)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxink.effects.case import Case
 from jaxink.effects.constants import DeclaredConstant
-from jaxink.effects.kinds import DividingEffect, Effect, ReadingEffect, SampleEffect
+from jaxink.effects.kinds import DividingEffect, Effect, Inapplicable, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import freed, ink_of, with_changed_layer, with_parameters
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Layer, Parameter, Population, Sample
@@ -16,7 +16,7 @@ from jaxink.sample.effect_schema import terms_of
 
 _NOT_BY_ALBEDO = "the ink consists of Mie particles, whose phase function follows from their size"
 _LOBE_SLOPE = "depth_gradient.asymmetry_slope"
-_NOT_MIE = "the ink does not consist of Mie particles, so it has no such parameter"
+_NOT_MIE = Inapplicable("the ink does not consist of Mie particles, so it has no such parameter")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,7 +36,7 @@ class _MieTerm(SampleEffect):
         if not mie:
             return _NOT_MIE
         if case.each(f"{mie[0].name}.{cls.key}"):
-            return f"{mie[0].name}.{cls.key} is already declared"
+            return Inapplicable(f"{mie[0].name}.{cls.key} is already declared")
         return (cls(mie[0].name),)
 
     @property
@@ -101,7 +101,9 @@ class SecondPopulation(SampleEffect):
             return _NOT_MIE + "; second_lobe represents a second kind of particles"
         names = case.each(f"{ink.name}.particle_index")
         if ink.populations or not names:
-            return "there are already several kinds of particles, or their index has a dispersion"
+            return Inapplicable(
+                "there are already several kinds of particles, or their index has a dispersion"
+            )
         return (cls(ink.name, case.declared(names[0])),)
 
     @property
@@ -245,24 +247,26 @@ class SurfaceLayer(DividingEffect):
 def _why_without_surface_layer(sample: Sample, ink: Layer) -> str:
     """Why an ink cannot have a surface layer; empty if it can."""
     if not ink.opaque:
-        return "the ink is not opaque; depth_gradient represents a change with depth"
+        return Inapplicable("the ink is not opaque; depth_gradient represents a change with depth")
     if ink.phase_function == "mie":
         return _NOT_BY_ALBEDO
     if f"{ink.name}.refractive_index" not in sample.parameters:
-        return "the ink's index depends on the wavelength"
+        return Inapplicable("the ink's index depends on the wavelength")
     return ""
 
 
 def _why_undividable(sample: Sample, ink: Layer) -> str:
     """Why an ink cannot be divided into halves; empty if it can."""
     if ink.opaque or ink.populations:
-        return "the ink is opaque (then surface_layer is tested), or has several kinds of particles"
+        return Inapplicable(
+            "the ink is opaque (then surface_layer is tested), or has several kinds of particles"
+        )
     if any(n.startswith(f"{ink.name}.") and "@" in n for n in sample.parameters):
-        return "the ink has parameters given by wavelength, which its halves cannot share"
+        return Inapplicable("the ink has parameters given by wavelength, which its halves cannot share")
     if f"{ink.name}.{_concentration(ink)}" not in sample.parameters:
-        return "the ink has no parameter for its concentration that could vary with depth"
+        return Inapplicable("the ink has no parameter for its concentration that could vary with depth")
     if ink.roughness and len(ink.roughness) > 1:
-        return "the ink has two rough faces"
+        return Inapplicable("the ink has two rough faces")
     return ""
 
 
@@ -292,10 +296,10 @@ class InkAbsorption(_MieTerm):
             f"{ink.name}.single_scattering_albedo"
         )
         if any(case.sample.parameters[n].free for n in names):
-            return "the absorption of the ink is already a free parameter"
+            return Inapplicable("the absorption of the ink is already a free parameter")
         name = f"{ink.name}.absorption_per_mm"
         if name not in names:
-            return "the ink's albedo is declared, which includes absorption"
+            return Inapplicable("the ink's albedo is declared, which includes absorption")
         declared = case.declared(name)
         return (_DeclaredAbsorption(freed(case.sample, name, declared, declared + 50.0)),)
 
@@ -324,7 +328,7 @@ class SecondLobe(SampleEffect):
     def forms(cls, case: Case):
         ink = case.inks[0]
         if ink.phase_function != "henyey_greenstein":
-            return "the phase function is not a Henyey-Greenstein function"
+            return Inapplicable("the phase function is not a Henyey-Greenstein function")
         return (cls(ink.name),)
 
     @property

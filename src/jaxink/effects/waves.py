@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxink.effects.case import Case
 from jaxink.effects.fluorescence import Fluorescence
-from jaxink.effects.kinds import AddedLight, ReadingEffect, SampleEffect
+from jaxink.effects.kinds import AddedLight, Inapplicable, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import ink_of, with_parameters
 from jaxink.errors import InputRefusedError
 from jaxink.model.polarised import why_not_polarised
@@ -92,7 +92,7 @@ class BinderDispersion(SampleEffect):
         if waves.size < 2:
             return "only one wavelength was measured"
         if name not in case.sample.parameters or not case.sample.parameters[name].is_fixed:
-            return "the ink's index is free, or already has a dispersion"
+            return Inapplicable("the ink's index is free, or already has a dispersion")
         return (cls(case.inks[0].name, float(np.mean(waves))),)
 
     @classmethod
@@ -143,7 +143,7 @@ class Interference(ReadingEffect):
             names = case.each(f"{layer.name}.refractive_index")
             if 0 < thickness <= _THICKEST_UM and names:
                 found.append(cls(thickness, case.declared(names[0])))
-        return tuple(found[:1]) or f"no layer is thinner than {_THICKEST_UM:g} um"
+        return tuple(found[:1]) or Inapplicable(f"no layer is thinner than {_THICKEST_UM:g} um")
 
     def change(self, predicted, values, field):
         """Return y = f (1 + s cos(4 pi n d cos(theta) / lambda + phase)) in reflection."""

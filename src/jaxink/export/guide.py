@@ -94,14 +94,17 @@ def power_lines(table: InkTable, regular_is_lost: bool) -> list[str]:
         Whether its regular part is not.
     """
     seen = table.theta_deg <= _LARGEST_DEG
+    # The rows include both sides and all faces, so that only layers can take light away; a boundary has none.
+    rest = "the ink absorbs the rest" if table.attrs.get("layers") else "the rest is missing"
     if regular_is_lost:
+        rest = f"{rest}, apart from the regular light that is lost"
         table = dataclasses.replace(table, regular=np.zeros_like(table.regular))
     lines = []
     for side, power in zip("IA", power_sent_out(table), strict=True):
         low, high = (100 * float(end) for end in (power[:, seen].min(), power[:, seen].max()))
         lines.append(
             f"Light from side {side}: the rows send out {low:.3g} to {high:.3g} per cent of the power, for "
-            f"incidence up to {_LARGEST_DEG:g} degrees; the rest is missing."
+            f"incidence up to {_LARGEST_DEG:g} degrees; {rest}."
         )
     return lines
 

@@ -82,7 +82,7 @@ def _regular(table: InkTable) -> str | None:
         return None
     normal = np.unravel_index(np.argmax(shares[:, :, 0]), shares.shape[:2])
     guided = _guided_regular(table)
-    of_guided = "" if guided is None else f"{_percent(guided)} of the light that the plate guides; "
+    of_guided = "" if guided is None else f"{_share_or_none(guided)} of the light that the plate guides; "
     return (
         f"{of_guided}up to {_percent(shares[*normal, 0])} of the incident power at normal incidence, "
         f"{COMPONENTS[normal[0]]}, and up to {_percent(shares[c, w, i])} elsewhere, {COMPONENTS[c]} at "
@@ -143,6 +143,10 @@ def _index_step(table: InkTable) -> str | None:
 
 def _both_indices(inside: float, outside: float) -> str:
     return f"{inside:.4g} inside, {outside:.4g} outside"
+
+
+def _share_or_none(share: float) -> str:
+    return "none" if share <= NEGLIGIBLE else _percent(share)
 
 
 def _percent(share: float) -> str:

@@ -16,6 +16,7 @@ from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.result_folder import FIT_HEAD, PARAMETER_FILE, RESULT_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
+from jaxink.fitting.deviation import Deviation, deviation, deviation_of_scan
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
@@ -263,6 +264,15 @@ class FitResult(SavedInFolder, Presented):
         return residual_shape(ResidualPoints.of(self.data, self.predicted_per_sr, *noise))
 
     @property
+    def deviation(self) -> Deviation | None:
+        """Root mean square and mean of measured / model - 1 at the used points; None unless all are > 0."""
+        return deviation(self.data.bsdf_per_sr[self.data.used], self.predicted_per_sr)
+
+    def deviation_of(self, scan: ScanMerit) -> Deviation | None:
+        """The same of one of `scans`."""
+        return deviation_of_scan(self.data, self.predicted_per_sr, scan)
+
+    @property
     def run_seconds(self) -> float:
         """Run time of everything that was searched: the scan, all starts, refinement and profiles."""
         return sum(search.run_seconds for search in self.searches)
@@ -380,6 +390,7 @@ class FitResult(SavedInFolder, Presented):
             f"{self.method} fit of {self.objective}",
             self.parameters,
             self.merit,
+            self.deviation,
             self.verdict,
             (self.noise_sentence, *self.notes),
         )

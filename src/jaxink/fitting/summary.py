@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from jaxink.display.card import Card, CardTable
+from jaxink.fitting.deviation import Deviation
 from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.fitting.merit import Merit
 from jaxink.fitting.outcome import Outcome
@@ -18,6 +19,7 @@ def fit_card(
     what: str,
     parameters: FittedParameters,
     merit: Merit,
+    deviation: Deviation | None,
     verdict: FitVerdict,
     remarks: Sequence[str],
 ) -> Card:
@@ -25,31 +27,33 @@ def fit_card(
 
     Parameters
     ----------
-    data, outcome, parameters, merit, verdict
+    data, outcome, parameters, merit, deviation, verdict
         As in the result.
     what
         Method and objective.
     remarks
         Sentences at the end.
     """
-    title = f"Fit of {data.source or 'a measurement'}: {misfit_words(merit)}"
+    title = f"Fit of {data.source or 'a measurement'}: {misfit_words(merit, deviation)}"
     used = f"{merit.points} of {len(data)} points used, {sum(scan.used > 0 for scan in data.scans)} scans"
     ended = f"{what[0].upper()}{what[1:].replace('_', '-')} {outcome.value}."
     table = parameters.table()
     if not verdict.standard_errors_hold:
         heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
         table = dataclasses.replace(table, heads=heads)
-    return Card(title, (verdict.sentence, ended, f"{used}."), (table, merit_table(merit)), tuple(remarks))
+    return Card(
+        title, (verdict.sentence, ended, f"{used}."), (table, merit_table(merit, deviation)), tuple(remarks)
+    )
 
 
-def misfit_words(merit: Merit) -> str:
+def misfit_words(merit: Merit, deviation: Deviation | None) -> str:
     """The figure of merit by which a fit is judged."""
     if merit.reduced_chi_square is None:
-        return f"rms of model / measured - 1 {percent(merit.relative_rms, missing='undefined')}"
+        return f"rms of measured / model - 1 {percent(deviation and deviation.rms, missing='undefined')}"
     return f"reduced chi-square {merit.reduced_chi_square:.4g}"
 
 
-def merit_table(merit: Merit) -> CardTable:
+def merit_table(merit: Merit, deviation: Deviation | None) -> CardTable:
     """Figures of merit."""
     rows = [
         ["chi-square", rounded(merit.chi_square, 5)],
@@ -58,6 +62,6 @@ def merit_table(merit: Merit) -> CardTable:
         ["p", rounded(merit.probability)],
         ["absolute RMSD of pi f", rounded(merit.rmsd_absolute_pi, 4)],
         ["relative RMSD", percent(merit.rmsd_relative)],
-        ["rms of model / measured - 1", percent(merit.relative_rms)],
+        ["rms of measured / model - 1", percent(deviation and deviation.rms)],
     ]
     return CardTable(["figure of merit", "value"], [row for row in rows if row[1]])

@@ -9,7 +9,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.plots.cuts import BEFORE, FITTED, ResidualRow, cut_page
 from jaxink.plots.figure import PageFigure, Style
 from jaxink.plots.fit_figures import used_views
-from jaxink.plots.scan_views import SIDES, headed, residual_label, residual_limit
+from jaxink.plots.scan_views import SIDES, headed, residual_limit
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -55,7 +55,7 @@ def comparison_figure(results: "Mapping[str, FitResult]", wavelength_nm: float, 
             f"{side} at {wavelength_nm:g} nm: no scan has five points in the plane of incidence."
         )
     limit = max(residual_limit(views, True) for views in states)
-    unit = "[%]" if residual_label(first).endswith("[%]") else "[σ]"
+    unit = "[%]" if first.whitened is None else "[σ]"
     rows = [ResidualRow(f"{name} {unit}", number, limit) for number, name in enumerate(results)]
     title = headed(first, f"{SIDES[side]} at {wavelength_nm:g} nm, in-plane scans and residuals")
     return cut_page(states, rows, title, dict(zip(results, _STYLES, strict=False)))

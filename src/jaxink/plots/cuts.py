@@ -130,12 +130,12 @@ def cut_page(
     title
         Of the page.
     styles
-        Name and style of the line of each prediction; None: one is fitted, two are before and after a
-        correction.
+        Name and style of the line of each prediction; None: one is fitted, two are of the declared and the
+        corrected model.
     """
     views = states[0]
     if styles is None:
-        styles = {"fitted": FITTED} if len(states) == 1 else {"before": BEFORE, "after": FITTED}
+        styles = {"fitted": FITTED} if len(states) == 1 else {"declared": BEFORE, "corrected": FITTED}
     low, high = _log_ends([view for state in states for view in state])
     layout = CutLayout(len(views), len(rows), high > _DECADE * low)
     with blank_figure(*layout.size) as figure:

@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: residuals and in-plane scans before and after, candidates, and the ink's BSDF."""
+"""Figures of a diagnosis: residuals and in-plane scans of both models, candidates, and the ink's BSDF."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
@@ -19,8 +19,10 @@ from jaxink.plots.scan_views import (
     ScanView,
     drawn_wavelengths,
     headed,
+    in_sigma,
     residual_label,
     residual_limit,
+    residual_words,
     used_wavelengths,
     views_of,
     wavelength_words,
@@ -64,7 +66,7 @@ def diagnosis_figures(
     diagnosis
         The diagnosis.
     change
-        Tables of the ink before and after, at the wavelengths of `drawn_wavelengths`; None draws none.
+        Tables of the ink by both models, at the wavelengths of `drawn_wavelengths`; None draws none.
 
     Yields
     ------
@@ -92,14 +94,15 @@ class _Pages:
     def __init__(self, diagnosis: "Diagnosis", wavelength_nm: float):
         self.diagnosis, self.wavelength_nm = diagnosis, wavelength_nm
         has_steps = bool(diagnosis.steps)
-        self.states = ("before", "after") if has_steps else ("declared model",)
+        self.states = ("declared", "corrected") if has_steps else ("declared",)
         summaries = (diagnosis.before, diagnosis.after) if has_steps else (diagnosis.before,)
         views = {side: [self._views(summary, side) for summary in summaries] for side in SIDES}
         self.views = {side: states for side, states in views.items() if states[0]}
 
     def _views(self, summary: "Summary", side: str) -> list[ScanView]:
-        data = self.diagnosis.declared.data
-        views = views_of(data, summary.predicted_per_sr, summary.whitened, self.wavelength_nm, side)
+        declared, predicted = self.diagnosis.declared, summary.predicted_per_sr
+        residual = in_sigma(declared.data, predicted, declared.sigma_per_sr)
+        views = views_of(declared.data, predicted, residual, self.wavelength_nm, side)
         return [view for view in views if view.used.any()]
 
     def _limit(self, sides, in_plane: bool, first: int = 0) -> float:
@@ -111,6 +114,10 @@ class _Pages:
         """That of the residuals after the correction alone; None if it is hardly smaller."""
         own = self._limit(sides, in_plane, -1)
         return own if self._limit(sides, in_plane) > _FINER * own else None
+
+    @property
+    def _residual_words(self) -> str:
+        return residual_words(self.diagnosis.declared)
 
     def _title(self, what: str) -> str:
         return _title(self.diagnosis, f"{what} at {self.wavelength_nm:g} nm")
@@ -138,7 +145,7 @@ class _Pages:
         layout = StripLayout(tuple(len(row[0][1]) for row in rows), len(shown))
         label = residual_label(self.diagnosis.declared)
         draw = _on_page(layout.size, draw_strips, rows, self._title("residuals"), limit, label)
-        text = f"Residuals{self._of(shown)}, measured minus model, in standard deviations of the noise."
+        text = f"Residuals{self._of(shown)}: {self._residual_words}"
         name = f"residuals{self._tag(shown)}_{self.wavelength_nm:g}nm"
         return CaptionedFigure(name, self._caption(text), draw)
 
@@ -149,7 +156,9 @@ class _Pages:
         draw = _on_page(
             DiscLayout(len(views), len(states)).size, draw_discs, views, title, limit, label, states
         )
-        text = f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions."
+        text = (
+            f"Residuals{self._of(shown)} in {SIDES[side]} over all viewing directions: {self._residual_words}"
+        )
         name = f"residual_discs{self._tag(shown)}_{side}_{self.wavelength_nm:g}nm"
         return CaptionedFigure(name, self._caption(text), draw)
 
@@ -174,7 +183,7 @@ class _Pages:
         return len(shown) < len(self.states)
 
     def _of(self, shown: Sequence[int]) -> str:
-        return " after the correction, on their own scale" if self._is_part(shown) else ""
+        return " of the corrected model, on their own scale" if self._is_part(shown) else ""
 
     def _tag(self, shown: Sequence[int]) -> str:
         return "_after" if self._is_part(shown) else ""
@@ -186,15 +195,15 @@ class _Pages:
             limit, own = self._limit(cut, True), self._own_limit(cut, True)
             rows = [ResidualRow(f"{state} [σ]", i, limit) for i, state in enumerate(self.states)]
             if own is not None:
-                rows.append(ResidualRow("after [σ], enlarged", len(self.states) - 1, own))
+                rows.append(ResidualRow("corrected, enlarged", len(self.states) - 1, own))
             title = self._title(f"in-plane scans in {SIDES[side]}")
             draw = partial(cut_page, self.views[side], rows, title)
             text = (
-                f"Measured and modelled BSDF in {SIDES[side]}, with the residuals in standard deviations of "
-                "the noise below; a triangle marks a residual beyond the edge."
+                f"Measured and modelled BSDF in {SIDES[side]}; a triangle marks a residual beyond the edge. "
+                f"Below: {self._residual_words}"
             )
             if own is not None:
-                text += " The last row shows the residuals after the correction on their own scale."
+                text += " The last row shows the residuals of the corrected model on their own scale."
             yield CaptionedFigure(f"cuts_{side}_{self.wavelength_nm:g}nm", self._caption(text), draw)
 
 
@@ -228,7 +237,7 @@ def _inside(diagnosis: "Diagnosis", change: "TableComparison") -> Iterator[Capti
         index = float(change.before.index_inside[i])
         text = (
             f"BSDF of the ink alone for light from inside the plate (index {index:g}), in the plane of "
-            "incidence, by the declared and by the extended model."
+            "incidence, by the declared and by the corrected model."
         )
         caption = " ".join([text, *_spectrum_words(diagnosis)])
         yield CaptionedFigure(f"inside_{wavelength_nm:g}nm", caption, draw)
@@ -246,13 +255,13 @@ def _on_page(
 
 
 def _title(diagnosis: "Diagnosis", what: str) -> str:
-    before, after = (
+    declared, corrected = (
         rounded(summary.fitted.reduced_chi_square, 4, "undefined")
         for summary in (diagnosis.before, diagnosis.after)
     )
-    line = f"reduced χ² {before} as declared"
+    line = f"reduced χ² {declared} declared"
     if diagnosis.steps:
-        line += f", {after} with {', '.join(step.effect for step in diagnosis.steps)}"
+        line += f", {corrected} corrected by {', '.join(step.effect for step in diagnosis.steps)}"
     return f"{headed(diagnosis.declared, what)}\n{line}"
 
 

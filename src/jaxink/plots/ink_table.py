@@ -74,7 +74,7 @@ def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, 
                 above.set_ylabel(f"{component} [1/sr]", fontsize=9)
                 below.set_ylabel("change [%]", fontsize=9)
     figure.write_below("exit angle in the medium of the exit side [°], negative towards the source", 0.54)
-    figure.draw_line_legend([("before", BEFORE), ("after", FITTED)])
+    figure.draw_line_legend([("declared", BEFORE), ("corrected", FITTED)])
 
 
 def _change_percent(before: np.ndarray, after: np.ndarray) -> np.ndarray:

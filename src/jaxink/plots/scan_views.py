@@ -35,7 +35,8 @@ class ScanView:
     measured, fitted
         BSDF, 1/sr; fitted is nan at masked points.
     residual
-        Measured minus fitted, in sigma, or in per cent of the fit if the noise is unknown.
+        Measured minus fitted, in sigma of the point, or in per cent of the fit if the noise is unknown. A
+        factor common to the scan is not removed: the residual is the distance between point and curve.
     used
         False at masked points.
     """
@@ -68,23 +69,31 @@ class ScanView:
 
 def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[ScanView]:
     """The scans of one wavelength and side, in the order of incidence."""
-    return views_of(result.data, result.predicted_per_sr, result.whitened, wavelength_nm, side)
+    return views_of(result.data, result.predicted_per_sr, drawn_residual(result), wavelength_nm, side)
+
+
+def drawn_residual(result: "FitResult") -> np.ndarray:
+    """Residual of each used point beside its curve, as of `ScanView`; unlike the whitened one, by point."""
+    if result.whitened is None:
+        return 100 * (result.data.bsdf_per_sr[result.data.used] / result.predicted_per_sr - 1)
+    return in_sigma(result.data, result.predicted_per_sr, result.sigma_per_sr)
+
+
+def in_sigma(data: "GonioData", predicted_per_sr: np.ndarray, sigma_per_sr: np.ndarray) -> np.ndarray:
+    """Measured minus predicted at the used points, in units of the noise of each."""
+    return (data.bsdf_per_sr[data.used] - predicted_per_sr) / sigma_per_sr
 
 
 def views_of(
     data: "GonioData",
     predicted_per_sr: np.ndarray,
-    whitened: np.ndarray | None,
+    residual_of_used: np.ndarray,
     wavelength_nm: float,
     side: str,
 ) -> list[ScanView]:
-    """As `scan_views`, for any prediction and whitened residuals at the used points."""
+    """As `scan_views`, for any prediction and residuals at the used points."""
     fitted, residual = np.full((2, len(data)), np.nan)
-    fitted[data.used] = predicted_per_sr
-    if whitened is None:
-        residual[data.used] = 100 * (data.bsdf_per_sr[data.used] / predicted_per_sr - 1)
-    else:
-        residual[data.used] = whitened
+    fitted[data.used], residual[data.used] = predicted_per_sr, residual_of_used
     views = []
     for scan in data.scans:
         if scan.side != side or abs(scan.wavelength_nm - wavelength_nm) > 1e-6:
@@ -116,7 +125,21 @@ def is_simulated(result: "FitResult") -> bool:
 
 def residual_label(result: "FitResult") -> str:
     """Axis label of the residuals."""
-    return "(measured - fitted) / fitted [%]" if result.whitened is None else "residual [σ]"
+    return "measured / model - 1 [%]" if result.whitened is None else "residual [σ]"
+
+
+def residual_words(result: "FitResult") -> str:
+    """What residuals beside curves are, for a caption, and whether factors of scans are part of the noise."""
+    if result.whitened is None:
+        return "measured / model - 1, in per cent."
+    words = "measured minus model, in standard deviations of the noise of the point."
+    factor = result.noise["scan_relative"]
+    if not factor:
+        return words
+    return (
+        f"{words} A common factor of each scan, standard deviation {100 * factor:.2g} %, is part of the "
+        "noise and not removed here."
+    )
 
 
 def residual_limit(views: list[ScanView], in_plane: bool) -> float:
@@ -131,12 +154,14 @@ def used_wavelengths(data: "GonioData") -> tuple[float, ...]:
     return tuple(np.unique(data.wavelength_nm[data.used]).tolist())
 
 
-def worst_wavelengths(data: "GonioData", residual: np.ndarray) -> tuple[float, ...]:
-    """The `MOST_WAVELENGTHS` with the largest mean square of a residual at the used points, ascending."""
+def worst_wavelengths(
+    data: "GonioData", residual: np.ndarray, most: int = MOST_WAVELENGTHS
+) -> tuple[float, ...]:
+    """The wavelengths with the largest mean square of a residual at the used points, ascending."""
     of_point = data.wavelength_nm[data.used]
     wavelengths = np.unique(of_point)
     misfit = [np.mean(residual[of_point == w] ** 2) for w in wavelengths]
-    worst = np.argsort(misfit)[::-1][:MOST_WAVELENGTHS]
+    worst = np.argsort(misfit)[::-1][:most]
     return tuple(sorted(wavelengths[worst].tolist()))
 
 
@@ -147,10 +172,12 @@ def drawn_wavelengths(diagnosis: "Diagnosis") -> tuple[float, ...]:
 
 def fit_wavelengths(result: "FitResult") -> tuple[float, ...]:
     """Wavelengths whose scans are drawn: those where the fit is worst, in sigma, or relative to the fit."""
-    data, residual = result.data, result.whitened
-    if residual is None:
-        residual = data.bsdf_per_sr[data.used] / result.predicted_per_sr - 1
-    return worst_wavelengths(data, residual)
+    return worst_wavelengths(result.data, _misfit(result))
+
+
+def _misfit(result: "FitResult") -> np.ndarray:
+    """Residual whose square is minimised, or the relative one if the noise is unknown."""
+    return drawn_residual(result) if result.whitened is None else result.whitened
 
 
 def wavelength_words(data: "GonioData") -> str:
@@ -163,19 +190,14 @@ def wavelength_words(data: "GonioData") -> str:
 
 def worst_wavelength(result: "FitResult") -> float:
     """The wavelength that is fitted worst, which `overview_figure` shows."""
-    views = {
-        wave: [v.residual[v.used] for side in SIDES for v in scan_views(result, wave, side)]
-        for wave in fit_wavelengths(result)
-    }
-    return max(views, key=lambda wave: float(np.mean(np.concatenate(views[wave]) ** 2)))
+    return worst_wavelengths(result.data, _misfit(result), 1)[0]
 
 
 def overview_words(result: "FitResult") -> str:
     """Caption of an `overview_figure`."""
     waves = used_wavelengths(result.data)
     worst = f", at {worst_wavelength(result):g} nm, the worst of {len(waves)}" if len(waves) > 1 else ""
-    unit = "in per cent of the model" if result.whitened is None else "in standard deviations of the noise"
     return (
-        f"Circles: measured; lines: model{worst}. Below: measured minus model, {unit}; triangles are beyond "
-        "the edge."
+        f"Circles: measured; lines: model{worst}. Triangles are residuals beyond the edge. Below: "
+        f"{residual_words(result)}"
     )

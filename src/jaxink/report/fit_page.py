@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from jaxink.display.html import paragraph, table
+from jaxink.fitting.mistake import rejected, rejection
 from jaxink.fitting.summary import merit_table
 from jaxink.numerics.digits import percent, plain, rounded, with_uncertainty
 from jaxink.numerics.failures import Failure
@@ -11,6 +12,7 @@ from jaxink.plots.scan_views import (
     SIDES,
     measurement_name,
     overview_words,
+    residual_words,
     used_wavelengths,
     wavelength_words,
     worst_wavelength,
@@ -41,7 +43,7 @@ _SPECTRUM_WORDS = (
     "hold, and the misfit at each wavelength."
 )
 _SCANS = {
-    "cuts": "Measured and fitted BSDF in the plane of incidence, with the residuals below",
+    "cuts": "Measured and fitted BSDF in the plane of incidence",
     "residual_map": "Residuals over all viewing directions",
     "residual_shape": "The relative residual, and the part of it that smooth modes carry",
 }
@@ -98,8 +100,9 @@ def five_numbers(result: "FitResult") -> list[tuple[str, str]]:
     found = []
     if merit.reduced_chi_square is not None:
         found.append((rounded(merit.reduced_chi_square, 4), "reduced chi-square; noise alone gives about 1"))
-    if merit.relative_rms is not None:
-        found.append((percent(merit.relative_rms), "rms of model / measured - 1"))
+    deviation = result.deviation
+    if deviation is not None:
+        found.append((percent(deviation.rms), "rms of measured / model - 1"))
     several, wave = len(used_wavelengths(result.data)) > 1, worst_wavelength(result)
     ink = next((layer.name for layer in result.sample.layers if layer.scatters), None)
     told = set()
@@ -134,30 +137,41 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
     figures = {name: png for name, png in drawn.items() if name not in (OVERVIEW, SPECTRUM)}
     if figures:
         words = wavelength_words(result.data)
-        shown = (html.figure(png, _caption(name)) for name, png in figures.items())
+        shown = (html.figure(png, _caption(result, name)) for name, png in figures.items())
         yield html.section("Scans", paragraph(words) if words else "", *shown)
-    yield html.section("Figures of merit", merit_table(result.merit).html())
+    yield html.section("Figures of merit", merit_table(result.merit, result.deviation).html())
     yield html.section("Misfit by scan", _scans(result))
     if result.correlation_names:
         yield html.section("Correlations", html.bullets(_correlations(result)))
     if result.residual_shape is not None:
         yield html.section("Shape of the residual", paragraph(result.residual_shape.sentence))
     if result.mistakes:
-        before = result.verdict.reduced_chi_square
-        words = "Each was tested by one refit of the corrected input:"
-        lines = (mistake.sentence(before) for mistake in result.mistakes)
-        yield html.section(
-            "Mistakes in the input that were considered", paragraph(words), html.bullets(lines)
-        )
+        yield html.section("Mistakes in the input", *_mistakes(result))
     if result.notes:
         yield html.section("Notes", html.bullets(result.notes))
     yield html.section("Searches, settings and versions", _searches(result), html.bullets(_settings(result)))
 
 
-def _caption(name: str) -> str:
+def _mistakes(result: "FitResult") -> Iterator[str]:
+    """Those that the data name, with what to do, and a table of those that were tried and rejected."""
+    before = result.verdict.reduced_chi_square
+    named = [mistake.sentence(before) for mistake in result.mistakes if mistake.is_named]
+    if named:
+        yield html.bullets(named)
+    tried = rejected(result.mistakes)
+    if tried:
+        rows = ([one.supposition, rounded(one.reduced_chi_square, 4)] for one in tried)
+        yield paragraph("Tried and rejected:")
+        yield html.tables(["mistake", "reduced chi-square after"], rows)
+        yield paragraph(rejection(result.mistakes, before, is_misfit=result.verdict.is_misfit))
+
+
+def _caption(result: "FitResult", name: str) -> str:
     """What a figure of `jaxink.plots.figures` shows, by its name, such as ``cuts_R_550nm``."""
     kind, side, wave = name.rsplit("_", 2)
-    return f"{_SCANS[kind]}, in {SIDES[side]} at {wave.removesuffix('nm')} nm."
+    words = f"{_SCANS[kind]}, in {SIDES[side]} at {wave.removesuffix('nm')} nm."
+    below = {"cuts": "Below", "residual_map": "Drawn"}
+    return f"{words} {below[kind]}: {residual_words(result)}" if kind in below else words
 
 
 def _parameter_notes(result: "FitResult") -> Iterator[str]:
@@ -180,11 +194,12 @@ def _derived(result: "FitResult") -> str:
 
 
 def _scans(result: "FitResult") -> str:
-    heads = ["side", "wavelength", "incidence", "points", "chi-square", "rms of model / measured - 1", "mean"]
+    heads = ["side", "wavelength", "incidence", "points", "chi-square"]
+    heads += ["rms of measured / model - 1", "mean of measured / model - 1"]
     rows = (
         [s.side, f"{s.wavelength_nm:g} nm", f"{s.theta_i_deg:g}°", str(s.points), rounded(s.chi_square, 4)]
-        + [percent(s.relative_rms), percent(s.mean_relative, "+.2g")]
-        for s in result.scans
+        + [percent(one and one.rms), percent(one and one.mean, "+.2g")]
+        for s, one in ((s, result.deviation_of(s)) for s in result.scans)
     )
     return html.tables(heads, rows)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def inside_change(diagnosis: "Diagnosis") -> TableComparison | str:
-    """Tables of the ink by the declared model and by the extended one, or a sentence why there are none."""
+    """Tables of the ink by the declared model and by the corrected one, or a sentence why there are none."""
     if not diagnosis.steps:
         return "No effect was added, so the ink is that of the declared model."
     wavelengths = drawn_wavelengths(diagnosis)
@@ -42,7 +42,7 @@ def inside_sentences(diagnosis: "Diagnosis") -> list[str]:
     without = [step.effect for step in diagnosis.steps if not is_in_table(step.form, sample)]
     lines = []
     if within:
-        lines.append(f"The table after includes {', '.join(within)} and the parameters fitted with it.")
+        lines.append(f"The corrected table includes {', '.join(within)} and the parameters fitted with it.")
     if without:
         lines.append(
             f"The table contains only the ink, and therefore not {', '.join(without)}; the ink's parameters "

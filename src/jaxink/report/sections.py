@@ -1,13 +1,15 @@
 """Sections of the report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from jaxink.diagnosis.findings.judgement import TESTS
 from jaxink.display.html import paragraph, table
+from jaxink.effects.kinds import Inapplicable
 from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
+from jaxink.measurement import mask_sentences
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
 from jaxink.plots.scan_views import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
@@ -27,8 +29,13 @@ from jaxink.report.ink_table import inside_sentences
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
     from jaxink.fitting import FitResult
+    from jaxink.fitting.deviation import Deviation
 
 T = TypeVar("T")
+_UNCONSTRAINED = "The data do not constrain these effects:"
+_INAPPLICABLE = "These effects do not apply to the sample as it is declared:"
+# The analysis of variance calls it by what it may mean.
+_FACTORS = {"time": "order of rows"}
 _SETTINGS = {
     "max_effects": "maximum number of effects",
     "max_parameters": "maximum number of free parameters",
@@ -82,18 +89,17 @@ def measured_words(result: "FitResult") -> str:
 
 
 def merit(diagnosis: "Diagnosis") -> Section:
-    """Errors before and after, for fitted and held-out points."""
+    """Errors of the declared and the corrected model, for fitted and held-out points."""
     rows = []
     for name, summary in _states(diagnosis, diagnosis.before, diagnosis.after):
-        rows.append([name, "fitted", *_merit_cells(summary.fitted)])
-        if summary.held_out is not None:
-            rows.append([name, "held out", *_merit_cells(summary.held_out)])
+        for points, figures, deviation in summary.rows(diagnosis.measured_per_sr):
+            rows.append([name, points, *_merit_cells(figures, deviation)])
     heads = [
         "model",
         "points",
         "absolute RMSD of \N{GREEK SMALL LETTER PI} f",
         "relative RMSD",
-        "rms of model / measured - 1",
+        "rms of measured / model - 1",
         "χ²",
         "degrees of freedom",
         "reduced χ²",
@@ -103,19 +109,19 @@ def merit(diagnosis: "Diagnosis") -> Section:
     if not diagnosis.steps:
         parts.append(paragraph("No effect was added."))
     text = "Held out: each point is predicted by a fit without its scan, or without its part of the scan."
-    return section("Error before and after", *parts, paragraph(text))
+    return section("Error of each model", *parts, paragraph(text))
 
 
 def _states(diagnosis: "Diagnosis", before: T, after: T) -> list[tuple[str, T]]:
-    """Values of the declared and, if effects were added, of the extended model, with their names."""
-    return [("declared", before), ("extended", after)][: 2 if diagnosis.steps else 1]
+    """Values of the declared and, if effects were added, of the corrected model, with their names."""
+    return [("declared", before), ("corrected", after)][: 2 if diagnosis.steps else 1]
 
 
-def _merit_cells(figures: "Figures") -> list[str]:
+def _merit_cells(figures: "Figures", deviation: "Deviation | None") -> list[str]:
     return [
         number(figures.rmsd_absolute),
         share(figures.rmsd_relative),
-        share(figures.relative_rms),
+        share(deviation and deviation.rms),
         number(figures.chi_square, 6),
         str(figures.degrees_of_freedom),
         number(figures.reduced_chi_square),
@@ -172,7 +178,7 @@ def steps(diagnosis: "Diagnosis") -> Section | None:
 
 
 def parameters(diagnosis: "Diagnosis") -> Section:
-    """Free parameters before and after."""
+    """Free parameters of the declared and the corrected model."""
     before, after = diagnosis.parameters_before, diagnosis.parameters_after
     misfit_heads = ["possible shift by misfit", "determined"] if diagnosis.structure_remains else []
     if not diagnosis.steps:
@@ -189,15 +195,16 @@ def parameters(diagnosis: "Diagnosis") -> Section:
             cells[2] = share(first / value - 1) if value else NONE
             cells[3] = number((first - value) / error, 3) if error else NONE
         rows.append([name, unit, *cells, *_by_misfit(diagnosis, name)])
-    heads = ["parameter", "unit", "before(s.e.)", "after(s.e.)", "bias before", "bias / s.e.", *misfit_heads]
-    text = "Bias: before minus after, relative to the value after and in units of its standard error (s.e.)."
+    heads = ["parameter", "unit", "declared(s.e.)", "corrected(s.e.)", "declared / corrected - 1"]
+    heads += ["difference / s.e.", *misfit_heads]
+    text = "Difference: declared minus corrected, in units of the corrected standard error (s.e.)."
     if misfit_heads:
         text += (
-            " The remaining misfit may have shifted the value after by the amount in the last but one column "
-            "(one standard deviation). A value that may have been shifted to the end of its range is not "
-            "determined."
+            " The remaining misfit may have shifted the corrected value by the amount in the last but one "
+            "column (one standard deviation). A value that may have been shifted to the end of its range is "
+            "not determined."
         )
-    return section("Parameters before and after", table(heads, rows, (0, 1)), paragraph(text))
+    return section("Parameters of each model", table(heads, rows, (0, 1)), paragraph(text))
 
 
 def _by_misfit(diagnosis: "Diagnosis", name: str) -> list[str]:
@@ -251,10 +258,18 @@ def candidates(diagnosis: "Diagnosis", *figures: str) -> Section:
         tables(limits, map(_limit_cells, diagnosis.candidates), (0, 2, 4, 5)),
         paragraph(of_limits),
     ]
-    if diagnosis.not_testable:
-        lines = (f"{name}: {reason}" for name, reason in diagnosis.not_testable.items())
-        parts += [paragraph("The data do not constrain these effects:"), bullets(lines)]
+    for head, lines in untested(diagnosis.not_testable).items():
+        parts += [paragraph(head), bullets(lines)]
     return section("Effects tested", *parts, *figures)
+
+
+def untested(reasons: Mapping[str, str]) -> dict[str, list[str]]:
+    """Effects without a test, with their reasons, below one heading for those that these data cannot show."""
+    found = dict[str, list[str]]()
+    for name, reason in reasons.items():
+        head = _INAPPLICABLE if isinstance(reason, Inapplicable) else _UNCONSTRAINED
+        found.setdefault(head, []).append(f"{name}: {reason}")
+    return found
 
 
 def _found_cells(row: "CandidateRow") -> list[str]:
@@ -315,7 +330,8 @@ def tests(diagnosis: "Diagnosis") -> Section:
         parts.append(paragraph("Mean residuals by group, in standard deviations of the noise:"))
         heads = ["grouped by", "share of the smooth part", "p", "mean residuals"]
         factors = (
-            [f.name, share(f.share), chance(f.p_value), _levels(f.levels, f.means)] for f in location.factors
+            [_FACTORS.get(f.name, f.name), share(f.share), chance(f.p_value), _levels(f.levels, f.means)]
+            for f in location.factors
         )
         parts.append(table(heads, factors, (0, 3)))
     return section("Tests of the remaining residual", *parts)
@@ -352,11 +368,17 @@ def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str)
             )
     heads = ["component", "wavelength", "rms change", "largest change", "directions"]
     text = (
-        "Change of the BSDF from the declared to the extended model, over all directions up to "
+        "Change of the BSDF from the declared to the corrected model, over all directions up to "
         f"{LARGEST_THETA_DEG:g}° from the normal on either side."
     )
     parts = paragraph(text), table(heads, rows, (0, 4)), bullets(inside_sentences(diagnosis))
     return section(title, *parts, *figures)
+
+
+def masked(diagnosis: "Diagnosis") -> Section | None:
+    """Points that were left out, with the reasons."""
+    mask = diagnosis.declared.data.mask
+    return section("Masked points", bullets(mask_sentences(mask))) if mask.any() else None
 
 
 def origin(diagnosis: "Diagnosis") -> Section:

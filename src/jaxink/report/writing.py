@@ -158,6 +158,7 @@ def _page(diagnosis, change, embedded, todo, failures) -> str:
         shape(diagnosis),
         sections.inside(diagnosis, change, *drawn("inside").values()),
         sections.candidates(diagnosis, *drawn("candidates").values()),
+        sections.masked(diagnosis),
         sections.origin(diagnosis),
     )
     top = [

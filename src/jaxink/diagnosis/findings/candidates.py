@@ -1,6 +1,7 @@
 """Table of candidate effects: the result of the screen, and of the refit if there was one."""
 
 import dataclasses
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
 from jaxink.display.brief import brief_repr
+from jaxink.effects import Effect
 from jaxink.numerics.progress import StepOf
 
 
@@ -61,8 +63,10 @@ def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[Candi
     for c in screening.result.candidates:
         refit = screening.refits.get(c.name)
         # A direction is normalised by its setting; reported strengths have the unit of the effect.
-        direction = screening.directions[c.name][max(c.inner, 0)]
-        limit = _limit(screening, c, direction, is_checked)
+        directions = screening.directions[c.name]
+        direction = directions[max(c.inner, 0)]
+        inner = inner_of_refit(c, directions, refit.effect if refit else direction.effect)
+        limit = _limit(screening, c, directions, inner, is_checked)
         # A linear step beyond its range is meaningless.
         step = c.strength * direction.column_strength if abs(c.strength) <= direction.largest else np.nan
         rows.append(
@@ -73,7 +77,7 @@ def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[Candi
                 p_adjusted=c.p_adjusted,
                 degenerate_fraction=c.degenerate_fraction,
                 detection_limit=limit.strength,
-                detection_limit_unit=direction.unit,
+                detection_limit_unit=directions[inner].unit,
                 strength=refit.strength if refit else step,
                 unit=refit.effect.strength.unit if refit else direction.unit,
                 members=members.get(c.name, (c.name,)),
@@ -86,8 +90,23 @@ def candidate_rows(screening: Screening, steps: tuple[Step, ...]) -> tuple[Candi
     return tuple(sorted(rows, key=lambda row: -row.delta_chi_square))
 
 
-def _limit(screening: Screening, c: ScreenedCandidate, direction: Direction, is_checked: bool) -> _Limit:
-    limit, status, reason = c.detection_limit, c.status, c.reason
+def inner_of_refit(c: ScreenedCandidate, directions: Sequence[Direction], effect: Effect) -> int:
+    """Which direction has the term of the strength of a refit, which may be of another form."""
+    best = max(c.inner, 0)
+    same = [i for i, one in enumerate(directions) if one.effect.strength.name == effect.strength.name]
+    known = [i for i in same if np.isfinite(c.standard_errors[i])]
+    return best if best in same or not known else min(known, key=lambda i: float(c.standard_errors[i]))
+
+
+def _limit(
+    screening: Screening,
+    c: ScreenedCandidate,
+    directions: Sequence[Direction],
+    inner: int,
+    is_checked: bool,
+) -> _Limit:
+    direction = directions[inner]
+    limit, status, reason = float(c.detection_limits[inner]), c.status, c.reason
     is_checked, setup = is_checked and status == Testability.TESTABLE, screening.stage.setup
     if is_checked and setup.allowance.permits(Task.LIMIT, [c.name]):
         names = [candidate.name for candidate in screening.result.candidates]

@@ -3,6 +3,8 @@
 import dataclasses
 from typing import Any, ClassVar
 
+import numpy as np
+
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
@@ -145,10 +147,16 @@ class Diagnosis(SavedInFolder, Presented):
         """Free parameters of the final model; `parameters_after` by another name."""
         return self.parameters_after
 
+    @property
+    def measured_per_sr(self) -> np.ndarray:
+        """Measured BSDF at the used points."""
+        return self.declared.data.bsdf_per_sr[self.declared.data.used]
+
     def card(self) -> Card:
         """Verdict, errors and parameters before and after, and effects added."""
         return diagnosis_card(
             self.declared.data.source,
+            self.measured_per_sr,
             self.verdict,
             self.steps,
             (self.before, self.after),

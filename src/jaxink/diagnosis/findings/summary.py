@@ -1,6 +1,7 @@
 """Figures of merit of a model, for the fitted points and for held-out points."""
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
@@ -9,6 +10,7 @@ from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.display.brief import brief_repr
+from jaxink.fitting.deviation import Deviation, deviation
 from jaxink.fitting.merit import merit
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import USER
@@ -63,6 +65,15 @@ class Summary:
     whitened: Float[np.ndarray, " points"]
     held_out_per_sr: Float[np.ndarray, " points"] | None
 
+    def rows(
+        self, measured_per_sr: Float[np.ndarray, " points"]
+    ) -> Iterator[tuple[str, Figures, Deviation | None]]:
+        """Rows of a table: fitted and held-out points, their figures and the deviation of the measurement."""
+        yield "fitted", self.fitted, deviation(measured_per_sr, self.predicted_per_sr)
+        if self.held_out is not None and self.held_out_per_sr is not None:
+            known = np.isfinite(self.held_out_per_sr)
+            yield "held out", self.held_out, deviation(measured_per_sr[known], self.held_out_per_sr[known])
+
 
 def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
     """Figures of merit of a stage, including its predictions of held-out points if there is time."""
@@ -72,7 +83,7 @@ def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
     known = stage.setup.noise.degrees_of_freedom
     fitted = _figures(data, predicted, whitened, len(stage.free), known)
     if held_out is None:
-        stage.setup.allowance.permits(Task.HELD_OUT, ["extended" if stage.accepted else "declared"])
+        stage.setup.allowance.permits(Task.HELD_OUT, ["corrected" if stage.accepted else "declared"])
         return Summary(fitted, None, predicted, whitened, None)
     unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
     finite = np.isfinite(unseen)

@@ -20,7 +20,8 @@ DISTANCE_EDGES = {
 }
 # Tolerance at the edges of a band, because goniometers often measure at exactly these angles.
 _ROUNDING_DEG = 1e-6
-_TIMES = ("in the first quarter", "in the second quarter", "in the third quarter", "in the last quarter")
+# Of the order of the rows, as nothing else is known of the time.
+_TIMES = tuple(f"in the {which} quarter of the rows" for which in ("first", "second", "third", "last"))
 
 
 @dataclass(frozen=True)
