@@ -134,6 +134,7 @@ def _parts(path: Source, called: str, **overrides: Any) -> list[GonioData]:
     with open_bounded(path, MOST_BYTES, "measurement file") as file:
         head = file.read(HEAD_BYTES)
     if (found := format_of(head)) is not None:
+        overrides.pop("needs_values", None)
         return [read_exchange(path, found, overrides)]
     if path.suffix.lower() in _WORKBOOK_SUFFIXES:
         _refuse_options_of_exchange(path, overrides)
@@ -166,6 +167,7 @@ def _read_file(path: Path, head: bytes, **overrides: Any) -> GonioData:
             raise refusal(path, "a text file has no sheets; leave out the sheet")
         return read_csv(path, **overrides)
     if suffix == ".nc":
+        overrides.pop("needs_values", None)
         if overrides:
             raise refusal(path, f"a netCDF file is complete; do not give {', '.join(overrides)}")
         return read_netcdf(path)
@@ -204,6 +206,7 @@ def read_csv(
     phi_deg: float | None = None,
     phi_o_deg: float | None = None,
     matrix: str | Sequence[str] | None = None,
+    needs_values: bool = True,
 ) -> GonioData:
     """Read a text table: each row is the BSDF value of one pair of directions, or each cell of a matrix.
 
@@ -239,6 +242,9 @@ def read_csv(
         For values in a matrix that does not say what its edges are: the quantity down the first column and
         that along the row above the values, such as ``("theta_o_deg", "theta_i_deg")``; of a wide table with
         several columns left of the values, the latter only.
+    needs_values
+        Whether the column ``bsdf_per_sr`` is required. A table of directions for a prediction may lack it;
+        all values are then 0.
 
     Returns
     -------
@@ -261,6 +267,7 @@ def read_csv(
         phi_deg,
         phi_o_deg,
         matrix,
+        needs_values,
     )
     return measurement_of(read_table(Path(path), stated.columns.values(), stated.edges), stated)
 
