@@ -112,8 +112,8 @@ def refuse_wavelengths(given: str | None) -> None:
     """Say what chooses the wavelengths where ``--wavelengths`` does not."""
     if given is not None:
         raise InputRefusedError(
-            "--wavelengths is an option of jaxink init; here wavelength_nm of the sample file chooses what is "
-            "fitted: edit it, or write another by jaxink init --wavelengths "
+            "--wavelengths is an option of jaxink init; here wavelength_nm of the sample file chooses what "
+            "is fitted: edit it, or write another by jaxink init --wavelengths "
             f"{shlex.quote(given)}."
         )
 
