@@ -4,7 +4,7 @@ Every exception carries one sentence that the user can act on. The functions ``r
 `InputRefusedError` if an argument is invalid; ``name`` is what the message calls it.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from numbers import Integral, Real
 
 _LONGEST_SENTENCE = 1500
@@ -82,6 +82,17 @@ def require_kind(name: str, value: object, *kinds: type) -> None:
         wanted = ", ".join(kind.__name__ for kind in kinds[:-1])
         wanted = f"{wanted} or {kinds[-1].__name__}" if wanted else kinds[-1].__name__
         raise InputRefusedError(f"{name} is of type {type(value).__name__}; it must be of type {wanted}.")
+
+
+def require_by_name(name: str, value: object, example: Mapping[str, float]) -> None:
+    """Reject values that are not given by name, such as an array; the message shows what to hand over."""
+    if not isinstance(value, Mapping):
+        first = ", ".join(f"'{key}': {number:g}" for key, number in [*example.items()][:2])
+        more = ", ..." if len(example) > 2 else ""
+        kind = type(value).__name__
+        raise InputRefusedError(
+            f"{name} is of type {kind}; it must be a dict of numbers by name: {{{first}{more}}}."
+        )
 
 
 def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:

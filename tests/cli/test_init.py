@@ -306,3 +306,25 @@ def test_force_replaces(run, tmp_path):
     (tmp_path / "sample.toml").write_text("mine")
     assert run("init", DATA, "--force", "--quiet").exit_code == 0
     jaxink.load_sample(tmp_path / "sample.toml")
+
+
+def test_wavelengths_are_separated_by_commas_or_spaces(run, tmp_path, monkeypatch, told):
+    data = measurement((450, 550, 650))
+    monkeypatch.setattr("jaxink.read", lambda *_, **__: data)
+    for text in ("450,650", "450 650", "450 nm, 650 nm", "450 nm 650 nm", "450;650"):
+        done = run("init", "ink.csv", "--wavelengths", text, "--out", "sample.toml", "--force")
+        assert (done.exit_code, done.stderr) == (0, "")
+        assert jaxink.load_sample(tmp_path / "sample.toml").wavelengths_nm == (450, 650)
+    for text in ("400-700", "450 to 650", "blue"):
+        done = run("init", "ink.csv", "--wavelengths", text, "--out", "other.toml")
+        assert done.exit_code == 5
+        told(done.stderr, "--wavelengths", "450,550,650")
+
+
+@pytest.mark.parametrize("command", ["fit", "diagnose"])
+def test_wavelengths_of_other_commands_are_those_of_the_sample_file(run, command, told):
+    words = [DATA, "--sample", simulated_example()[1], "--out", "out", "--wavelengths", 550]
+    done = run(command, *words)
+    assert done.exit_code == 5
+    told(done.stderr, "wavelength_nm of the sample file", "jaxink init --wavelengths")
+    assert "--wavelengths" not in run(command, "--help").stdout

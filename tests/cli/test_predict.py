@@ -1,5 +1,9 @@
 """``jaxink predict`` with other values, and under other conditions than those of the fit."""
 
+import csv
+import re
+from importlib import resources
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -42,6 +46,52 @@ def test_a_name_that_does_not_exist_gets_near_ones(run, tmp_path, told):
     assert done.exit_code == 5
     told(done.stderr, "ink.thickness_um")
     assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.fixture
+def by_wavelength(tmp_path):
+    """A sample file with scattering and absorption at 450 and 550 nm, and directions at these and 400 nm."""
+    text = resources.files("jaxink.data").joinpath("simulated_plate_and_ink.toml").read_text()
+    wave = "wavelength_nm = 550"
+    assert wave in text
+    text = text.replace(wave, "wavelength_nm = [450, 550]")
+    for key in ("scattering_per_mm", "absorption_per_mm"):
+        text = re.sub(rf"({key} = \{{)", r"\1 per_wavelength = true,", text)
+    sample, table = tmp_path / "spectral.toml", tmp_path / "angles.csv"
+    sample.write_text(text)
+    rows = [f"30,{theta},180,{wave},R" for wave in (400, 450, 550) for theta in (0, 20)]
+    table.write_text("\n".join(["theta_i_deg,theta_o_deg,phi_deg,wavelength_nm,side", *rows]) + "\n")
+    return sample, table
+
+
+def test_rows_at_unknown_wavelengths_are_blank_and_said(monkeypatch, by_wavelength, tmp_path, told):
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
+    sample, table = by_wavelength
+    words = ["predict", str(sample), str(table), "--out"]
+    done = CliRunner().invoke(app, [*words, str(tmp_path / "out.csv")])
+    assert done.exit_code == 0, done.stderr
+    told(done.stderr, "400", "2 rows")
+    rows = list(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
+    assert [row["bsdf_per_sr"] == "" for row in rows] == [True] * 2 + [False] * 4
+    assert [bool(row["not_predicted"]) for row in rows] == [True] * 2 + [False] * 4
+    # A table of directions has nothing measured.
+    assert "measured_per_sr" not in rows[0]
+    # Python alike, and each value is that of the direction by itself.
+    values = jaxink.predict(sample, table)
+    assert np.isnan(values[:2]).all()
+    alone = jaxink.predict_at(sample, 30.0, 20.0, wavelength_nm=450.0)
+    assert float(rows[3]["bsdf_per_sr"]) == pytest.approx(values[3]) == pytest.approx(alone.bsdf_per_sr[0])
+    done = CliRunner().invoke(app, [*words, str(tmp_path / "out.nc")])
+    assert done.exit_code == 5
+    told(done.stderr, "400", ".csv")
+    assert not (tmp_path / "out.nc").exists()
+
+
+def test_directions_without_values_are_for_predictions_only(by_wavelength):
+    _, table = by_wavelength
+    assert len(jaxink.read(table, needs_values=False)) == 6
+    with pytest.raises(jaxink.InputRefusedError, match="bsdf_per_sr"):
+        jaxink.read(table)
 
 
 def test_other_conditions_are_said(example_result, told):

@@ -36,6 +36,7 @@ for call in (
     lambda: jaxink.ink_table(sample, options={"n_theta": 61}),
     lambda: jaxink.ink_table(sample, wavelengths_nm="red"),
     lambda: sample.parameters.replace("ink.thickness_um", value="60"),
+    lambda: jaxink.fit(data.to_frame(), sample),
 ):
     try:
         call()
@@ -54,7 +55,7 @@ NAMED = (
     "n_starts",
     "accuracy",
 )
-NAMED += ("config", "source", "options", "wavelengths_nm", "ink.thickness_um")
+NAMED += ("config", "source", "options", "wavelengths_nm", "ink.thickness_um", "jaxink.read")
 
 
 def sample_with(**changes):

@@ -1,6 +1,8 @@
 """The log density of a fit against SciPy's normal distribution, chi-square and finite differences."""
 
 import dataclasses
+import subprocess
+import sys
 
 import jax
 import jax.numpy as jnp
@@ -162,3 +164,54 @@ def test_its_second_derivatives_are_those_of_its_gradient(density, fitted):
     ]
     found = np.asarray(hessian(centre))
     np.testing.assert_allclose(found, differences, atol=1e-5 * np.abs(found).max())
+
+
+def test_fixed_parameters_at_the_values_of_the_fit_are_ignored(example_result, fitted):
+    density = example_result.log_density
+    assert set(example_result.values) > set(fitted)
+    assert float(density(example_result.values)) == float(density(fitted))
+
+
+def test_another_value_of_a_fixed_parameter_is_refused(example_result, told):
+    density, values = example_result.log_density, example_result.values
+    with pytest.raises(InputRefusedError) as refused:
+        density({**values, "plate.thickness_mm": 2.0})
+    told(str(refused.value), "plate.thickness_mm", "fixed", "2")
+    # Its derivative would be zero, although the BSDF changes with it.
+    with pytest.raises(InputRefusedError) as refused:
+        jax.grad(density)(values)
+    told(str(refused.value), "fixed", "traces", SCATTERING)
+
+
+# In a process without the tests' own check of types, which would be first.
+_OF_AN_ARRAY = """
+import jax
+jax.config.update("jax_enable_x64", True)
+import numpy as np
+import jaxink
+from jaxink.data import simulated_example
+from jaxink.fitting import make_objective
+from jaxink.fitting.fitted_parameters import FittedCovariance
+from jaxink.fitting.log_density import LogDensity
+
+config = jaxink.SolverConfig(nodes_escaping=6, nodes_trapped=4, n_moments=12, n_orders=3)
+file, sample = simulated_example()
+data, sample = jaxink.read(file), jaxink.load_sample(sample)
+objective = make_objective(data, sample, config=config)
+covariance = FittedCovariance((), np.zeros((0, 0)))
+density = LogDensity.of(objective, {name: p.value for name, p in sample.parameters.items()}, covariance)
+for function in (density, jaxink.forward_model(sample, data, config).bsdf):
+    try:
+        function(np.ones(3))
+    except jaxink.InputRefusedError as problem:
+        print(problem)
+"""
+
+
+def test_an_array_in_place_of_named_values_is_refused(told):
+    words = [sys.executable, "-c", _OF_AN_ARRAY]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+    sentences = done.stdout.splitlines()
+    assert len(sentences) == 2, done.stdout
+    for sentence in sentences:
+        told(sentence, "ndarray", f"{{'{SCATTERING}': ")

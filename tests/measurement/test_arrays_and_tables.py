@@ -117,9 +117,7 @@ def test_a_bad_frame_is_refused(change, named, refused):
         jaxink.read(change(frame_of(GOOD)))
 
 
-@pytest.mark.parametrize(
-    "thing", [7, {"theta_i_deg": [1.0]}, None, [3]], ids=["number", "dict", "None", "list"]
-)
+@pytest.mark.parametrize("thing", [7, {30.0}, None, [3]], ids=["number", "set", "None", "list"])
 def test_other_things_are_no_measurement(thing, refused):
     with refused("DataFrame"):
         jaxink.read(thing)
@@ -128,3 +126,28 @@ def test_other_things_are_no_measurement(thing, refused):
 def test_options_of_other_formats_have_no_meaning_for_a_frame(refused):
     with refused("DataFrame", "sheet"):
         jaxink.read(frame_of(GOOD), sheet="a")
+
+
+def test_a_dict_of_columns_is_read_as_a_table(refused):
+    frame = frame_of(GOOD)
+    columns = {name: frame[name].to_numpy() for name in frame.columns}
+    # One entry is that of all rows.
+    assert jaxink.read({**columns, "side": "T"}).is_transmission.all()
+    assert jaxink.read({**columns, "wavelength_nm": 550.0}).equals(
+        jaxink.read({**columns, "wavelength_nm": [550.0] * len(frame)})
+    )
+    read = jaxink.read(columns)
+    np.testing.assert_array_equal(read.bsdf_per_sr, frame["bsdf_per_sr"])
+    assert read.source == "dict"
+    with refused("dict", "phi_deg", "2"):
+        jaxink.read({**columns, "phi_deg": [0.0, 180.0]})
+
+
+def test_one_number_in_place_of_an_array_is_that_of_all_points(data, refused):
+    theta_i, theta_o, phi, wavelength, is_transmission, bsdf = arrays(data)[:6]
+    one = jaxink.GonioData(theta_i, theta_o, phi, 550.0, True, bsdf)
+    assert one.equals(
+        jaxink.GonioData(theta_i, theta_o, phi, np.full(len(data), 550.0), np.ones(len(data), bool), bsdf)
+    )
+    with refused("shape (648,)"):
+        jaxink.GonioData(theta_i, theta_o, phi, wavelength, is_transmission, 0.3)

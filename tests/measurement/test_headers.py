@@ -180,3 +180,23 @@ def test_an_azimuth_of_view_needs_that_of_the_source(read, refused):
     with refused("phi_out", "phi_i_deg", "phi_deg=phi_out"):
         read(header, rows)
     assert read(header, rows, columns={"phi_deg": "phi_out"}).phi_deg[0] == 180
+
+
+@pytest.mark.parametrize("header", ["face", "Mode", "Sens"])
+def test_a_column_of_words_for_the_sides_is_proposed_as_the_side(header, read, refused):
+    names = [header if name == "side" else name for name in GOOD[0].split(",")]
+    place = GOOD[0].split(",").index("side")
+    words = ("réflexion", "transmission")
+    rows = [[*row[:place], words[k % 2], *row[place + 1 :]] for k, row in enumerate(ROWS)]
+    with refused(f'--columns "side={header}"') as problem:
+        read(names, rows)
+    assert "--side" not in str(problem.value)
+    assert read(names, rows, columns={"side": header}).side.tolist()[:2] == ["R", "T"]
+
+
+def test_a_header_that_is_assigned_is_not_proposed_again(read, refused):
+    names = GOOD[0].replace("theta_i_deg", "alpha").split(",")
+    rows = [[*row[:1], *row[2:]] for row in ROWS]
+    with refused("theta_o_deg") as problem:
+        read([names[0], *names[2:]], rows, columns={"theta_i_deg": "alpha"})
+    assert "=alpha" not in str(problem.value)

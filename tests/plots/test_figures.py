@@ -324,6 +324,9 @@ def test_comparison_draws_each_fit_and_its_residuals(example_result, ball, refus
         comparison_figure({"Mie": example_result, "ball": scattered(example_result, ball)}, 550.0, "R")
     with refused("results"):
         comparison_figure({"Mie": example_result}, 550.0, "R")
+    # A list names its fits by their methods, as in the figure of the progress.
+    _, first, second = panels(comparison_figure([example_result, other], 550.0, "R"), 3)[0]
+    assert (first.get_ylabel(), second.get_ylabel()) == ("gradient [σ]", "gradient 2 [σ]")
 
 
 def test_title_has_the_chi_square_that_was_minimised(example_result, told):

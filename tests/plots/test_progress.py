@@ -58,3 +58,20 @@ def test_a_fit_without_a_path_is_refused(scanned, refused):
 def test_nothing_to_draw_is_refused(refused):
     with refused("fit"):
         jaxink.plots.progress_figure([])
+
+
+@pytest.mark.parametrize("count", [2, 12])
+def test_the_legend_is_whole_and_beside_nothing(scanned, count):
+    page = jaxink.plots.progress_figure([scanned] * count)
+    page.draw_without_rendering()
+    (legend,) = page.legends
+    assert len(legend.get_texts()) == count
+    box = legend.get_window_extent()
+    assert box.x0 >= 0
+    assert box.y0 >= 0
+    assert box.x1 <= page.bbox.x1
+    top = max(text.get_window_extent().y1 for text in legend.get_texts())
+    assert all(top <= axes.xaxis.label.get_window_extent().y0 for axes in page.axes)
+    # Each fit can be told from the others.
+    looks = [(line.get_color(), line.get_linestyle()) for line in legend.get_lines()]
+    assert len(set(looks)) == count

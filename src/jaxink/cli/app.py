@@ -25,6 +25,7 @@ from jaxink.cli.reading_options import (
     Data,
     Debug,
     Matrix,
+    NotWavelengths,
     PhiDeg,
     PhiODeg,
     Quiet,
@@ -35,6 +36,7 @@ from jaxink.cli.reading_options import (
     WavelengthNm,
     Which,
     columns_of,
+    refuse_wavelengths,
 )
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
 from jaxink.files.version import installed_version
@@ -177,10 +179,12 @@ def fit(
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures as PDF.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print result.json instead of the tables.")] = False,
     quiet: Quiet = False,
+    wavelengths: NotWavelengths = None,
     debug: Debug = False,
 ) -> None:
     """Fit the free parameters of a sample to a measurement."""
     with one_sentence(debug):
+        refuse_wavelengths(wavelengths)
         from jaxink.cli.fit import run_fit
 
         options = {
@@ -323,10 +327,12 @@ def diagnose(
     no_figures: NoFigures = False,
     json: Annotated[bool, typer.Option("--json", help="Print report.json instead of the tables.")] = False,
     quiet: Quiet = False,
+    wavelengths: NotWavelengths = None,
     debug: Debug = False,
 ) -> None:
     """Find the effects that the model lacks, add them, and report the error before and after."""
     with one_sentence(debug):
+        refuse_wavelengths(wavelengths)
         from jaxink.cli.diagnose import run_diagnose
 
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}

@@ -109,13 +109,24 @@ def _stated(name: str, text: str) -> Any:
     if name == "ink_um" and text.strip().lower() == OPAQUE:
         return OPAQUE
     if name == "wavelengths_nm":
-        return tuple(quantity(name, part) for part in re.split(r"[;,]", text) if part.strip())
+        return _wavelengths(text)
     try:
         return quantity(name, text)
     except InputRefusedError as problem:
         if name == "ink_um" and not text.strip()[:1].isdigit():
             raise InputRefusedError(f"{str(problem)[:-1]}, or {OPAQUE}.") from None
         raise
+
+
+def _wavelengths(text: str) -> tuple[float, ...]:
+    """Wavelengths with commas, semicolons or spaces between them, each perhaps with its unit."""
+    parts = [part for part in re.split(r"[;,]|\s+(?=\d)", text) if part.strip()]
+    try:
+        return tuple(quantity("wavelengths_nm", part) for part in parts)
+    except InputRefusedError:
+        raise InputRefusedError(
+            f"--wavelengths is {text!r}; write wavelengths in nm separated by commas, such as 450,550,650."
+        ) from None
 
 
 def _asked(

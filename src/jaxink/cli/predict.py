@@ -52,7 +52,7 @@ def run_predict(
             "predicted."
         )
     sample = jaxink.load_sample(source) if is_sample else None
-    given = jaxink.read(data_files, **columns) if data_files else None
+    given = jaxink.read(data_files, **columns, needs_values=False) if data_files else None
     session.prepare_jax()
     config, fitted = None, None
     if sample is None:
@@ -61,6 +61,7 @@ def run_predict(
         given = fitted if given is None else given
         config = result.config if accuracy is None else None
     from jaxink.fitting import marked
+    from jaxink.fitting.prediction import unknown_nm
     from jaxink.sample.replacing import assigned
 
     changes = assigned(sample.parameters, list(settings))
@@ -68,33 +69,54 @@ def run_predict(
 
     assert given is not None, "a sample file without a measurement is rejected above"
     data = marked(given, sample)
+    unknown = unknown_nm(sample, data)
+    if unknown and out.suffix == ".nc":
+        raise InputRefusedError(
+            f"{shown_path(out)}: the sample has no values of its per-wavelength parameters at "
+            f"{_listed(unknown)} nm, and a .nc file has no blank predictions; write a .csv file."
+        )
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
-    _write_prediction(data, predicted, out)
+    _write_prediction(data, predicted, unknown, out)
     if not quiet:
         start = " with the start values of its free parameters" * (is_sample and bool(sample.parameters.free))
         measured = data.source or "the measurement"
-        lines = [f"{len(data)} directions of {measured} predicted from {source}{start}."]
+        n_predicted = int((predicted == predicted).sum())
+        lines = [f"{n_predicted} directions of {measured} predicted from {source}{start}."]
         if changes:
             shown = (f"{n} = {v:g} {sample.parameters[n].unit}".rstrip() for n, v in changes.items())
             lines.append(f"Set: {', '.join(shown)}.")
-        typer.echo("\n".join([*lines, *_remarks(data, sample), f"Written: {out}"]))
-        for warning in [] if fitted is None else other_conditions(data, fitted):
+        typer.echo("\n".join([*lines, *_remarks(data, sample, unknown), f"Written: {out}"]))
+        warnings = [] if fitted is None else other_conditions(data, fitted, unknown)
+        if unknown:
+            warnings.insert(
+                0,
+                f"{len(data) - n_predicted} rows at {_listed(unknown)} nm are blank: parameters that change "
+                "with the wavelength have no value there.",
+            )
+        for warning in warnings:
             typer.echo(f"Warning: {warning}", err=True)
     return ExitCode.FITTED
 
 
-def other_conditions(data: "GonioData", fitted: "GonioData") -> list[str]:
-    """In what a measurement differs from the one that was fitted: sides, wavelengths, incidences."""
+def _listed(wavelengths_nm: Sequence[float]) -> str:
+    return ", ".join(f"{wave:g}" for wave in wavelengths_nm)
+
+
+def other_conditions(data: "GonioData", fitted: "GonioData", unknown_nm: Sequence[float] = ()) -> list[str]:
+    """In what a measurement differs from the one that was fitted: sides, wavelengths, incidences.
+
+    Wavelengths ``unknown_nm``, which are not predicted, do not count.
+    """
     used, lines = fitted.used, []
     sides = [{"R": "reflection", "T": "transmission"}[side] for side in _sides(data) - _sides(fitted, used)]
     if sides:
         lines.append(f"the fit had no points in {sides[0]}, which is predicted nevertheless.")
     waves = sorted(set(fitted.wavelength_nm[used].tolist()))
-    other = [w for w in sorted(set(data.wavelength_nm.tolist())) if all(abs(w - n) > 1e-6 for n in waves)]
+    other = _not_among(data, [*waves, *unknown_nm])
     if other:
         had = f"{waves[0]:g}" if len(waves) == 1 else f"{len(waves)} from {waves[0]:g} to {waves[-1]:g}"
         lines.append(
-            f"{', '.join(f'{w:g}' for w in other)} nm was not fitted (the fit had {had} nm); values that "
+            f"{_listed(other)} nm was not fitted (the fit had {had} nm); values that "
             "change with the wavelength are not those of it."
         )
     low, high = fitted.theta_i_deg[used].min(), fitted.theta_i_deg[used].max()
@@ -111,43 +133,55 @@ def _sides(data: "GonioData", used: Any = slice(None)) -> set[str]:
     return {"T" if is_transmission else "R" for is_transmission in data.is_transmission[used].tolist()}
 
 
-def _remarks(data: "GonioData", sample: "Sample") -> list[str]:
+def _not_among(data: "GonioData", known_nm: Sequence[float]) -> list[float]:
+    held = sorted(set(data.wavelength_nm.tolist()))
+    return [wave for wave in held if all(abs(wave - known) > 1e-6 for known in known_nm)]
+
+
+def _remarks(data: "GonioData", sample: "Sample", unknown_nm: Sequence[float]) -> list[str]:
     """Sentences on masked rows and on wavelengths that the sample file does not name."""
     from jaxink.measurement.masks import mask_sentences
 
     *masked, _ = mask_sentences(data.mask)
     named = sample.wavelengths_nm
-    other = [w for w in sorted(set(data.wavelength_nm.tolist())) if all(abs(w - n) > 1e-6 for n in named)]
+    other = _not_among(data, [*named, *unknown_nm])
     if not (named and other):
         return masked
-    wavelengths = ", ".join(f"{w:g}" for w in other)
     return [
         *masked,
-        f"The sample file does not name {wavelengths} nm; the prediction there uses the same parameters.",
+        f"The sample file does not name {_listed(other)} nm; the prediction there uses the same parameters.",
     ]
 
 
-def _write_prediction(data: "GonioData", predicted, out: Path) -> None:
+def _write_prediction(data: "GonioData", predicted, unknown_nm: Sequence[float], out: Path) -> None:
     """Write the measurement with predicted values; the measured ones and the masks are columns beside them.
 
-    netCDF files have a variable for the masks instead.
+    netCDF files have a variable for the masks instead. Rows at the wavelengths ``unknown_nm`` have no
+    prediction; a column says why.
     """
-    extra = {**data.extra, "measured_per_sr": data.bsdf_per_sr}
-    attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
-    prediction = data.replace(bsdf_per_sr=predicted, sigma_per_sr=None, extra=extra, attrs=attrs)
-    if out.suffix == ".nc":
-        prediction.to_netcdf(out)
-        return
     import numpy as np
 
+    # No reader lets a measurement pass that is 0 everywhere: such a file has directions only.
+    has_values = np.bincount(data.file_index, weights=data.bsdf_per_sr != 0) > 0
+    extra = dict(data.extra)
+    if has_values.any():
+        extra["measured_per_sr"] = np.where(has_values[data.file_index], data.bsdf_per_sr, np.nan)
+    if out.suffix == ".nc":
+        attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
+        data.replace(bsdf_per_sr=predicted, sigma_per_sr=None, extra=extra, attrs=attrs).to_netcdf(out)
+        return
     from jaxink.measurement.masks import mask_names
 
     extra["masked"] = np.array(mask_names(data.mask))
-    names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
-    columns = [getattr(prediction, name).tolist() for name in names]
+    if unknown_nm:
+        blank = np.isin(data.wavelength_nm, unknown_nm)
+        extra["not_predicted"] = np.where(blank, "no parameter values at this wavelength", "")
+    names = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side")
+    columns = [getattr(data, name).tolist() for name in names]
     # Blank cells remain blank.
+    columns.append(["" if v != v else v for v in predicted.tolist()])
     columns += [["" if v != v else cell(v) for v in values.tolist()] for values in extra.values()]
     with written_whole(out) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*names, *map(cell, extra)])
+        writer.writerow([*names, "bsdf_per_sr", *map(cell, extra)])
         writer.writerows(zip(*columns, strict=True))

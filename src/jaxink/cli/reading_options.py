@@ -1,5 +1,6 @@
 """Arguments and options that several commands share, most of them those that read a measurement."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -76,6 +77,8 @@ Which = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
 ]
+# Of `jaxink init`; hidden where a sample file chooses the wavelengths.
+NotWavelengths = Annotated[str | None, typer.Option("--wavelengths", hidden=True)]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 
@@ -103,6 +106,16 @@ def columns_of(
     given["theta_i_deg"] = numbers_of("--theta-i-deg", theta_i_deg)
     given |= {"phi_deg": phi_deg, "phi_o_deg": phi_o_deg, "matrix": matrix}
     return {name: value for name, value in given.items() if value is not None}
+
+
+def refuse_wavelengths(given: str | None) -> None:
+    """Say what chooses the wavelengths where ``--wavelengths`` does not."""
+    if given is not None:
+        raise InputRefusedError(
+            "--wavelengths is an option of jaxink init; here wavelength_nm of the sample file chooses what "
+            "is fitted: edit it, or write another by jaxink init --wavelengths "
+            f"{shlex.quote(given)}."
+        )
 
 
 def numbers_of(option: str, text: str | None) -> list[float] | None:

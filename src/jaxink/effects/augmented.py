@@ -179,7 +179,7 @@ class AugmentedModel(eqx.Module):
         values
             Values by name, in place of those of the sample's table; the BSDF is differentiable in each.
         """
-        values = self.sample.parameters.values_with(values or {})
+        values = self.sample.parameters.values_with({} if values is None else values)
         everywhere, regular = self._mixed(values)
         if self.hemisphere is not None:
             shaped = self.hemisphere.sample(everywhere, regular)

@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.measurement import GonioData, MaskLimits, read
+from jaxink.measurement.frame import is_frame, kind_of
 from jaxink.numerics.forking import refuse_in_fork
 from jaxink.sample import Sample, load_sample
 
@@ -24,6 +25,10 @@ def read_inputs(
         In a process forked from one that has run computations.
     """
     refuse_in_fork()
+    if is_frame(data):
+        raise InputRefusedError(
+            f"data is a {kind_of(data)}; hand over what jaxink.read makes of it, such as jaxink.read(df)."
+        )
     require_kind("data", data, GonioData, str, Path, list, tuple)
     require_kind("sample", sample, Sample, str, Path)
     sample = sample if isinstance(sample, Sample) else load_sample(sample)

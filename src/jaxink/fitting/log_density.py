@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.errors import InputRefusedError, no_such_name
+from jaxink.errors import InputRefusedError, no_such_name, require_by_name, shown
 from jaxink.fitting.fitted_parameters import FittedCovariance
 from jaxink.fitting.objective import Objective
 from jaxink.numerics.precision import require_float64
@@ -40,11 +40,14 @@ class LogDensity(eqx.Module):
         Chi-square of the measurement.
     centre, root
         Fitted values in logits of the share of the range, and a square root of their covariance.
+    held
+        Names and values of the parameters that are fixed or tied.
     """
 
     objective: Objective
     centre: Float[np.ndarray, " parameters"]
     root: Float[np.ndarray, "parameters parameters"]
+    held: tuple[tuple[str, float], ...] = eqx.field(static=True)
 
     __repr__ = brief_repr
     # By identity: arrays have no hash, and `jax.jit` of a method needs one.
@@ -62,7 +65,8 @@ class LogDensity(eqx.Module):
         known = [objective.free.index(name) for name in covariance.names]
         matrix = np.diag(np.full(unit.size, _WIDE**2))
         matrix[np.ix_(known, known)] = covariance.matrix / np.outer(slope[known], slope[known])
-        return cls(objective, np.log(unit / (1 - unit)), _root(matrix))
+        held = tuple((name, value) for name, value in fitted.items() if name not in objective.free)
+        return cls(objective, np.log(unit / (1 - unit)), _root(matrix), held)
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -82,18 +86,25 @@ class LogDensity(eqx.Module):
         Parameters
         ----------
         values
-            Value of every free parameter, by name.
+            Value of every free parameter, by name. Fixed and tied parameters may be there at the values of
+            the fit, as in ``result.values``; they are ignored, and tied ones follow their ties.
 
         Raises
         ------
         InputRefusedError
-            A free parameter is missing, or a name is not that of one.
+            The values are not given by name, a free parameter is missing, a name is unknown, or a fixed or
+            tied parameter has another value than that of the fit, or one that JAX traces.
         PrecisionError
             If JAX uses 32 bits.
         """
-        for name in (*values, *self.free):
-            if name not in self.free:
+        require_by_name("values", values, dict(zip(self.free, self._fitted(), strict=True)))
+        held = dict(self.held)
+        for name in values:
+            if name in held:
+                self._require_held(name, values[name], held[name])
+            elif name not in self.free:
                 raise InputRefusedError(f"a value is given for {name}, {no_such_name(self.free)}")
+        for name in self.free:
             if name not in values:
                 raise InputRefusedError(f"{name} has no value; the log density needs every free parameter.")
         require_float64()
@@ -121,6 +132,25 @@ class LogDensity(eqx.Module):
         unit, scale = jax.nn.sigmoid(self._logits(whitened)), self.objective.scale
         volume = jnp.log(jnp.abs(scale.slope(unit)) * unit * (1 - unit)).sum()
         return self._at(jnp.asarray(scale.to_physical(unit))) + volume + np.linalg.slogdet(self.root)[1]
+
+    def _require_held(self, name: str, value: ArrayLike, fitted: float) -> None:
+        """Reject a value of a fixed or tied parameter that would be ignored although it says something."""
+        kind = "fixed" if name in self.objective.names else "tied"
+        state = f"{name} is {kind} and was {fitted:g} in the fit"
+        if isinstance(value, jax.core.Tracer):
+            raise InputRefusedError(
+                f"{state}, but JAX traces a value of it, on which the log density does not depend; give the "
+                f"free parameters only: {', '.join(self.free)}."
+            )
+        if not np.allclose(value, fitted, rtol=1e-9, atol=0):
+            raise InputRefusedError(
+                f"{state}; the log density cannot have it at {shown(value)}: leave it out, or set free = "
+                "true for it in the sample file and fit again."
+            )
+
+    def _fitted(self) -> list[float]:
+        unit = 1 / (1 + np.exp(-self.centre))
+        return np.asarray(self.objective.scale.to_physical(unit)).tolist()
 
     def _logits(self, whitened):
         return self.centre + self.root @ jnp.asarray(whitened)

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from jaxink.effects import forward_model
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.inputs import read_inputs
-from jaxink.measurement import GonioData
+from jaxink.measurement import GonioData, read
+from jaxink.model.checks import wavelengths_without_values
 from jaxink.model.forward import evaluate
 from jaxink.sample import Sample, load_sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -32,8 +33,8 @@ def predict(
     sample
         Sample, or its file.
     data
-        Measurement, or its file; only its directions, sides and wavelengths are used. Parameters given by
-        wavelength must have a value at each of its wavelengths.
+        Measurement, or its file; only its directions, sides and wavelengths are used, and a table may lack
+        the column ``bsdf_per_sr``.
     config
         Resolution of the solver; None for that of the accuracy.
     accuracy
@@ -42,15 +43,28 @@ def predict(
     Returns
     -------
     np.ndarray
-        1/sr, shape ``(points,)``, in the order of the measurement.
+        1/sr, shape ``(points,)``, in the order of the measurement; NaN at the wavelengths of `unknown_nm`.
 
     Raises
     ------
     InputRefusedError
-        Sample or data are invalid.
+        Sample or data are invalid, or nothing can be predicted.
     """
+    if isinstance(data, str | Path | list | tuple):
+        data = read(data, needs_values=False)
     data, sample = read_inputs(data, sample)
-    return evaluate(forward_model(sample, data, config, accuracy))
+    known = ~np.isin(data.wavelength_nm, unknown_nm(sample, data))
+    if known.all() or not known.any():
+        return evaluate(forward_model(sample, data, config, accuracy))
+    predicted = np.full(len(data), np.nan)
+    part = data.select(wavelength_nm=np.unique(data.wavelength_nm[known]).tolist())
+    predicted[known] = evaluate(forward_model(sample, part, config, accuracy))
+    return predicted
+
+
+def unknown_nm(sample: Sample, data: GonioData) -> list[float]:
+    """Wavelengths of a measurement at which parameters that the sample gives by wavelength have no value."""
+    return wavelengths_without_values(sample, np.unique(data.wavelength_nm).tolist())
 
 
 def predict_at(
@@ -110,4 +124,4 @@ def predict_at(
     theta_i, theta_o, azimuth, wavelength, far = (column.ravel() for column in shaped)
     unknown, row = np.zeros(theta_i.size), np.arange(2, theta_i.size + 2)
     data = GonioData(theta_i, theta_o, azimuth, wavelength, far, unknown, row=row, source="prediction")
-    return data.replace(bsdf_per_sr=predict(sample, data, accuracy=accuracy))
+    return data.replace(bsdf_per_sr=evaluate(forward_model(sample, data, accuracy=accuracy)))

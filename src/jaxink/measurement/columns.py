@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from jaxink.measurement.names import is_cosine, meaning, plain_name, side_of, unit_problem
+from jaxink.measurement.names import SIDES, is_cosine, meaning, plain_name, side_of, unit_problem
 from jaxink.measurement.table import TextTable, refusal
 
 ANGLES = ("theta_i_deg", "theta_o_deg", "phi_deg")
@@ -173,6 +173,11 @@ def listed(names: Iterable[str]) -> str:
     return f"{', '.join(names[:_MOST_LISTED])} and {len(names) - _MOST_LISTED} more"
 
 
+def _holds_sides(cells: Sequence[str]) -> bool:
+    """Whether every cell is a word for reflection or transmission."""
+    return all(cell.lower() in SIDES for cell in cells)
+
+
 def _stating(target: str, name: str) -> str:
     """How to say that a column is a quantity, on the command line and in Python."""
     return f'--columns "{target}={name}" (in Python: columns={{{target!r}: {name!r}}})'
@@ -269,7 +274,7 @@ def _refuse_missing(table, known, supplied):
     text = f"{plural} {', '.join(missing)} {verb} missing; the header has {header}"
     if missing == ["bsdf_per_sr"]:
         text = f"column bsdf_per_sr (radiance over irradiance in 1/sr) is missing; the header has {header}"
-    text += _remedies(table, missing)
+    text += _remedies(table, known, missing)
     raise refusal(table.source, text)
 
 
@@ -285,9 +290,15 @@ def _numbered(names: Sequence[str]) -> list[str] | None:
     return most if len(most) > _FEWEST_NUMBERED and 2 * len(most) > len(names) else None
 
 
-def _remedies(table: TextTable, missing: list[str]) -> str:
+def _remedies(table: TextTable, known: Mapping[str, int], missing: list[str]) -> str:
     """How to state the missing columns: values of all rows, signed angles, or another name."""
-    unknown = [name for name in table.names if name and meaning(name) is None]
+    free = {name: index for index, name in enumerate(table.names) if name and index not in known.values()}
+    sides = [name for name, index in free.items() if _holds_sides(table.column(index))]
+    if "side" in missing and len(sides) == 1:
+        text = f"; the cells of column '{sides[0]}' say the side: {_stating('side', sides[0])}"
+        others = [name for name in missing if name != "side"]
+        return text + (_remedies(table, {**known, "side": free[sides[0]]}, others) if others else "")
+    unknown = [name for name in free if meaning(name) is None]
     constant = [name for name in missing if name in OPTIONS]
     # Columns without a name that is known may be any of them.
     text = ""

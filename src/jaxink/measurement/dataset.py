@@ -32,6 +32,8 @@ FILE_COLUMN = "source_file"
 _JOINT = " + "
 # What a column of sides may hold instead of booleans.
 _SIDES = {"R": False, "T": True}
+# One value of these is that of all points.
+_OF_ALL = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission", "sigma_per_sr")
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
 
 
@@ -39,7 +41,8 @@ _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_s
 class GonioData(Presented):
     """BSDF of one sample at many pairs of directions.
 
-    The arrays are copied and made read-only. phi is 180 in the half-plane of the specular direction
+    The arrays are copied and made read-only; one number in place of an array is that of all points, except
+    for ``bsdf_per_sr``. phi is 180 in the half-plane of the specular direction
     (reflection) or of the undeviated beam (transmission), 0 in the half-plane of the source.
 
     Parameters
@@ -151,6 +154,8 @@ class GonioData(Presented):
 
     def _freeze(self, name, values, dtype, size):
         values = np.array(values, dtype)
+        if values.ndim == 0 and name in _OF_ALL:
+            values = np.full(size, values)
         if values.shape != (size,) or size == 0:
             wanted = f"({size},)" if size else "(points,) with at least one point"
             raise self._refusal(f"{name} has shape {values.shape}; it must be {wanted}")

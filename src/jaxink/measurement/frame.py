@@ -1,4 +1,4 @@
-"""A table in memory, such as a pandas DataFrame, as cells; only its columns and their values are used."""
+"""A table in memory, a pandas DataFrame or a dict of columns, as cells."""
 
 from typing import Any
 
@@ -12,17 +12,27 @@ _MISSING = ("nan", "NaN", "NaT", "None", "<NA>")
 
 def is_frame(data: Any) -> bool:
     """Whether the object is a table of named columns."""
-    return hasattr(data, "columns") and hasattr(data, "__getitem__") and not isinstance(data, str)
+    is_framed = hasattr(data, "columns") and hasattr(data, "__getitem__") and not isinstance(data, str)
+    return is_framed or isinstance(data, dict)
+
+
+def kind_of(frame: Any) -> str:
+    """What messages call a table in memory."""
+    return "dict" if isinstance(frame, dict) else "DataFrame"
 
 
 def table_of(frame: Any, source: str) -> TextTable:
     """The cells of a table in memory; rows are counted from 0, as by ``iloc``.
 
+    An entry of a dict that is one number or one text is that of all rows.
+
     Raises
     ------
     InputRefusedError
-        If it has no column or no row, two columns of one name, or too many.
+        If it has no column or no row, two columns of one name, columns of several lengths, or too many.
     """
+    if isinstance(frame, dict):
+        frame = _Columns(frame)
     labels = list(frame.columns)
     names = tuple(_name(label) for label in labels)
     if not names:
@@ -32,10 +42,27 @@ def table_of(frame: Any, source: str) -> TextTable:
         if names.count(name) > 1:
             raise refusal(source, "the column occurs twice", column=name)
     columns = [[_cell(value) for value in list(frame[label])] for label in labels]
+    for name, column in zip(names, columns, strict=True):
+        if len(column) != len(columns[0]):
+            text = f"has {len(column)} entries, but column {names[0]} has {len(columns[0])}"
+            raise refusal(source, text, column=name)
     rows = tuple(zip(*columns, strict=True))
     if not rows:
         raise refusal(source, "has columns but no rows")
     return TextTable(source, names, rows, np.arange(len(rows)), 0, ())
+
+
+class _Columns(dict):
+    """A dict of columns as a table; an entry alone is repeated."""
+
+    def __init__(self, columns: dict):
+        size = max((len(values) for values in columns.values() if np.ndim(values) > 0), default=1)
+        super().__init__({n: [v] * size if np.ndim(v) == 0 else v for n, v in columns.items()})
+
+    @property
+    def columns(self) -> list:
+        """Names of the columns."""
+        return list(self)
 
 
 def _name(label: Any) -> str:

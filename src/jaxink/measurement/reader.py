@@ -11,7 +11,7 @@ from jaxink.files.reading import open_bounded
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.formats.catalogue import HEAD_BYTES, format_of, read_exchange
 from jaxink.measurement.formats.choices import STATED_BY
-from jaxink.measurement.frame import is_frame, table_of
+from jaxink.measurement.frame import is_frame, kind_of, table_of
 from jaxink.measurement.joining import join
 from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.remedies import FROM_ITS_SOURCE, FROM_PYTHON, remedy_for
@@ -59,8 +59,8 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
         A text table (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``), a workbook (``.xlsx``, ``.xlsm``,
         ``.ods``), a ``.nc`` file of ``GonioData.to_netcdf``, or a file of any name in one of the formats of
         `jaxink.measurement.formats`. The rows of several files, given as a list, are joined; each keeps its
-        file (extra column ``source_file``) and its row there. A table in memory with named columns, such as a
-        pandas DataFrame, is read as a text table; its rows are counted from 0, as by ``iloc``.
+        file (extra column ``source_file``) and its row there. A table in memory with named columns, a pandas
+        DataFrame or a dict of columns, is read as a text table; its rows are counted from 0, as by ``iloc``.
     **overrides
         Keyword arguments of ``read_csv`` or ``read_workbook``; for other formats the fields of
         `jaxink.measurement.formats.choices.Choices`; none for a netCDF file. With several files, ``side`` and
@@ -72,13 +72,14 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
         If a file cannot be read as a BSDF measurement.
     """
     if is_frame(path):
-        return _read_frame(path, "DataFrame", **overrides)
+        return _read_frame(path, kind_of(path), **overrides)
     if isinstance(path, str | Path):
         path = [path]
     if not isinstance(path, Sequence) or not all(isinstance(p, str | Path) or is_frame(p) for p in path):
         kind = type(path).__name__
         raise InputRefusedError(
-            f"what to read is of type {kind}; it must be a file, a DataFrame, or a list of these."
+            f"what to read is of type {kind}; it must be a file, a DataFrame, a dict of columns, or a list "
+            "of these."
         )
     paths = list(path)
     if not paths:
@@ -89,7 +90,7 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
             file,
             _parts(
                 file,
-                f"DataFrame {k + 1}",
+                f"{kind_of(file)} {k + 1}",
                 **overrides,
                 **{name: v[k] for name, v in each.items() if v[k] is not None},
             ),
@@ -134,6 +135,7 @@ def _parts(path: Source, called: str, **overrides: Any) -> list[GonioData]:
     with open_bounded(path, MOST_BYTES, "measurement file") as file:
         head = file.read(HEAD_BYTES)
     if (found := format_of(head)) is not None:
+        overrides.pop("needs_values", None)
         return [read_exchange(path, found, overrides)]
     if path.suffix.lower() in _WORKBOOK_SUFFIXES:
         _refuse_options_of_exchange(path, overrides)
@@ -166,6 +168,7 @@ def _read_file(path: Path, head: bytes, **overrides: Any) -> GonioData:
             raise refusal(path, "a text file has no sheets; leave out the sheet")
         return read_csv(path, **overrides)
     if suffix == ".nc":
+        overrides.pop("needs_values", None)
         if overrides:
             raise refusal(path, f"a netCDF file is complete; do not give {', '.join(overrides)}")
         return read_netcdf(path)
@@ -204,6 +207,7 @@ def read_csv(
     phi_deg: float | None = None,
     phi_o_deg: float | None = None,
     matrix: str | Sequence[str] | None = None,
+    needs_values: bool = True,
 ) -> GonioData:
     """Read a text table: each row is the BSDF value of one pair of directions, or each cell of a matrix.
 
@@ -239,6 +243,9 @@ def read_csv(
         For values in a matrix that does not say what its edges are: the quantity down the first column and
         that along the row above the values, such as ``("theta_o_deg", "theta_i_deg")``; of a wide table with
         several columns left of the values, the latter only.
+    needs_values
+        Whether the column ``bsdf_per_sr`` is required. A table of directions for a prediction may lack it;
+        all values are then 0.
 
     Returns
     -------
@@ -261,6 +268,7 @@ def read_csv(
         phi_deg,
         phi_o_deg,
         matrix,
+        needs_values,
     )
     return measurement_of(read_table(Path(path), stated.columns.values(), stated.edges), stated)
 

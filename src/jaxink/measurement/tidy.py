@@ -42,6 +42,8 @@ class Stated:
         Angle of all rows, if the table has no such column.
     matrix
         Quantities down and along the edges of a matrix, or the latter only; also as text with a comma.
+    needs_values
+        Whether the column of values is required; without it all values are 0.
     """
 
     wavelength_nm: float | None = None
@@ -54,6 +56,7 @@ class Stated:
     phi_deg: float | None = None
     phi_o_deg: float | None = None
     matrix: str | Sequence[str] | None = None
+    needs_values: bool = True
 
     @property
     def edges(self) -> Sequence[str] | None:
@@ -72,7 +75,8 @@ class Stated:
     def supplied(self) -> tuple[str, ...]:
         """Known columns that the table may lack."""
         given = {"wavelength_nm": self.wavelength_nm is not None, "side": self.side is not None}
-        return tuple(name for name, here in (given | {"phi_deg": self.signed_angles}).items() if here)
+        given |= {"phi_deg": self.signed_angles, "bsdf_per_sr": not self.needs_values}
+        return tuple(name for name, here in given.items() if here)
 
 
 def measurement_of(table: TextTable, stated: Stated) -> GonioData:
@@ -85,7 +89,8 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     table, attrs = _one_sample(table, extra, stated.sample)
     angles = _angles(table, known, stated.signed_angles, notes)
     divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
-    bsdf = _per_sr(table, known, "bsdf_per_sr", divided)
+    has_values = "bsdf_per_sr" in known
+    bsdf = _per_sr(table, known, "bsdf_per_sr", divided) if has_values else np.zeros(len(table.rows))
     sigma = _sigma(table, known, divided, notes)
     wavelength_nm = _wavelength(table, known, stated.wavelength_nm, notes)
     is_transmission = _side(table, known, stated.side, notes)
@@ -101,6 +106,8 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
         source=Path(table.source).name,
         attrs=attrs,
     )
+    if not has_values:
+        return data.replace(notes=[*notes, "The table has directions, but no values of the BSDF."])
     checks.refuse_nothing_or_excess(table, directions, bsdf, data.scan_index, data.mask)
     refuse_several_conditions(data, table.source)
     notes += [*value_notes(data.mask, directions, data.row), *_order_notes(data), *_repeat_notes(table, data)]

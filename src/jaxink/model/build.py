@@ -66,16 +66,17 @@ class StackBuilder(eqx.Module):
         faces = tuple(face and _of_any_law(face) for face in self.faces)
         return dataclasses.replace(self, sample=sample, faces=faces, laws=laws)
 
-    def values(self, free_values: Mapping) -> dict[str, Float[Array, " wavelengths"]]:
+    def values(self, free_values: Mapping | None) -> dict[str, Float[Array, " wavelengths"]]:
         """Value of every parameter at each wavelength, by name without wavelength.
 
         Parameters
         ----------
         free_values
-            Values by name, in place of those of the sample's table.
+            Values by name, in place of those of the sample's table; None for these alone.
         """
-        require_not_negative(self.sample, free_values)
+        free_values = {} if free_values is None else free_values
         values = self.sample.parameters.values_with(free_values)
+        require_not_negative(self.sample, free_values)
         each = [self.sample.at_wavelength(values, w) for w in self.wavelengths_nm]
         return {name: jnp.stack([jnp.asarray(here[name], float) for here in each]) for name in each[0]}
 

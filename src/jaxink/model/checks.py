@@ -1,6 +1,6 @@
 """Check that a sample can be predicted at the points of a measurement."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from jaxink.errors import InputRefusedError
 from jaxink.model.points import Points
@@ -52,14 +52,23 @@ def require_predictable(sample: Sample, points: Points) -> None:
     require_not_negative(sample, {})
 
 
+def wavelengths_without_values(sample: Sample, wavelengths_nm: Iterable[float]) -> list[float]:
+    """Those of some wavelengths at which parameters that are given by wavelength have no value."""
+    named = _named_wavelengths(sample)
+    return [wavelength for wavelength in wavelengths_nm if named and f"{wavelength:g}" not in named]
+
+
+def _named_wavelengths(sample: Sample) -> set[str]:
+    return {n.split("@")[1] for n in sample.parameters if "@" in n}
+
+
 def _check_wavelengths(sample: Sample, wavelengths_nm: tuple[float, ...]) -> None:
-    named = {n.split("@")[1] for n in sample.parameters if "@" in n}
-    for wavelength in wavelengths_nm:
-        if named and f"{wavelength:g}" not in named:
-            raise InputRefusedError(
-                f"the measurement has rows at {wavelength:g} nm, but the sample file gives its "
-                f"per-wavelength parameters at {', '.join(sorted(named))} nm only; list "
-                f"{wavelength:g} in its wavelength_nm."
-            )
+    for wavelength in wavelengths_without_values(sample, wavelengths_nm):
+        named = sorted(_named_wavelengths(sample), key=float)
+        raise InputRefusedError(
+            f"the measurement has rows at {wavelength:g} nm, but the sample gives its per-wavelength "
+            f"parameters at {', '.join(named)} nm only; list {wavelength:g} in wavelength_nm of the sample "
+            "file, and fit again if a fit gave them."
+        )
     for dispersion in sample.dispersions:
         dispersion.check(sample.parameters, wavelengths_nm)

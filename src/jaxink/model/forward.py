@@ -232,7 +232,7 @@ class ForwardModel(eqx.Module):
             of_sample = self.builder, values, wavelength_nm
             return profiles_at(stack, plan, self.config, *of_sample, directions, layers)
 
-        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values or {})
+        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values)
         return at_each(at_wavelength, wavelengths, values, self.rough_tables)
 
     def emitted_at_points(
@@ -255,7 +255,7 @@ class ForwardModel(eqx.Module):
         self, at_wavelength, free_values: Mapping | None, *by_wavelength
     ) -> Float[Array, " points"]:
         """Evaluate a function of wavelength, values and more for all pairs and select the points."""
-        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values or {})
+        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values)
         spectrum = at_each(at_wavelength, wavelengths, values, *by_wavelength)
         return spectrum[self.points.wavelength_of_point, self.points.pair_of_point]
 
@@ -281,7 +281,7 @@ class ForwardModel(eqx.Module):
             By layer name; entries of shape ``(wavelengths,)``.
         """
         require_float64()
-        return self.builder.coefficients(self.builder.values(free_values or {}))
+        return self.builder.coefficients(self.builder.values(free_values))
 
 
 @runtime_checkable

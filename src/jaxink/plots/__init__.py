@@ -57,3 +57,7 @@ def __getattr__(name: str) -> Any:
     if name not in _LATER:
         raise AttributeError(f"module 'jaxink.plots' has no attribute {name!r}")
     return getattr(import_module(f"jaxink.plots.{_LATER[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

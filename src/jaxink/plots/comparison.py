@@ -1,6 +1,6 @@
 """Several fits of one measurement in one figure."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +9,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.plots.cuts import BEFORE, FITTED, ResidualRow, cut_page
 from jaxink.plots.figure import PageFigure, Style
 from jaxink.plots.fit_figures import used_views
+from jaxink.plots.naming import named_results
 from jaxink.plots.scan_views import SIDES, headed, residual_limit
 
 if TYPE_CHECKING:
@@ -22,7 +23,9 @@ _STYLES: tuple[Style, ...] = (
 )
 
 
-def comparison_figure(results: "Mapping[str, FitResult]", wavelength_nm: float, side: str) -> PageFigure:
+def comparison_figure(
+    results: "Sequence[FitResult] | Mapping[str, FitResult]", wavelength_nm: float, side: str
+) -> PageFigure:
     """Measured in-plane scans with several fits to them, and a row of residuals for each fit.
 
     All rows of residuals have the same scale.
@@ -30,7 +33,7 @@ def comparison_figure(results: "Mapping[str, FitResult]", wavelength_nm: float, 
     Parameters
     ----------
     results
-        Two to four fits of the same measurement, by the names to show.
+        Two to four fits of the same measurement; a mapping names them, otherwise their methods do.
     wavelength_nm, side
         As for `cut_figure`.
 
@@ -39,15 +42,16 @@ def comparison_figure(results: "Mapping[str, FitResult]", wavelength_nm: float, 
     InputRefusedError
         If there are fewer or more fits, they are of different measurements, or have no such scan.
     """
-    if not 2 <= len(results) <= len(_STYLES):
-        raise InputRefusedError(f"results has {len(results)} fits; a comparison takes 2 to {len(_STYLES)}.")
-    first = next(iter(results.values()))
-    for name, result in results.items():
+    named = named_results(results)
+    if not 2 <= len(named) <= len(_STYLES):
+        raise InputRefusedError(f"results has {len(named)} fits; a comparison takes 2 to {len(_STYLES)}.")
+    first = next(iter(named.values()))
+    for name, result in named.items():
         if not _are_same(first.data.directions, result.data.directions):
             raise InputRefusedError(
                 f"'{name}' is a fit of another measurement than the first; compare fits of one measurement."
             )
-    states = [used_views(result, wavelength_nm, side) for result in results.values()]
+    states = [used_views(result, wavelength_nm, side) for result in named.values()]
     if len({len(views) for views in states}) > 1:
         raise InputRefusedError("the fits use different scans; give them the same masks.")
     if not any(view.has_cut for view in states[0]):
@@ -56,9 +60,9 @@ def comparison_figure(results: "Mapping[str, FitResult]", wavelength_nm: float, 
         )
     limit = max(residual_limit(views, True) for views in states)
     unit = "[%]" if first.whitened is None else "[σ]"
-    rows = [ResidualRow(f"{name} {unit}", number, limit) for number, name in enumerate(results)]
+    rows = [ResidualRow(f"{name} {unit}", number, limit) for number, name in enumerate(named)]
     title = headed(first, f"{SIDES[side]} at {wavelength_nm:g} nm, in-plane scans and residuals")
-    return cut_page(states, rows, title, dict(zip(results, _STYLES, strict=False)))
+    return cut_page(states, rows, title, dict(zip(named, _STYLES, strict=False)))
 
 
 def _are_same(first, other) -> bool:

@@ -55,13 +55,14 @@ class PageFigure(Figure):
         bar.set_label(label, fontsize=9)
         bar.ax.tick_params(labelsize=8)
 
-    def draw_line_legend(self, entries: Iterable[tuple[str, Style]]) -> None:
-        """Legend of lines, at the bottom."""
-        self.draw_legend([Line2D([], [], **style, label=text) for text, style in entries])
+    def draw_line_legend(self, entries: Iterable[tuple[str, Style]], side_by_side: int | None = None) -> None:
+        """Legend of lines, at the bottom; see `draw_legend`."""
+        self.draw_legend([Line2D([], [], **style, label=text) for text, style in entries], side_by_side)
 
-    def draw_legend(self, handles: list[Any]) -> None:
-        """Legend at the bottom."""
-        self.legend(handles=handles, loc="lower center", ncols=len(handles), frameon=False, fontsize=9)
+    def draw_legend(self, handles: list[Any], side_by_side: int | None = None) -> None:
+        """Legend at the bottom, with so many entries in a row; None: all."""
+        ncols = side_by_side or len(handles)
+        self.legend(handles=handles, loc="lower center", ncols=ncols, frameon=False, fontsize=9)
 
 
 @contextmanager

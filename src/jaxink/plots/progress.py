@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.plots.figure import PageFigure, blank_figure
+from jaxink.plots.figure import PageFigure, Style, blank_figure
+from jaxink.plots.naming import named_results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from jaxink.fitting.result import SearchSummary
 
 _WIDE, _TALL, _LEFT, _BETWEEN, _RIGHT, _BOTTOM, _TOP = 3.6, 2.9, 0.8, 0.75, 0.2, 0.95, 0.55
+# Of the legend: the line with the gaps beside it, a letter, and a row, inches.
+_LEGEND_LINE, _LEGEND_LETTER, _LEGEND_ROW = 0.6, 0.085, 0.19
 
 
 def progress_figure(results: "FitResult | Sequence[FitResult] | Mapping[str, FitResult]") -> PageFigure:
@@ -36,21 +39,31 @@ def progress_figure(results: "FitResult | Sequence[FitResult] | Mapping[str, Fit
     InputRefusedError
         No fit is given, or an older jaxink saved one without its path.
     """
-    named = _named(results)
+    named = named_results(results)
+    if not named:
+        raise InputRefusedError("no fit is given; there is no progress to draw.")
     ways = {name: way_of(result) for name, result in named.items()}
     objectives = {result.objective for result in named.values()}
     colours = matplotlib.color_sequences["tab10"]
-    with blank_figure(_LEFT + 2 * _WIDE + _BETWEEN + _RIGHT, _BOTTOM + _TALL + _TOP) as page:
+    dashes = ("-", "--", ":")
+    styles: list[Style] = [
+        {"color": colours[i % len(colours)], "linestyle": dashes[i // len(colours) % len(dashes)]}
+        for i in range(len(ways))
+    ]
+    width = _LEFT + 2 * _WIDE + _BETWEEN + _RIGHT
+    side_by_side = int(width / (_LEGEND_LINE + _LEGEND_LETTER * max(map(len, ways))))
+    side_by_side = min(max(side_by_side, 1), len(ways))
+    bottom = _BOTTOM + _LEGEND_ROW * (-(-len(ways) // side_by_side) - 1)
+    with blank_figure(width, bottom + _TALL + _TOP) as page:
         page.write_title("Progress of the searches")
-        panels = [page.panel(_LEFT + i * (_WIDE + _BETWEEN), _BOTTOM, _WIDE, _TALL) for i in range(2)]
+        panels = [page.panel(_LEFT + i * (_WIDE + _BETWEEN), bottom, _WIDE, _TALL) for i in range(2)]
         for column, axes in enumerate(panels):
-            for number, way in enumerate(ways.values()):
-                colour = colours[number % len(colours)]
-                axes.plot(way[:, column], way[:, 2], drawstyle="steps-post", color=colour, linewidth=1.4)
-                axes.plot(way[-1, column], way[-1, 2], "o", color=colour, markersize=4)
+            for style, way in zip(styles, ways.values(), strict=True):
+                axes.plot(way[:, column], way[:, 2], drawstyle="steps-post", linewidth=1.4, **style)
+                axes.plot(way[-1, column], way[-1, 2], "o", color=style["color"], markersize=4)
             _label(axes, ("run time [s]", "evaluations and Jacobians")[column], column == 0)
         panels[0].set_ylabel("chi-square" if objectives == {"chi_square"} else "loss", fontsize=9)
-        page.draw_line_legend((name, {"color": colours[i % len(colours)]}) for i, name in enumerate(ways))
+        page.draw_line_legend(zip(ways, styles, strict=True), side_by_side)
     return page
 
 
@@ -79,20 +92,6 @@ def _in_order(result: "FitResult") -> Iterator["SearchSummary"]:
     """The searches as they were made: a result lists the scan behind the starts."""
     yield from (search for search in result.searches if search.method == "scan")
     yield from (search for search in result.searches if search.is_single)
-
-
-def _named(results) -> "dict[str, FitResult]":
-    if isinstance(results, Mapping):
-        named = dict(results)
-    else:
-        listed = list(results) if isinstance(results, Sequence) else [results]
-        named = {}
-        for result in listed:
-            same = sum(name.split(" ")[0] == result.method for name in named)
-            named[f"{result.method} {same + 1}" if same else result.method] = result
-    if not named:
-        raise InputRefusedError("no fit is given; there is no progress to draw.")
-    return named
 
 
 def _label(axes: "Axes", label: str, from_zero: bool) -> None:

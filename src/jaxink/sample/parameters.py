@@ -12,7 +12,7 @@ import numpy as np
 from jaxink.display.brief import brief_repr
 from jaxink.display.card import CardTable
 from jaxink.display.named_rows import NamedRows
-from jaxink.errors import InputRefusedError, require_kind, require_number, require_one_of
+from jaxink.errors import InputRefusedError, require_by_name, require_kind, require_number, require_one_of
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.ties import evaluate_tie, names_in
 
@@ -210,8 +210,10 @@ class ParameterTable(NamedRows[Parameter]):
         Raises
         ------
         InputRefusedError
-            If a name does not exist, or a tie does not give a number.
+            If the values are not given by name, a name does not exist, or a tie does not give a number.
         """
+        shown = {p.name: p.value for p in self.free or self.values()}
+        require_by_name("what gives the values", free_values, shown)
         for name in free_values:
             if name not in self._by_name:
                 raise InputRefusedError(f"a value is given for {name}, {unknown_key(name, self)}")
