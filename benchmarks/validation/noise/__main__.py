@@ -74,6 +74,10 @@ def main() -> None:
         coverage=coverage_table(coverage),
         files=len(compared),
         alike=alike,
+        alike_names=sum(
+            sorted(found["stated"]["classes"]) == sorted(found["unstated"]["classes"])
+            for found in compared.values()
+        ),
         false_names=sum(map(is_false, compared.values())),
         files_table=files_table(files),
     )
