@@ -10,6 +10,7 @@ import pytest
 import jaxink
 from jaxink.cli.fit_tables import mistake_lines, scan_table
 from jaxink.fitting.mistake import Mistake
+from jaxink.fitting.outcome import Outcome
 from jaxink.plots import overview_figure, spectrum_figure
 from jaxink.plots.scan_views import scan_views
 from jaxink.plots.spectra import quantities
@@ -104,6 +105,14 @@ def test_a_misfit_says_so_and_what_to_do(misfit, tmp_path):
     named = Mistake("swapped", "The sides read as if swapped", "swap them", 1.0, 9.0, is_named=True)
     wrong = dataclasses.replace(misfit, mistakes=(named,))
     assert [step.command.split()[1] for step in fit_next_steps(wrong, tmp_path, ["R.csv"])] == ["fit"]
+
+
+def test_a_search_that_a_limit_ended_goes_on(example_result, tmp_path):
+    ended = dataclasses.replace(example_result, outcome=Outcome.MAX_STEPS)
+    (step,) = fit_next_steps(ended, tmp_path / "out", ["R.csv"], "ink.toml")
+    assert step.command.split()[1:] == [
+        *("fit", "R.csv", "--sample", str(tmp_path / "out"), "--out", f"{tmp_path / 'out'}-continued")
+    ]
 
 
 def test_a_measurement_above_the_model_deviates_by_a_positive_amount(example_result):

@@ -89,6 +89,9 @@ def fit_next_steps(
     measured = list(inputs) or [result.data.source or "DATA.csv"]
     sample = sample_file or str(Path(folder) / SAMPLE_FILE)
     verdict = result.verdict
+    if not result.outcome.is_as_asked:
+        on = _command("fit", *measured, "--sample", folder, "--out", f"{folder}-continued")
+        return [NextStep("Go on from where the search ended, or by another method (--method):", on)]
     if any(mistake.is_named for mistake in result.mistakes):
         again = _command("fit", *measured, "--sample", sample, "--out", folder)
         return [NextStep("Correct the mistake named above and fit again:", again)]
