@@ -93,7 +93,7 @@ def test_of_many_wavelengths_the_worst_scans_are_listed(spectrum):
 
 def test_a_diagnosis_is_whole():
     figures = Figures(0.0123456, 0.123456, 0.123456, 1234567.8, 650, 1899.335, 0.0)
-    summary = Summary(figures, figures, *(np.zeros(1),) * 3)
+    summary = Summary(figures, figures, *(np.ones(1),) * 3)
     form = CoherentBackscatter()
     gain = HeldOutGain(np.array([5432.1, 6543.2]))
     step = Step(form.name, form, (form.name, "gain"), 123456.7, 1234567.8, gain, 0.1, 0.01, "", {}, {}, None)
@@ -101,7 +101,9 @@ def test_a_diagnosis_is_whole():
         form.name, -123.4, 1e-300, 0.0005, 0.9912, -0.0001234, "share", 1.0, "1/sr", (form.name,), 123456.7,
         1234567.8, Testability.HARDLY, "",
     )  # fmt: skip
-    made = SimpleNamespace(before=summary, after=summary, steps=(step,), candidates=(row,))
+    made = SimpleNamespace(
+        before=summary, after=summary, steps=(step,), candidates=(row,), measured_per_sr=np.ones(1)
+    )
     text = shown(merit_table(made))
     assert sum("held out" in line for line in whole(text)) == 2
     assert "1234568" in text

@@ -76,12 +76,13 @@ def _safe_arccos(x):
     return jnp.arccos(jnp.clip(x, -1 + 1e-12, 1 - 1e-12))
 
 
-def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule):
-    """Slope, azimuth, and weight P (o.m)/m_z of the facets of each receiver, shape (receivers, facets)."""
-    # The nodes do not move with the density: the samples' directions would cross the ends of the channels'
-    # blocks, where each crossing is a step of the sum, and its derivatives those of steps.
-    scale, largest = jax.lax.stop_gradient((density.scale, density.largest_slope))
-    reach = jnp.arcsinh(largest / scale)
+def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule, places: SlopeDensity):
+    """Slope, azimuth, and weight P (o.m)/m_z of the facets of each receiver, shape (receivers, facets).
+
+    Nodes are placed for the density ``places``.
+    """
+    scale = places.scale
+    reach = jnp.arcsinh(places.largest_slope / scale)
     # At these slopes, facets begin to turn away, and begin or cease to reflect totally.
     horizon = jnp.abs(cosine) / sine
     kinks = [horizon]
@@ -121,6 +122,7 @@ def views(
     index_there: Float[Array, ""],
     density: SlopeDensity,
     rule: FacetRule,
+    are_held: bool = False,
 ) -> Views:
     """Facets visible from receiving directions.
 
@@ -135,6 +137,9 @@ def views(
         Density of the facets' slopes.
     rule
         Numbers of nodes.
+    are_held
+        Whether derivatives by the density are those at facets that stay where they are. Sums over facets have
+        steps where, as these move, the origin of their light crosses the end of a block of channels.
 
     References
     ----------
@@ -143,7 +148,8 @@ def views(
     # Facets seen at a smaller cosine reflect totally; practically 0 without total reflection.
     critical = jnp.sqrt(jnp.maximum(1 - (index_there / index_here) ** 2, 1e-16))
     critical = critical if rule.total_reflection else None
-    slope, azimuth, weight = _visible(cosine, sine, critical, density, rule)
+    places = jax.lax.stop_gradient(density) if are_held else density
+    slope, azimuth, weight = _visible(cosine, sine, critical, density, rule, places)
     up = 1 / jnp.sqrt(1 + slope**2)
     normal = jnp.stack([slope * up * jnp.cos(azimuth), slope * up * jnp.sin(azimuth), up])
     receiver = jnp.stack([sine, jnp.zeros_like(sine), cosine])[:, :, None]
@@ -172,7 +178,7 @@ def projected_area(
     ----------
     Smith 1967 IEEE Trans. Antennas Propag. 15, 668; Heitz 2014 J. Comput. Graph. Tech. 3(2), eq. 19.
     """
-    return jnp.sum(_visible(cosine, sine, None, density, rule)[2], axis=1)
+    return jnp.sum(_visible(cosine, sine, None, density, rule, density)[2], axis=1)
 
 
 def mean_transmittance(

@@ -264,7 +264,7 @@ def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     n_channels = grid.kappa.shape[0]
 
     def seen(here, there, cosine, sine):
-        view = views(cosine, sine, here, there, density, _rule_in(here, outer, n_outer, rule))
+        view = views(cosine, sine, here, there, density, _rule_in(here, outer, n_outer, rule), are_held=True)
         weight = view.weight * view.reflectance * (view.mirrored[2] > 0)
         parts = [_collect(grid, view.mirrored, here, [weight], n_orders)[0, :, 0]]
         if here is outer:
@@ -297,7 +297,7 @@ def _next_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     n_channels = grid.kappa.shape[0]
 
     def seen(here, there, cosine, sine):
-        view = views(cosine, sine, here, there, density, _rule_in(here, outer, n_outer, rule))
+        view = views(cosine, sine, here, there, density, _rule_in(here, outer, n_outer, rule), are_held=True)
         parts = []
         for source, share, index, side in (
             (view.mirrored, view.reflectance, here, 1.0),
