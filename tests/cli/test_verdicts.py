@@ -41,7 +41,7 @@ def test_a_misfit_is_the_headline_and_the_exit_code(run, spoiled, tmp_path):  # 
     assert done.stdout.count("meaningless s.e.") == 2
     # The command to type next is the last line, and can be typed as it is.
     last = [line.strip() for line in lines if line.strip()][-1]
-    assert last == f"jaxink diagnose {data} --sample {SAMPLE} --out report"
+    assert last == f"jaxink diagnose {data} --sample {SAMPLE} --out {tmp_path / 'out'}-report"
 
 
 def test_overstated_noise_is_said_but_no_failure(run, spoiled, tmp_path):  # noqa: F811
