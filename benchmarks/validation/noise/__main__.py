@@ -8,8 +8,8 @@ from pathlib import Path
 
 from benchmarks.pages import filled, table, write_page
 from benchmarks.validation.noise.coverage import RESULTS as COVERAGE
-from benchmarks.validation.noise.coverage import TRUTH
 from benchmarks.validation.noise.unstated import RESULTS as UNSTATED
+from jaxink.data import SIMULATED_TRUTH
 
 _PERCENT = 100
 
@@ -18,7 +18,7 @@ def coverage_table(kept: dict) -> str:
     """One row for each design."""
 
     def within(found, sigmas):
-        return " / ".join(f"{_PERCENT * found[f'{name}_within_{sigmas}']:.1f}" for name in TRUTH)
+        return " / ".join(f"{_PERCENT * found[f'{name}_within_{sigmas}']:.1f}" for name in SIMULATED_TRUTH)
 
     rows = [
         [

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 import jaxink
+from jaxink.data import SIMULATED_TRUTH, simulated_example
 from jaxink.fitting.uncertainty import covariance
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.chi_square import residual_above
@@ -20,25 +21,7 @@ from jaxink.sample import Noise
 RESULTS = Path(__file__).with_name("coverage.json")
 CONFIG = jaxink.SolverConfig(nodes_escaping=6, nodes_trapped=4, n_moments=12, n_orders=3)
 RELATIVE, OF_SCANS = 0.005, 0.003
-TRUTH = {"ink.scattering_per_mm": 95.0, "ink.absorption_per_mm": 1.1, "ink.asymmetry_parameter": 0.6}
-SAMPLE = """
-schema_version = 1
-wavelength_nm = 550
-[[layers]]
-name = "plate"
-kind = "clear"
-refractive_index = 1.5
-thickness_mm = 1.0
-[[layers]]
-name = "ink"
-kind = "scattering"
-phase_function = "henyey_greenstein"
-refractive_index = 1.5
-thickness_um = 80
-scattering_per_mm = { value = 95.0, free = true, min = 1, max = 1000 }
-absorption_per_mm = { value = 1.1, free = true, min = 0, max = 50 }
-asymmetry_parameter = { value = 0.6, free = true, min = -0.9, max = 0.95 }
-"""
+SAMPLE = jaxink.load_sample(simulated_example()[1]).replace(SIMULATED_TRUTH)
 
 
 class Design(NamedTuple):
@@ -93,19 +76,16 @@ def exact_measurement(design: Design) -> GonioData:
         passes,
         np.ones(t_i.size),
     )
-    return data.replace(bsdf_per_sr=jaxink.predict(jaxink.parse_sample(SAMPLE), data, CONFIG))
+    return data.replace(bsdf_per_sr=jaxink.predict(SAMPLE, data, CONFIG))
 
 
 def relative_slopes(exact: GonioData) -> np.ndarray:
-    """Slopes of the logarithm of the BSDF by each parameter of `TRUTH`."""
+    """Slopes of the logarithm of the BSDF by each parameter of `SIMULATED_TRUTH`."""
     columns = []
-    for name, truth in TRUTH.items():
-        key, step = name.split(".")[1], 1e-4 * truth
-        ends = (
-            SAMPLE.replace(f"{key} = {{ value = {truth}", f"{key} = {{ value = {truth + sign * step}")
-            for sign in (1, -1)
-        )
-        above, below = (jaxink.predict(jaxink.parse_sample(end), exact, CONFIG) for end in ends)
+    for name, truth in SIMULATED_TRUTH.items():
+        step = 1e-4 * truth
+        ends = (SAMPLE.replace({name: truth + sign * step}) for sign in (1, -1))
+        above, below = (jaxink.predict(end, exact, CONFIG) for end in ends)
         columns.append((above - below) / (2 * step) / exact.bsdf_per_sr)
     return np.stack(columns, axis=1)
 
@@ -136,7 +116,7 @@ def fits_of(design: Design, n_draws: int) -> list[dict[str, float]]:
             "reduced": square / freedom,
             "probability": residual_above(square, freedom, noise.degrees_of_freedom),
             "scan_relative": noise.scan_relative,
-            **dict(zip(TRUTH, pulls, strict=True)),
+            **dict(zip(SIMULATED_TRUTH, pulls, strict=True)),
         }
         if noise.level is not None:
             row |= {"relative": noise.level.relative, "freedom": noise.level.degrees_of_freedom}
@@ -154,7 +134,7 @@ def summary_of(rows: list[dict[str, float]]) -> dict[str, float]:
     }
     for limit in (0.001, 0.01, 0.05, 0.5, 0.95):
         found[f"probability_below_{limit}"] = np.mean(column["probability"] < limit)
-    for name in TRUTH:
+    for name in SIMULATED_TRUTH:
         for sigmas in (1, 2):
             found[f"{name}_within_{sigmas}"] = np.mean(np.abs(column[name]) < sigmas)
     for name in ("relative", "freedom", "scan_relative"):

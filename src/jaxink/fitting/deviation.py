@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.merit import ScanMerit
+from jaxink.fitting.merit import ScanMerit, rms
 from jaxink.measurement import GonioData
 
 # Of angles in degrees and wavelengths in nm.
@@ -26,7 +26,7 @@ def deviation(
     if not (np.all(measured > 0) and np.all(predicted > 0)):
         return None
     relative = measured / predicted - 1
-    return Deviation(float(np.sqrt(np.mean(relative**2))), float(np.mean(relative)))
+    return Deviation(rms(relative), float(np.mean(relative)))
 
 
 def deviation_of_scan(
