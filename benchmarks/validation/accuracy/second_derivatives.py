@@ -92,7 +92,7 @@ def _of_index(index) -> Kind:
 class HeldFacets(SlopeDensity):
     """A density summed over facets that are placed for another one.
 
-    The sum over facets has steps, of about 1e-6 of the BSDF, where their places move with the density. Its
+    The sum over facets has small steps where their places move with the density. Its
     derivatives are those at facets that stay where they are, and so are the differences.
     """
 
