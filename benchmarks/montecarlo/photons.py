@@ -7,22 +7,26 @@ Estimators, all unbiased:
 
 * Totals and rings count photons that leave, each with its weight. Weights decrease by absorption along the
   path; light ones end by roulette.
-* At given directions, next-event estimation (`events`). Every scattering, every facet of a rough
-  face and every reflection by the backing adds the power that it sends to each detector without a further
-  such event: the phase function (or the density of the facet that turns the ray into the right direction,
-  times G1), times what the smooth faces between that event and the detector transmit, all their multiple
-  reflections summed. It never holds light that met no such event: regular peaks are apart.
+* At given directions, next-event estimation (`events`, or `seen_events` where only a disc is seen). Every
+  scattering, every facet of a rough face and every reflection by the backing adds the power that it sends to
+  each detector without a further such event: the phase function (or the density of the facet that turns the
+  ray into the right direction, times G1), times what the smooth faces between that event and the detector
+  transmit, all their multiple reflections summed. It never holds light that met no such event: regular peaks
+  are apart.
 
 Standard errors: 20 batches of photons. All directions share the photons, so that their errors are correlated.
 
 Axes: z down along the incidence, x in its plane; phi 180 is the specular side, as in the measurements.
 """
 
+from functools import partial
+
 import numpy as np
 
 from benchmarks.montecarlo.counts import DIFFUSE, REGULAR, SURFACE, Counts
 from benchmarks.montecarlo.events import NextEvents
 from benchmarks.montecarlo.facets import N_BATCHES, cross, fresnel
+from benchmarks.montecarlo.seen_events import SeenEvents
 
 ROULETTE_WEIGHT, ROULETTE_SURVIVAL = 1e-3, 0.1
 MOST_STEPS = 200_000
@@ -76,17 +80,19 @@ def simulate(sample, theta_deg, n_photons, seed=0, detectors=None, ring_edges=No
     Raises
     ------
     ValueError
-        Detectors with a radius that is seen: next events sum over all places of exit.
+        Detectors with a radius that is seen, and a sample that `SeenEvents` does not describe.
     RuntimeError
         Photons that never end.
     """
-    if detectors is not None and sample.seen_radius_mm is not None:
-        raise ValueError("detectors need seen_radius_mm = None; use ring_edges where only a disc is seen.")
     random = np.random.default_rng(seed)
     in_batch = n_photons // N_BATCHES
     photons = Photons(sample, theta_deg, N_BATCHES * in_batch, random)
-    events = None if detectors is None else NextEvents(sample, detectors)
     counts = Counts(ring_edges, sample.axis_offset(theta_deg))
+    events = None
+    if detectors is not None:
+        is_seen_whole = sample.seen_radius_mm is None
+        limited = partial(SeenEvents, centre_mm=counts.axis_offset)
+        events = (NextEvents if is_seen_whole else limited)(sample, detectors)
     follow(sample, photons, counts, events, random, absorbed)
     return counts.result(events, in_batch)
 

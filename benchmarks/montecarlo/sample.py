@@ -39,10 +39,18 @@ class Tabulated:
         parts = 0.5 * np.diff(self.cosines) * (values[1:] + values[:-1])
         self.values = values / (2 * np.pi * parts.sum())
         self._cumulative = np.concatenate([[0.0], np.cumsum(parts)]) / parts.sum()
+        # In an even table, a point is found without a search.
+        steps = np.diff(self.cosines)
+        self._slopes = np.diff(self.values) / steps
+        self._per_step = 1 / steps[0] if np.allclose(steps, steps[0], rtol=1e-9) else None
 
     def value(self, cosine):
         """Per steradian, integral 1."""
-        return np.interp(cosine, self.cosines, self.values)
+        if self._per_step is None:
+            return np.interp(cosine, self.cosines, self.values)
+        above = cosine - self.cosines[0]
+        k = np.clip((above * self._per_step).astype(np.int32), 0, self._slopes.size - 1)
+        return self.values[k] + self._slopes[k] * (above - k / self._per_step)
 
     def draw(self, n, random):
         """Cosines of ``n`` scattering angles."""

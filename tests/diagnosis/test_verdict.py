@@ -158,6 +158,16 @@ def test_structure_without_a_smooth_part_is_named_by_the_tests_that_see_it(told)
     assert significant_tests(NOISE[1], None) == []
 
 
+def test_what_the_model_itself_is_known_to_err_is_no_structure(told):
+    left = (summary(1.24, 1e-6), structure(5e-4))
+    evidence = Evidence((step(LateralLoss(1.0)),), LEFT[0], *left, LOCATION, (HARD,))
+    assert judge(evidence).code is VerdictCode.PARTLY_EXPLAINED
+    found = judge(dataclasses.replace(evidence, tolerated=0.25))
+    assert found.code is VerdictCode.EXPLAINED
+    told(found.sentence, "1.24")
+    assert judge(dataclasses.replace(evidence, tolerated=0.2)).code is VerdictCode.PARTLY_EXPLAINED
+
+
 def pairs(count, relative, expected):
     return Consistency("repeats", count, relative, expected, 0.5, False)
 

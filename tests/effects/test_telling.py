@@ -43,7 +43,12 @@ def told(effect, values, errors, **options):
             "a beam of 2.5 mm",
         ),
         # Without words of its own: the statement, then the numbers by their names.
-        (Nonlinearity(), (0.03,), (0.002,), "the detector is not linear: relative 0.0300 +- 0.0020"),
+        (
+            Nonlinearity(),
+            (0.03,),
+            (0.002,),
+            "the detector is not linear, or something else grows with the signal: relative 0.0300 +- 0.0020",
+        ),
     ],
     ids=lambda value: getattr(value, "name", None),
 )

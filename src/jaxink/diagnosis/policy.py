@@ -24,6 +24,9 @@ class SearchPolicy:
         Scans, or graphs of neighbours, with fewer entries are not tested for correlation.
     ljung_box_lags
         Largest lag of the Ljung-Box statistic.
+    quiet_level
+        Significance level of the screen, in place of that of the options, if all tests find the residual
+        consistent with noise: of so many tests, one is passed by chance now and then.
     largest_degenerate_fraction
         Screen: above this degenerate fraction a candidate is hardly testable.
     limit_multiples
@@ -108,6 +111,7 @@ class SearchPolicy:
     fewest_pairs: int = 10
     shortest_scan: int = 8
     ljung_box_lags: int = 10
+    quiet_level: float = 1e-3
     largest_degenerate_fraction: float = 0.98
     limit_multiples: tuple[float, ...] = (16.0, 8.0, 4.0, 2.0)
     limit_decrement: float = 0.1

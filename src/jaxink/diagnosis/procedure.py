@@ -8,6 +8,7 @@ import numpy as np
 
 from jaxink.diagnosis.findings.assembly import diagnosis_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.findings.input_mistake import explains_all
 from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
@@ -72,7 +73,7 @@ def diagnose(
     result = fitted if fitted.mistakes else _checked(fitted, allowance, failures, follow)
     if unfinished is not None and result.mistakes:
         unfinished.keep(result)
-    if any(mistake.is_named for mistake in result.mistakes):
+    if explains_all(result.mistakes, options.policy):
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():

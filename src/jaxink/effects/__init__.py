@@ -25,6 +25,7 @@ from jaxink.effects.kinds import (
     SampleEffect,
     UnevenSurface,
 )
+from jaxink.effects.own_error import own_error
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.effects.telling import in_numbers
 from jaxink.effects.validity import invalidity
@@ -58,6 +59,7 @@ __all__ = [
     "in_numbers",
     "invalidity",
     "model_at",
+    "own_error",
     "settled",
     "tabulated",
     "undivided",

@@ -196,7 +196,9 @@ class Nonlinearity(ReadingEffect):
     full_scale_per_sr: float | None = None
 
     name, sign, usual = "nonlinearity", 0, 0.02
-    statement = "the detector is not linear"
+    statement = "the detector is not linear, or something else grows with the signal"
+    # A weak one resembles much that light adds, and detectors of goniometers are linear to 0.1 % as a rule.
+    handicap = 10.0
     terms = terms_of("nonlinearity")
 
     def settled(self, scene, measured):

@@ -8,7 +8,8 @@ from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
-from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge, mistake_in
+from jaxink.diagnosis.findings.input_mistake import beside_mistakes
+from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge
 from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.parameters import (
     estimates_of,
@@ -45,8 +46,9 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     consistency = consistency_of(found.setup.data, found.setup.noise, policy)
     policy = in_view_of(consistency, policy)
     shape = shape_of(last, location.smooth.share)
-    remains = not is_met(after, found.structure_after, policy, shape)
-    is_odd = remains or is_ordered(found.structure_after, policy, shape)
+    is_tolerated = last.is_within_own_error
+    remains = not (is_tolerated or is_met(after, found.structure_after, policy, shape))
+    is_odd = not is_tolerated and (remains or is_ordered(found.structure_after, policy, shape))
     candidates, corrected = candidate_rows(found.screenings[0], steps), found.fit
     with found.setup.failures.sparing(_CORRECTED, ""):
         corrected = corrected_fit(found, follow)
@@ -67,11 +69,12 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         time_limit=time_limit,
         failures=failures,
         level=found.setup.noise.level,
+        tolerated=last.tolerated,
     )
     return Diagnosis(
         declared=found.fit,
         corrected=corrected,
-        verdict=mistake_in(found.fit) or judge(evidence, policy),
+        verdict=beside_mistakes(judge(evidence, policy), found.fit, after.fitted, policy),
         steps=steps,
         before=before,
         after=after,

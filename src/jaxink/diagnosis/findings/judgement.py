@@ -8,15 +8,13 @@ from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.location import Location
-from jaxink.diagnosis.findings.summary import Figures, Summary
+from jaxink.diagnosis.findings.summary import Summary
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.search.allowance import TimeLimit
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
-from jaxink.fitting import FitResult
-from jaxink.fitting.mistake import mistakes_sentence
 from jaxink.fitting.verdict import level_in_doubt
 from jaxink.measurement import NoiseLevel
 from jaxink.numerics.failures import Failure
@@ -42,7 +40,8 @@ class Evidence:
 
     `imitations` says of steps why they do not mean what their effect says, `as_well_without_a_name` which
     description without a cause the data do not distinguish from them; `time_limit` is None if there was none;
-    `failures` are parts of the diagnosis that failed; `level` is that of an estimated noise.
+    `failures` are parts of the diagnosis that failed; `level` is that of an estimated noise; `tolerated` is
+    what the known error of the model may add to the reduced chi-square.
     """
 
     steps: tuple[Step, ...]
@@ -60,6 +59,13 @@ class Evidence:
     time_limit: TimeLimit | None = None
     failures: tuple[Failure, ...] = ()
     level: NoiseLevel | None = None
+    tolerated: float = 0.0
+
+    @property
+    def is_within_own_error(self) -> bool:
+        """Whether the model has a known error that may explain what is left."""
+        reduced = self.after.fitted.reduced_chi_square
+        return reduced is not None and 0 < reduced - 1 <= self.tolerated
 
 
 def is_met(
@@ -98,12 +104,14 @@ def in_view_of(consistency: tuple[Consistency, ...], policy: SearchPolicy = DEFA
     return dataclasses.replace(policy, sigma_tolerance=min([policy.sigma_tolerance, *tolerances]))
 
 
-def mistake_in(result: FitResult) -> Verdict | None:
-    """The verdict if a mistake in the input explains why the declared model does not fit."""
-    sentence = mistakes_sentence(tuple(result.mistakes), result.verdict.reduced_chi_square)
-    if not sentence:
-        return None
-    return Verdict(VerdictCode.INPUT_MISTAKE, (), f"{sentence} No missing effect was looked for.")
+def _met(evidence: Evidence, policy: SearchPolicy) -> bool:
+    known = evidence.is_within_own_error
+    return known or is_met(evidence.after, evidence.structure, policy, evidence.shape)
+
+
+def _ordered(evidence: Evidence, policy: SearchPolicy) -> bool:
+    known = evidence.is_within_own_error
+    return not known and is_ordered(evidence.structure, policy, evidence.shape)
 
 
 def judge(evidence: Evidence, policy: SearchPolicy = DEFAULT_POLICY) -> Verdict:
@@ -134,7 +142,7 @@ def _level(level: NoiseLevel, evidence: Evidence, policy: SearchPolicy) -> str:
     """That the noise is estimated, and whether the verdict rests on how well."""
     figures, said = evidence.after.fitted, f"The noise is estimated, {level.text}."
     doubt = level_in_doubt(figures.chi_square, figures.degrees_of_freedom, level)
-    if doubt and is_met(evidence.after, evidence.structure, policy, evidence.shape):
+    if doubt and _met(evidence, policy):
         return f"{said} {doubt}"
     return said
 
@@ -152,7 +160,7 @@ def _unfinished(verdict: Verdict, evidence: Evidence, policy: SearchPolicy) -> V
         sentence = f"Unfinished within the time limit. So far: {verdict.sentence}"
         return Verdict(VerdictCode.UNFINISHED, verdict.effects, sentence)
     reduced, place = evidence.before.fitted.reduced_chi_square, _place(evidence, policy)
-    if is_met(evidence.after, evidence.structure, policy, evidence.shape):
+    if _met(evidence, policy):
         found = f"The residual is consistent with noise (reduced chi-square {reduced:.4g})"
     else:
         found = f"The residual has structure (reduced chi-square {reduced:.4g}): {place}"
@@ -171,7 +179,7 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
             (),
             "There are not more points than free parameters, so the fit leaves nothing to test.",
         )
-    met = is_met(after, evidence.structure, policy, evidence.shape)
+    met = _met(evidence, policy)
     if not steps:
         return _nothing_added(met, evidence, policy)
     names = [step.effect for step in steps]
@@ -187,8 +195,8 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     if before.held_out is not None and after.held_out is not None:
         unseen = before.held_out.reduced_chi_square, after.held_out.reduced_chi_square
         change += f" (held-out scans: from {unseen[0]:.4g} to {unseen[1]:.4g})"
-    is_plain = met and not is_ordered(evidence.structure, policy, evidence.shape)
-    small = _within_level(after.fitted, policy) if is_plain else ""
+    is_plain = met and not _ordered(evidence, policy)
+    small = _within_level(evidence, policy) if is_plain else ""
     change += f"; what is left {small}" if small else ""
     if not met:
         sentence = f"Partly explained: {what}; {change}. Remaining residual: {place}."
@@ -202,7 +210,7 @@ def _judged(evidence: Evidence, policy: SearchPolicy) -> Verdict:
     if evidence.imitations:
         sentence = f"Imitated: {what}; {change}. What the cause is, these tests do not tell."
         return Verdict(VerdictCode.IMITATED, tuple(names + others), sentence)
-    if is_ordered(evidence.structure, policy, evidence.shape):
+    if _ordered(evidence, policy):
         sentence = f"An order remains, within the accuracy of the noise ({place}): {what}; {change}."
         return Verdict(VerdictCode.ORDER_REMAINS, tuple(names + others), sentence)
     if any(len(step.members) > 1 for step in steps):
@@ -253,13 +261,19 @@ def significant_tests(
     return sorted((one for one in found if one[1] < policy.noise_p), key=lambda one: one[1])
 
 
-def _within_level(figures: Figures, policy: SearchPolicy) -> str:
-    """That a residual exceeds the noise, but by less than the noise is known; empty if it does not."""
+def _within_level(evidence: Evidence, policy: SearchPolicy) -> str:
+    """That a residual exceeds the noise, but by less than noise and model are known; empty if it does not."""
+    figures = evidence.after.fitted
     if figures.probability is None or figures.probability >= policy.noise_p:
         return ""
+    reason = (
+        "is within the error that the model of rough faces or of a limited field is known to have"
+        if evidence.is_within_own_error
+        else "by less than its level is known"
+    )
     return (
         f"exceeds the noise (reduced chi-square {figures.reduced_chi_square:.4g}, p = "
-        f"{figures.probability:.2g}), but by less than its level is known"
+        f"{figures.probability:.2g}), but {reason}"
     )
 
 
@@ -274,13 +288,13 @@ def _nothing_added(met: bool, evidence: Evidence, policy: SearchPolicy) -> Verdi
         )
     hard = [c.effect for c in evidence.candidates if c.status != Testability.TESTABLE]
     more = f"; hardly testable with these data: {', '.join(hard)}" if hard else ""
-    if is_ordered(evidence.structure, policy, evidence.shape):
+    if _ordered(evidence, policy):
         return Verdict(
             VerdictCode.ORDER_REMAINS,
             (),
             f"The residual is within the accuracy of the noise (reduced chi-square {reduced:.4g}), but has "
             f"an order that no effect explains: {place}{more}.",
         )
-    small = _within_level(evidence.after.fitted, policy)
+    small = _within_level(evidence, policy)
     found = small or f"is consistent with noise (reduced chi-square {reduced:.4g})"
     return Verdict(VerdictCode.NO_MISFIT, (), f"No misfit: the residual {found}{more}.")

@@ -24,7 +24,7 @@ class VerdictCode(enum.StrEnum):
     INSTRUMENT = "instrument", "explained by instrument effects alone"
     INPUT_MISTAKE = (
         "input_mistake",
-        "a mistake in the input explains the misfit; no effect was looked for",
+        "a mistake in the input explains the misfit, and no effect does so as well",
     )
     NOT_TESTABLE = "not_testable", "there are not more points than parameters"
     ORDER_REMAINS = (

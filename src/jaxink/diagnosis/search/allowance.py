@@ -28,6 +28,7 @@ class Task(enum.StrEnum):
     ACCEPTANCE = "acceptance", "the test of {} on held-out points", True
     REPETITION = "repetition", "the search for a further effect", True
     COMPARISON = "comparison", "the comparison of {} with others in the presence of all effects found", True
+    SINGLE = "single_cause", "the fit with {} alone, in place of several effects,", True
     HELD_OUT = "held_out", "predictions of held-out points by the {} model", False
     LIMIT = "detection_limit", "the verification of the detection limits of {}", False
     FURTHER = "further_measurements", "the search for measurements that would distinguish {}", False

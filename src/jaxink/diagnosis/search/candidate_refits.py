@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import logging
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage, by_program
-from jaxink.diagnosis.search.workbench import Solution
+from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Effect
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.exclusion import require_slope
@@ -48,6 +49,32 @@ def best_refit(stage: Stage, directions: list[Direction]) -> Refit | None:
 
     found = itertools.chain.from_iterable(in_threads(refits_of, programs.values()))
     return max(found, key=lambda r: r.penalised(len(stage.residual)), default=None)
+
+
+def refit_from(
+    stage: Stage, directions: list[Direction], origins: Sequence[dict[str, float]]
+) -> Refit | None:
+    """As `best_refit`, also from further values of the other parameters, for all forms."""
+    name = directions[0].effect.name
+    for form in [form for form in stage.listed.forms if form.name == name]:
+        with stage.setup.failures.sparing(f"the refit with {name} from another start", name):
+            refit(stage, form, directions)
+            _refit_again(stage, form, directions, origins)
+    return best_refit(stage, directions)
+
+
+def _refit_again(
+    stage: Stage, effect: Effect, directions: list[Direction], origins: Sequence[dict[str, float]]
+) -> None:
+    """Replace a refit by one from the same settings at other origins, if that is lower."""
+    known, starts = stage.refits[effect], _promising(stage, effect, directions)[:1]
+    for start in [
+        begun._replace(origin=stage.solution.values | there) for begun in starts for there in origins
+    ]:
+        found = _from_start(stage, effect, known.bench, start)
+        if _has_slope(found) and found.chi_square < known.solution.chi_square:
+            known = Refit(effect, found, known.bench, stage.solution.chi_square - found.chi_square)
+            stage.refits[effect] = known
 
 
 def polished(stage: Stage, begun: Refit) -> Refit:
@@ -95,10 +122,8 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
     neutral = {t.name: t.value for t in effect.terms}
     best: Solution | None = None
     for start in _starts(stage, effect, directions):
-        values = neutral | start.origin | start.setting | effect.start(start.setting, start.step)
-        found = bench.fit(values, free, max_jacobians=stage.setup.policy.refit_jacobians)
-        has_slope = found.search.outcome not in (Outcome.NOT_FINITE, Outcome.NO_SLOPE)
-        if has_slope and (best is None or found.chi_square < best.chi_square):
+        found = _from_start(stage, effect, bench, start)
+        if _has_slope(found) and (best is None or found.chi_square < best.chi_square):
             best = found
     if best is None or best.chi_square > stage.solution.chi_square:
         # Starting with the effect absent cannot make the fit worse.
@@ -114,17 +139,20 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
     return done
 
 
+def _from_start(stage: Stage, effect: Effect, bench: Workbench, start: _Start) -> Solution:
+    free = stage.free + tuple(t.name for t in effect.terms)
+    neutral = {t.name: t.value for t in effect.terms}
+    values = neutral | start.origin | start.setting | effect.start(start.setting, start.step)
+    return bench.fit(values, free, max_jacobians=stage.setup.policy.refit_jacobians)
+
+
+def _has_slope(found: Solution) -> bool:
+    return found.search.outcome not in (Outcome.NOT_FINITE, Outcome.NO_SLOPE)
+
+
 def _starts(stage: Stage, effect: Effect, directions: list[Direction]) -> list[_Start]:
     """Starts at the solution; if that is far off, also at the declared sample; and at rival minima."""
-    found = []
-    for direction in (d for d in directions if d.effect == effect or not effect.is_screened):
-        z, norm = stage.score(direction)
-        if not norm > 0:
-            continue
-        step = float(np.clip(z / norm, -direction.largest, direction.largest))
-        promise = direction.reachable_delta_chi_square(z, norm)
-        found.append(_Start(promise, stage.solution.values, direction.setting, step))
-    found.sort(key=lambda start: -start.promise)
+    found = _promising(stage, effect, directions)
     chosen = found[: stage.setup.policy.refit_starts]
     if stage.is_far and found:
         base = stage.bench.base_free
@@ -134,6 +162,19 @@ def _starts(stage: Stage, effect: Effect, directions: list[Direction]) -> list[_
         # One size of particles imitates a distribution of sizes at quite another radius.
         chosen += [found[0]._replace(origin=stage.solution.values | there) for there in stage.setup.rivals]
     return chosen
+
+
+def _promising(stage: Stage, effect: Effect, directions: list[Direction]) -> list[_Start]:
+    """Settings of an effect at the solution, those that promise most first."""
+    found = []
+    for direction in (d for d in directions if d.effect == effect or not effect.is_screened):
+        z, norm = stage.score(direction)
+        if not norm > 0:
+            continue
+        step = float(np.clip(z / norm, -direction.largest, direction.largest))
+        promise = direction.reachable_delta_chi_square(z, norm)
+        found.append(_Start(promise, stage.solution.values, direction.setting, step))
+    return sorted(found, key=lambda start: -start.promise)
 
 
 def _is_same(stage: Stage, predicted) -> bool:

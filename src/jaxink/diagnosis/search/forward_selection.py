@@ -18,7 +18,6 @@ from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
-from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.effects import Effect, invalidity
 from jaxink.numerics.progress import StepOf
 from jaxink.numerics.threads import in_threads
@@ -32,22 +31,31 @@ class ForwardSelection:
     n_points: int
     cross_validation: CrossValidation
 
-    def next_step(self, screening: Screening, with_pairs: bool) -> Step | None:
+    def next_step(self, screening: Screening, with_pairs: bool, is_quiet: bool) -> Step | None:
         """The first class of candidates that passes all tests, or None; `screening` collects the refits.
 
         `with_pairs`: there is room for a second effect, so candidates are also judged together with a second
-        one.
+        one; `is_quiet`: the residual is consistent with noise.
         """
-        left_out = self._refit_candidates(screening)
+        level = self.options.policy.quiet_level if is_quiet else self.options.level
+        left_out = self._refit_candidates(screening, level)
         if screening.stage.is_far:
             # One more program costs less than all pairs, which nobody needs if this effect suffices.
             self._refit_until_enough(screening, left_out[:1], {})
             left_out = left_out[1:]
         reach = self._foresight(screening) if with_pairs else {}
         self._refit_until_enough(screening, left_out, reach)
-        return self._accepted(screening, reach)
+        step = self._accepted(screening, reach)
+        if step is None and not is_quiet:
+            # What the free parameters imitate here they may not imitate at another minimum.
+            names = [c.name for c in screening.result.candidates if c.status == Testability.HARDLY]
+            hardly = [name for name in names if name not in screening.refits]
+            hardly = [name for name in hardly if self._has_room(screening.stage, screening.directions[name])]
+            self._refit_until_enough(screening, hardly, reach)
+            step = self._accepted(screening, {}) if hardly else None
+        return step
 
-    def _refit_candidates(self, screening: Screening) -> list[str]:
+    def _refit_candidates(self, screening: Screening, level: float) -> list[str]:
         """Refit the significant candidates; return the names of those that were left out.
 
         All that share the program are fitted, but only the leading ones of those with a program of their own.
@@ -57,7 +65,7 @@ class ForwardSelection:
         significant = [
             c.name
             for c in screening.result.candidates
-            if c.p_adjusted <= self.options.level or (stage.is_far and c.status != Testability.NOT)
+            if c.p_adjusted <= level or (stage.is_far and c.status != Testability.NOT)
         ]
         significant = [name for name in significant if self._has_room(stage, directions[name])]
         promise = {name: stage.promise(directions[name]) for name in significant}
@@ -190,8 +198,7 @@ class ForwardSelection:
         order = [name for name in order if self._has_room(ahead, directions[name])]
         begun = (best_refit(ahead, directions[name]) for name in order[: policy.most_foreseen])
         found = [polished(ahead, second) for second in begun if second is not None]
-        costs = len(refit.effect.terms) * np.log(n)
-        ends = [r.solution.chi_square + (len(r.effect.terms)) * np.log(n) + costs for r in found]
+        ends = [r.solution.chi_square + r.penalty(n) + refit.penalty(n) for r in found]
         return min(ends, default=np.inf)
 
     def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
@@ -203,7 +210,7 @@ class ForwardSelection:
         n, policy = self.n_points, self.options.policy
 
         def left(refit: Refit) -> float:
-            alone = refit.solution.chi_square + len(refit.effect.terms) * np.log(n)
+            alone = refit.solution.chi_square + refit.penalty(n)
             return min(alone, reach.get(refit.effect.name, np.inf))
 
         ranked = sorted(screening.refits.values(), key=left)
@@ -231,7 +238,7 @@ class ForwardSelection:
                 return None
             if gain.improves:
                 with screening.stage.setup.failures.sparing("the end of the refit with {}", best.effect.name):
-                    return _step(screening, converged(screening.stage, best), members, gain)
+                    return Step.of(screening, converged(screening.stage, best), members, gain)
             elif gain.gains.size:
                 tried |= set(members)
         return None
@@ -255,21 +262,3 @@ def _prepared(stage: Stage, effects: list[Effect], may_be_worth: Callable[[str],
         yield
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _step(screening: Screening, best: Refit, members: tuple[str, ...], gain: HeldOutGain) -> Step:
-    effect, found = best.effect, best.estimates()
-    return Step(
-        effect=effect.name,
-        form=effect,
-        members=members,
-        predicted_delta_chi_square=screening.result[effect.name].predicted_delta_chi_square,
-        actual_delta_chi_square=best.delta_chi_square,
-        held_out_gain=gain,
-        strength=best.strength,
-        standard_error=found[effect.strength.name].standard_error,
-        unit=effect.strength.unit,
-        terms={t.name: found[t.name].value for t in effect.terms},
-        term_errors={t.name: found[t.name].standard_error for t in effect.terms},
-        refit=best,
-    )

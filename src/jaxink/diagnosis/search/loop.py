@@ -14,6 +14,7 @@ from jaxink.diagnosis.search.forward_selection import ForwardSelection
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.setup import MODEL, Setup
+from jaxink.diagnosis.search.single_cause import single_cause
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.search.workbench import Solution, Workbench
@@ -102,13 +103,14 @@ def search_effects(
     # Effects that make each other unnecessary must not alternate forever.
     for _ in range(2 * options.max_effects + 1):
         follow("screen", len(steps) + 1, stage.solution.chi_square)
-        if steps and _is_quiet(structure, options.level):
+        is_quiet = _is_quiet(stage, structure, options.level)
+        if steps and is_quiet:
             break
         if steps and not allowance.permits(Task.REPETITION):
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
-        step = selection.next_step(screenings[-1], with_pairs=room > 1) if room > 0 else None
+        step = selection.next_step(screenings[-1], room > 1, is_quiet) if room > 0 else None
         if step is None:
             break
         accepted = _without_superfluous(stage, step, len(points))
@@ -119,12 +121,19 @@ def search_effects(
         if ahead is None:
             break
         stage, steps = ahead, [s for s in (*steps, step) if s.form in accepted.effects]
-        if not (_is_quiet(structure, options.level) or allowance.is_over):
+        if not (_is_quiet(stage, structure, options.level) or allowance.is_over):
             # Now with all effects that may still be missing.
             with failures.sparing("the search for an effect in addition to {}", step.effect):
                 stage = Stage(setup, accepted.effects, stage.solution.values)
                 structure = _structure(stage, points)
         left.release(kept=stage.bench)
+    if len(steps) > 1 and not allowance.is_over:
+        alone: Step | None = None
+        with failures.sparing("the comparison of several effects with a single one", ""):
+            alone = single_cause(screenings[0], stage, steps, cross_validation, len(points))
+        if alone is not None and alone.refit is not None:
+            stage = Stage(setup, (alone.form,), alone.refit.solution.values, alone.refit.bench)
+            structure, steps = _structure(stage, points), [alone]
     if len(steps) > 1:
         steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
     return SearchResult(
@@ -201,9 +210,10 @@ def _structure(stage: Stage, points: Points) -> StructureResult:
     )
 
 
-def _is_quiet(structure: StructureResult, level: float) -> bool:
-    """Whether the residual of an enlarged model is consistent with noise."""
-    return min(structure.p_value, structure["chi_square"].p_value) >= level
+def _is_quiet(stage: Stage, structure: StructureResult, level: float) -> bool:
+    """Whether a residual is consistent with noise, or with the known error of the model."""
+    is_noise = min(structure.p_value, structure["chi_square"].p_value) >= level
+    return is_noise or stage.is_within_own_error
 
 
 def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:

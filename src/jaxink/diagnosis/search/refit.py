@@ -50,8 +50,12 @@ class Refit:
         return self.solution.values[self.effect.strength.name] - self.effect.neutral
 
     def penalised(self, n_points: int) -> float:
-        """Decrease in chi-square minus the penalty for the number of terms (Schwarz 1978)."""
-        return self.delta_chi_square - len(self.effect.terms) * np.log(n_points)
+        """Decrease in chi-square minus what it must lower it by."""
+        return self.delta_chi_square - self.penalty(n_points)
+
+    def penalty(self, n_points: int) -> float:
+        """By how much it must lower chi-square: for its terms (Schwarz 1978), and its handicap."""
+        return len(self.effect.terms) * np.log(n_points) + self.effect.handicap
 
     def is_like(self, other: "Refit", n_points: int, class_delta_chi_square: float) -> bool:
         """Whether the data cannot distinguish two candidates, with or without the penalty for terms.

@@ -18,7 +18,7 @@ from jaxink.diagnosis.search.workbench import Solution, Start, Workbench
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
-from jaxink.effects import AreaWithOtherValues, Effect, Listed
+from jaxink.effects import AreaWithOtherValues, Effect, Listed, extend, own_error, undivided
 from jaxink.errors import NotFiniteError
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import release_programs
@@ -255,6 +255,23 @@ class Stage:
         column = self.projection.remove(direction.column)
         norm = float(np.linalg.norm(column))
         return Score(float(column @ self.residual) / norm if norm > 0 else 0.0, norm)
+
+    @property
+    def reduced_chi_square(self) -> float:
+        """Chi-square per degree of freedom."""
+        return self.solution.chi_square / max(len(self.solution.predicted_per_sr) - len(self.free), 1)
+
+    @cached_property
+    def tolerated(self) -> float:
+        """What the known error of the model itself may add to the reduced chi-square."""
+        error = own_error(extend(self.setup.sample, undivided(self.accepted)))
+        relative = self.setup.noise.sigma_per_sr / np.abs(self.solution.predicted_per_sr)
+        return float(np.mean((error / relative) ** 2))
+
+    @property
+    def is_within_own_error(self) -> bool:
+        """Whether the model has a known error that may explain its misfit."""
+        return 0 < self.reduced_chi_square - 1 <= self.tolerated
 
     @property
     def is_far(self) -> bool:

@@ -65,6 +65,27 @@ class Step:
     term_errors: dict[str, float | None]
     refit: Refit | None
 
+    @classmethod
+    def of(
+        cls, screening: Screening, best: Refit, members: tuple[str, ...], held_out_gain: HeldOutGain
+    ) -> "Step":
+        """The step that adds the effect of a refit."""
+        effect, found = best.effect, best.estimates()
+        return cls(
+            effect=effect.name,
+            form=effect,
+            members=members,
+            predicted_delta_chi_square=screening.result[effect.name].predicted_delta_chi_square,
+            actual_delta_chi_square=best.delta_chi_square,
+            held_out_gain=held_out_gain,
+            strength=best.strength,
+            standard_error=found[effect.strength.name].standard_error,
+            unit=effect.strength.unit,
+            terms={t.name: found[t.name].value for t in effect.terms},
+            term_errors={t.name: found[t.name].standard_error for t in effect.terms},
+            refit=best,
+        )
+
     @property
     def shown(self) -> float:
         """What a reader is told of the first term: its value; of a declared constant, the difference."""

@@ -1,0 +1,218 @@
+"""Simulated measurements of the cases, by the Monte Carlo and noise from a seed, and their sample files."""
+
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import miepython
+import numpy as np
+
+import jaxink
+from benchmarks.montecarlo import (
+    Detectors,
+    Facets,
+    HenyeyGreenstein,
+    Layer,
+    Result,
+    Sample,
+    Tabulated,
+    simulate,
+)
+from benchmarks.validation.names.cases import INCIDENCES_DEG, WAVELENGTH_NM, Case, Ink
+
+MEASUREMENTS = Path(__file__).with_name("measurements")
+# With a rough face, few of the events send light to a detector.
+PHOTONS, PHOTONS_OF_ROUGH = 120_000, 500_000
+# The Monte Carlo's own error, which all directions of an incidence share, is declared as that of a scan.
+_RELATIVE, _FLOOR_PER_SR, _SCAN_RELATIVE = 0.005, 1e-4, 0.004
+_STEP_DEG, _LAST_DEG = 2.5, 85.0
+# Rows nearer to a regular peak, and to the source, are absent.
+_PEAK_DEG, _SOURCE_DEG = 2.5, 4.0
+# Points of the tables of phase functions, and of radii with their range in standard deviations.
+_COSINES, _RADII, _LOGARITHMIC_RANGE = 2001, 61, 4.0
+_STRUCTURE_NODES = 4001
+
+
+def directions(theta_i_deg: float) -> Detectors:
+    """Directions of view at one incidence: the plane of incidence, both sides."""
+    signed = np.arange(-_LAST_DEG, _LAST_DEG + _STEP_DEG / 2, _STEP_DEG)
+    reflected = signed[
+        (np.abs(signed - theta_i_deg) > _PEAK_DEG) & (np.abs(signed + theta_i_deg) > _SOURCE_DEG)
+    ]
+    transmitted = signed[np.abs(signed - theta_i_deg) > _PEAK_DEG]
+    both = np.concatenate([reflected, transmitted])
+    is_transmission = np.repeat([False, True], [reflected.size, transmitted.size])
+    return Detectors(np.abs(both), np.where(both < 0, 0.0, 180.0), is_transmission)
+
+
+def layer_of(ink: Ink) -> Layer:
+    """The ink with its optical coefficients, those of spheres by miepython."""
+    thickness_mm = 1e-3 * ink.thickness_um
+    if ink.asymmetry is not None:
+        phase = HenyeyGreenstein(ink.asymmetry)
+        return Layer(ink.index, thickness_mm, ink.scattering_per_mm, ink.absorption_per_mm, phase)
+    scattering, absorption, phase = _of_spheres(ink)
+    return Layer(ink.index, thickness_mm, scattering, absorption, phase)
+
+
+def _of_spheres(ink: Ink) -> tuple[float, float, Tabulated]:
+    """Scattering and absorption per mm, and the phase function, averaged over the radii by number."""
+    spread = np.log(ink.size_ratio)
+    if spread > 0:
+        nodes, weights = np.polynomial.legendre.leggauss(_RADII)
+        z = _LOGARITHMIC_RANGE * nodes
+        radii_nm, shares = ink.radius_nm * np.exp(spread * z), weights * np.exp(-(z**2) / 2)
+    else:
+        radii_nm, shares = np.array([ink.radius_nm]), np.ones(1)
+    shares /= shares.sum()
+    index = complex(ink.particle_index, -ink.particle_absorption_index) / ink.index
+    cosines = np.linspace(-1, 1, _COSINES)
+    scattered, absorbed, volume = np.zeros(_COSINES), 0.0, 0.0
+    for radius_nm, share in zip(radii_nm, shares, strict=True):
+        size = 2 * np.pi * radius_nm * ink.index / WAVELENGTH_NM
+        q_ext, q_sca, *_ = miepython.efficiencies_mx(index, size)
+        area_mm2 = np.pi * (radius_nm * 1e-6) ** 2
+        scattered += share * area_mm2 * q_sca * miepython.i_unpolarized(index, size, cosines, norm="one")
+        absorbed += share * area_mm2 * (q_ext - q_sca)
+        volume += share * 4 / 3 * np.pi * (radius_nm * 1e-6) ** 3
+    if ink.is_dense:
+        scattered *= hard_sphere_structure(ink, cosines)
+    number_per_mm3 = ink.volume_fraction / volume
+    total = 2 * np.pi * np.trapezoid(scattered, cosines)
+    return number_per_mm3 * total, number_per_mm3 * absorbed, Tabulated(cosines, scattered)
+
+
+def hard_sphere_structure(ink: Ink, cosines: np.ndarray) -> np.ndarray:
+    """Static structure factor of hard spheres, from their direct correlation function by quadrature.
+
+    References
+    ----------
+    Wertheim 1963 Phys. Rev. Lett. 10, 321: c(s) = -(a + 6 eta b s + eta a s^3 / 2) for s < 1 in diameters.
+    """
+    eta = ink.volume_fraction
+    a, b = (1 + 2 * eta) ** 2 / (1 - eta) ** 4, -((1 + eta / 2) ** 2) / (1 - eta) ** 4
+    s = np.linspace(0, 1, _STRUCTURE_NODES)
+    correlation = -(a + 6 * eta * b * s + eta / 2 * a * s**3)
+    wave = 4 * np.pi * ink.index / WAVELENGTH_NM * np.sqrt((1 - cosines) / 2)
+    product = wave[:, None] * 2 * ink.radius_nm * s
+    transform = 4 * np.pi * np.trapezoid(correlation * s**2 * np.sinc(product / np.pi), s, axis=1)
+    density = 6 * eta / np.pi
+    return 1 / (1 - density * transform)
+
+
+def draw(case: Case) -> dict:
+    """BSDF without noise at all rows, and its standard error from the Monte Carlo."""
+    n_photons = PHOTONS if case.sigma_deg is None else PHOTONS_OF_ROUGH
+    plate = Layer(case.plate_index, case.plate_mm)
+    sample = Sample((plate, layer_of(case.ink)))
+    if case.sigma_deg is not None:
+        sample = replace(sample, faces=(None, None, Facets("cauchy", np.tan(np.deg2rad(case.sigma_deg)))))
+    if case.field_diameter_mm is not None:
+        radii = {"beam_radius_mm": case.beam_diameter_mm / 2, "seen_radius_mm": case.field_diameter_mm / 2}
+        sample = replace(sample, **radii)
+    values, errors = [], []
+    for number, theta_i_deg in enumerate(INCIDENCES_DEG):
+        seed = zlib.crc32(f"{case.name} {number}".encode())
+        seen = directions(theta_i_deg)
+        if case.backing is None:
+            parts = [(sample, seen)]
+        else:
+            # The backing is there while reflection is measured.
+            parts = [
+                (replace(sample, backing_albedo=albedo), _only(seen, is_transmission))
+                for albedo, is_transmission in ((case.backing, False), (None, True))
+            ]
+        for part, detectors in parts:
+            found = simulate(part, theta_i_deg, n_photons, seed, detectors)
+            mean, error = Result.mean_and_error(found.bsdf)
+            values.append(case.gain * mean)
+            errors.append(case.gain * error)
+    return {
+        "bsdf_per_sr": [float(f"{value:.5g}") for value in np.concatenate(values)],
+        "standard_error_per_sr": [float(f"{error:.2g}") for error in np.concatenate(errors)],
+    }
+
+
+def _only(detectors: Detectors, is_transmission: bool) -> Detectors:
+    kept = detectors.is_transmission == is_transmission
+    return Detectors(detectors.theta_deg[kept], detectors.phi_deg[kept], detectors.is_transmission[kept])
+
+
+def measurement(case: Case) -> jaxink.GonioData:
+    """The measurement with its noise, whose seed is that of the case."""
+    values = np.array(drawn(case)["bsdf_per_sr"])
+    sigma = np.hypot(_RELATIVE * values, _FLOOR_PER_SR)
+    random = np.random.default_rng(zlib.crc32(f"{case.name} noise".encode()))
+    seen = [directions(theta) for theta in INCIDENCES_DEG]
+    theta_i, sizes = np.array(INCIDENCES_DEG), [view.theta_deg.size for view in seen]
+    return jaxink.GonioData(
+        theta_i_deg=np.repeat(theta_i, sizes),
+        theta_o_deg=np.concatenate([view.theta_deg for view in seen]),
+        phi_deg=np.concatenate([view.phi_deg for view in seen]),
+        wavelength_nm=np.full(values.size, WAVELENGTH_NM),
+        is_transmission=np.concatenate([view.is_transmission for view in seen]),
+        bsdf_per_sr=values + sigma * random.standard_normal(values.size),
+        sigma_per_sr=sigma,
+    )
+
+
+def drawn(case: Case) -> dict:
+    """What `draw` made, kept in a file."""
+    file = MEASUREMENTS / f"{case.name}.json"
+    if not file.exists():
+        MEASUREMENTS.mkdir(exist_ok=True)
+        file.write_text(json.dumps(draw(case)) + "\n", encoding="utf-8")
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def sample_text(case: Case) -> str:
+    """Sample file of one who knows nothing of the undeclared effects."""
+    ink = case.ink
+    if ink.asymmetry is not None:
+        scattering = [
+            'phase_function = "henyey_greenstein"',
+            "scattering_per_mm = { free = true, min = 1, max = 1000 }",
+            "absorption_per_mm = { free = true, min = 0, max = 50 }",
+            "asymmetry_parameter = { free = true, min = -0.9, max = 0.95 }",
+        ]
+    else:
+        fraction = ink.volume_fraction if ink.is_dense else "{ free = true, min = 0.002, max = 0.5 }"
+        scattering = [
+            'phase_function = "mie"',
+            "radius_nm = { free = true, min = 80, max = 600 }",
+            f"volume_fraction = {fraction}",
+            f"particle_index = {ink.particle_index}",
+            "particle_absorption_index = { free = true, min = 0, max = 0.01 }",
+        ]
+    lines = [
+        "schema_version = 1",
+        f'title = "simulated: {case.name}"',
+        f"wavelength_nm = [{WAVELENGTH_NM:g}]",
+        "",
+        "[[layers]]",
+        'name = "plate"',
+        'kind = "clear"',
+        f"refractive_index = {case.plate_index}",
+        f"thickness_mm = {case.plate_mm}",
+        "absorption_per_mm = 0.0",
+        "",
+        "[[layers]]",
+        'name = "ink"',
+        'kind = "scattering"',
+        *scattering,
+        f"refractive_index = {ink.index}",
+        f"thickness_um = {ink.thickness_um}",
+        "",
+        "[noise]",
+        f"relative = {_RELATIVE}",
+        f"floor_per_sr = {_FLOOR_PER_SR}",
+        f"scan_relative = {_SCAN_RELATIVE}",
+        "",
+        "# The rows near the regular peaks and near the source are absent.",
+        "[masks]",
+        "specular_half_angle_deg = 0",
+        "undeviated_half_angle_deg = 0",
+        "retro_half_angle_deg = 0",
+    ]
+    return "\n".join(lines) + "\n"

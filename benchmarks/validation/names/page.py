@@ -1,0 +1,82 @@
+"""docs/names.md: what diagnoses named, of the cases that were seen and of those that were not."""
+
+from pathlib import Path
+
+from benchmarks.pages import filled, machine, table, write_page
+from benchmarks.validation.names.cases import SIZES, Case
+from jaxink.diagnosis import VerdictCode
+
+# Verdicts that state causes.
+_STATED = (VerdictCode.EXPLAINED, VerdictCode.EXPLAINED_BY_ONE_OF, VerdictCode.INSTRUMENT)
+
+
+def is_right(case: Case, found: dict) -> bool:
+    """Whether the true effects were named and no other; one of a class that cannot be told apart counts."""
+    if not case.effects:
+        return not found["effects"]
+    return (
+        len(found["effects"]) == len(case.effects)
+        and set(case.effects) <= set(found["class"])
+        and not found["imitations"]
+    )
+
+
+def is_wrong(case: Case, found: dict) -> bool:
+    """Whether a cause is stated that is none, and not offered as one of several with the true one."""
+    if found["code"] not in _STATED:
+        return False
+    # Each step names one effect; its class may hold the true one.
+    return len(found["effects"]) > len(case.effects) or not set(case.effects) & set(found["class"])
+
+
+def write(every: dict[str, Case], results: dict[str, dict]) -> None:
+    """Write the page."""
+    write_page("names.md", _page(every, results))
+
+
+def _page(every: dict[str, Case], results: dict[str, dict]) -> str:
+    overview, rows = [], []
+    for kind in SIZES:
+        line = [kind.replace("_", " ")]
+        for is_unseen in (False, True):
+            here = [n for n in results if n.startswith(f"{kind}-") and every[n].is_unseen == is_unseen]
+            right = sum(is_right(every[n], results[n]) for n in here)
+            wrong = sum(is_wrong(every[n], results[n]) for n in here)
+            line += [f"{right} of {len(here)}" if here else "-", str(wrong) if here else "-"]
+        overview.append(line)
+    for name, found in results.items():
+        case = every[name]
+        before, after = found["reduced_chi_square"]
+        mark = "right" if is_right(case, found) else "wrong" if is_wrong(case, found) else "open"
+        rows.append(
+            [
+                name + (" (unseen)" if case.is_unseen else ""),
+                ", ".join(case.effects) or "none",
+                f"`{found['code']}`",
+                ", ".join(found["effects"]) or "none",
+                ", ".join(n for n in found["class"] if n not in found["effects"]) or "-",
+                f"{before:.3g} -> {after:.3g}",
+                mark,
+                str(found["processor_s"]),
+            ]
+        )
+    return filled(
+        Path(__file__).with_name("names.md.in"),
+        machine=machine(),
+        overview=table(["kind", "seen: right", "wrong", "unseen: right", "wrong"], overview),
+        rows=table(
+            [
+                "case",
+                "true effects",
+                "verdict",
+                "added",
+                "or instead",
+                "reduced chi-square",
+                "judged",
+                "processor, s",
+            ],
+            rows,
+        ),
+        done=len(results),
+        total=len(every),
+    )

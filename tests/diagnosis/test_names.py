@@ -1,0 +1,131 @@
+"""Names that are right: weak effects in noise, hardly testable ones, several effects or one, and mistakes."""
+
+import dataclasses
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink.diagnosis import DiagnosisOptions, Points, SearchPolicy, Testability, VerdictCode, diagnose
+from jaxink.diagnosis.findings.input_mistake import beside_mistakes, explains_all
+from jaxink.diagnosis.findings.summary import Figures
+from jaxink.diagnosis.findings.verdict import Verdict
+from jaxink.diagnosis.search.allowance import Allowance
+from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.loop import search_effects
+from jaxink.diagnosis.search.pieces import Pieces
+from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.single_cause import single_cause
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
+from jaxink.effects.geometry import ThinPatches
+from jaxink.effects.instrument import AngleOffset, Gain, Nonlinearity, StrayLight
+from jaxink.fitting.mistake import Mistake
+from jaxink.fitting.outcome import Search
+from jaxink.numerics.failures import Failures
+from jaxink.numerics.precision import computing
+from jaxink.sample import parse_sample
+from tests.diagnosis.printed import SAMPLE, SIZES, drawn
+
+FIT = jaxink.FitOptions(profile="none", config=SIZES)
+
+
+def options(*catalogue, **others):
+    return DiagnosisOptions(fit=FIT, catalogue=catalogue, **others)
+
+
+def test_a_weak_effect_in_a_residual_of_noise_needs_more_evidence():
+    measured = drawn((StrayLight(),), {"stray_light.level_per_sr": 9e-4}, 31)
+    strict = diagnose(measured, parse_sample(SAMPLE), options(StrayLight, AngleOffset))
+    mild = SearchPolicy(quiet_level=0.05)
+    lenient = diagnose(measured, parse_sample(SAMPLE), options(StrayLight, AngleOffset, policy=mild))
+    row = next(row for row in strict.candidates if row.effect == "stray_light")
+    assert 0.001 < row.p_adjusted < 0.05
+    assert strict.verdict.code is VerdictCode.NO_MISFIT
+    assert lenient.verdict.effects == ("stray_light",)
+
+
+def test_what_is_hardly_testable_is_refitted_where_nothing_else_explains_the_data():
+    measured = drawn((AngleOffset(),), {"angle_offset.angle_deg": 0.6}, 32)
+    found = diagnose(measured, parse_sample(SAMPLE), options(Gain))
+    (row,) = found.candidates
+    assert row.status is Testability.HARDLY
+    assert row.refit_delta_chi_square is not None
+
+
+def test_several_effects_give_way_to_one_that_explains_as_much():
+    measured = drawn(
+        (ThinPatches("ink"),), {"thin_patches.share": 0.2, "thin_patches.thickness_ratio": 0.1}, 33
+    )
+    how, sample = options(AngleOffset, StrayLight, ThinPatches), parse_sample(SAMPLE)
+    fitted = jaxink.fit(measured, sample, FIT)
+    with computing():
+        found = search_effects(fitted, sample, how, lambda *_: None, Allowance(None), Failures(), Pieces())
+        setup, points = found.setup, Points.of(fitted.data)
+        forms = (AngleOffset(), StrayLight())
+        pair = Stage(setup, forms, found.first.solution.values)
+        gain = HeldOutGain(np.array([1.0, 2.0]))
+        refit = Refit(forms[1], pair.solution, pair.bench, 1.0)
+        steps = [
+            Step(form.name, form, (form.name,), 1.0, 1.0, gain, 0.1, 0.01, "", {}, {}, refit)
+            for form in forms
+        ]
+        first = Stage(setup, (), fitted.values)
+        alone = single_cause(Screening.of(first), pair, steps, CrossValidation(setup, points), len(points))
+        assert alone is not None
+        assert alone.effect == "thin_patches"
+        assert abs(alone.strength - 0.2) < 3 * alone.standard_error
+        # One of the two alone is no substitute for both.
+        other = diagnose(
+            drawn(forms, {"angle_offset.angle_deg": -0.5, "stray_light.level_per_sr": 0.015}, 12), sample, how
+        )
+    assert set(other.verdict.effects) == {"angle_offset", "stray_light"}
+
+
+def test_a_nonlinearity_must_explain_more_than_another_effect():
+    found, bench = Solution({}, (), 100.0, np.zeros(1), Mock(Search)), Mock(Workbench)
+    many, few = (Refit(effect, found, bench, 30.0) for effect in (Nonlinearity(1.0), StrayLight()))
+    assert few.penalised(500) == pytest.approx(many.penalised(500) + Nonlinearity.handicap)
+    # The data do not tell them apart all the same.
+    assert few.is_like(many, 500, 4.0)
+
+
+def figures(reduced):
+    return Figures(0.1, 0.1, 0.1, 600 * reduced, 600, reduced, 0.5)
+
+
+NO_REFIT = Mistake("more", "More light leaves than arrives", "normalise the values", None, None, True)
+EXACT = Mistake("times_pi", "The values read like pi x BSDF", "divide by pi", 1.02, 1e5, True)
+
+
+@pytest.fixture(scope="module")
+def misfit():
+    return jaxink.fit(drawn((AngleOffset(),), {"angle_offset.angle_deg": 2.0}, 34), parse_sample(SAMPLE), FIT)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "code", "reduced", "expected"),
+    [
+        (NO_REFIT, VerdictCode.EXPLAINED, 1.01, VerdictCode.EXPLAINED),
+        (NO_REFIT, VerdictCode.PARTLY_EXPLAINED, 3.0, VerdictCode.INPUT_MISTAKE),
+        (EXACT, VerdictCode.EXPLAINED, 1.01, VerdictCode.INPUT_MISTAKE),
+        (
+            dataclasses.replace(EXACT, reduced_chi_square=2.5),
+            VerdictCode.EXPLAINED,
+            1.01,
+            VerdictCode.EXPLAINED,
+        ),
+        (dataclasses.replace(EXACT, is_named=False), VerdictCode.EXPLAINED, 1.01, VerdictCode.EXPLAINED),
+    ],
+)
+def test_a_mistake_stands_beside_effects(misfit, mistake, code, reduced, expected, told):
+    declared = dataclasses.replace(misfit, mistakes=(mistake,))
+    verdict, policy = Verdict(code, ("backing",), "Explained by a backing."), SearchPolicy()
+    found = beside_mistakes(verdict, declared, figures(reduced), policy)
+    assert found.code is expected
+    assert explains_all((mistake,), policy) == (mistake is EXACT)
+    if mistake.is_named:
+        told(found.sentence, mistake.statement)
