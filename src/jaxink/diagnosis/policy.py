@@ -42,6 +42,10 @@ class SearchPolicy:
     rival_minima
         Refits of effects of the particles: number of other minima of the declared fit from which they start,
         too, where its misfit has several along a parameter.
+    scanned_sizes, scan_jacobians, scanned_kept
+        Refits of effects of the particles, if nothing explains the data at minima of the declared model:
+        number of sizes of particles at which the others are fitted, by so many Jacobians, and of the best
+        ones, from which all are fitted.
     refit_jacobians
         Largest number of Jacobians for each start, before the leading refits are continued.
     same_prediction
@@ -118,6 +122,9 @@ class SearchPolicy:
     far_reduced_chi_square: float = 3.0
     refit_starts: int = 2
     rival_minima: int = 2
+    scanned_sizes: int = 24
+    scan_jacobians: int = 5
+    scanned_kept: int = 3
     refit_jacobians: int = 12
     same_prediction: float = 1e-2
     own_program_share: float = 0.75

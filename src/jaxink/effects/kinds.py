@@ -52,6 +52,8 @@ class Effect(abc.ABC):
         Usual strength; an effect whose detection limit is larger is hardly testable.
     scales
         Whether the change that a setting causes grows with its strength, so that a screen may scale it.
+    changes_particles
+        Whether it changes how particles scatter, so that its best size of particles may be quite another one.
     handicap
         By how much more than another effect it must lower chi-square, as it fits whatever is left.
     """
@@ -63,6 +65,7 @@ class Effect(abc.ABC):
     sign: ClassVar[int] = 1
     usual: ClassVar[float] = np.inf
     scales: ClassVar[bool] = False
+    changes_particles: ClassVar[bool] = False
     handicap: ClassVar[float] = 0.0
 
     @classmethod

@@ -25,6 +25,7 @@ class _MieTerm(SampleEffect):
 
     layer: str
 
+    changes_particles: ClassVar[bool] = True
     key: ClassVar[str]
     maximum: ClassVar[float] = 1.0
     unit: ClassVar[str] = ""
@@ -87,7 +88,7 @@ class SecondPopulation(SampleEffect):
     layer: str
     index: float
 
-    name, changes_structure = "second_population", True
+    name, changes_structure, changes_particles = "second_population", True, True
     statement = "there are particles of a second size"
     numbered = (
         "there are particles of a second size, with a radius of {radius_nm} "

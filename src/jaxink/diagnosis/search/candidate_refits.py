@@ -16,6 +16,7 @@ from jaxink.effects import AreaWithOtherValues, Effect
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.exclusion import require_slope
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.scaling import UnitScale
 from jaxink.numerics.threads import in_threads
 
 _LOG = logging.getLogger("jaxink")
@@ -63,18 +64,52 @@ def refit_from(
     return best_refit(stage, directions)
 
 
+def refit_by_scan(stage: Stage, directions: list[Direction]) -> Refit | None:
+    """As `best_refit`, for an effect of the particles also from the best of many sizes of particles.
+
+    The other parameters are fitted at each size with the effect at a usual strength, roughly, as in the scan
+    of the declared model: the size that is true with the effect need not be a minimum without it.
+    """
+    name, policy = directions[0].effect.name, stage.setup.policy
+    sizes = [p for p in stage.setup.sample.parameters.free if p.multimodal]
+    if not sizes or not directions[0].effect.changes_particles:
+        return best_refit(stage, directions)
+    scale = UnitScale.of((sizes[0],))
+    for form in [form for form in stage.listed.forms if form.name == name]:
+        with stage.setup.failures.sparing(f"the refit with {name} at other sizes", name):
+            bench, found = refit(stage, form, directions).bench, list[Solution]()
+            rest = stage.free + tuple(t.name for t in form.terms)
+            rest = tuple(n for n in rest if n != sizes[0].name)
+            at = {t.name: t.value for t in form.terms} | stage.solution.values | form.settings[-1]
+            for unit in np.linspace(0, 1, policy.scanned_sizes):
+                there = {sizes[0].name: float(scale.to_physical(np.array([unit]))[0])}
+                how = policy.scan_jacobians, policy.limit_decrement
+                found.append(bench.fit(at | there, rest, *how))
+            found = sorted((one for one in found if _has_slope(one)), key=lambda one: one.chi_square)
+            for one in found[: policy.scanned_kept]:
+                end = bench.fit(one.values, _free_with(stage, form), policy.refit_jacobians)
+                _keep_if_lower(stage, form, bench, end)
+    return best_refit(stage, directions)
+
+
+def _free_with(stage: Stage, effect: Effect) -> tuple[str, ...]:
+    return stage.free + tuple(t.name for t in effect.terms)
+
+
+def _keep_if_lower(stage: Stage, effect: Effect, bench: Workbench, found: Solution) -> None:
+    if _has_slope(found) and found.chi_square < stage.refits[effect].solution.chi_square:
+        lower = stage.solution.chi_square - found.chi_square
+        stage.refits[effect] = Refit(effect, found, bench, lower)
+
+
 def _refit_again(
     stage: Stage, effect: Effect, directions: list[Direction], origins: Sequence[dict[str, float]]
 ) -> None:
     """Replace a refit by one from the same settings at other origins, if that is lower."""
-    known, starts = stage.refits[effect], _promising(stage, effect, directions)[:1]
-    for start in [
-        begun._replace(origin=stage.solution.values | there) for begun in starts for there in origins
-    ]:
-        found = _from_start(stage, effect, known.bench, start)
-        if _has_slope(found) and found.chi_square < known.solution.chi_square:
-            known = Refit(effect, found, known.bench, stage.solution.chi_square - found.chi_square)
-            stage.refits[effect] = known
+    bench = stage.refits[effect].bench
+    for begun, there in itertools.product(_promising(stage, effect, directions)[:1], origins):
+        start = begun._replace(origin=stage.solution.values | there)
+        _keep_if_lower(stage, effect, bench, _from_start(stage, effect, bench, start))
 
 
 def polished(stage: Stage, begun: Refit) -> Refit:
@@ -118,7 +153,7 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
     if effect in stage.refits:
         return stage.refits[effect]
     bench = stage.own_bench(effect) if effect.own_program else stage.bench
-    free = stage.free + tuple(t.name for t in effect.terms)
+    free = _free_with(stage, effect)
     neutral = {t.name: t.value for t in effect.terms}
     best: Solution | None = None
     for start in _starts(stage, effect, directions):
@@ -140,10 +175,9 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
 
 
 def _from_start(stage: Stage, effect: Effect, bench: Workbench, start: _Start) -> Solution:
-    free = stage.free + tuple(t.name for t in effect.terms)
     neutral = {t.name: t.value for t in effect.terms}
     values = neutral | start.origin | start.setting | effect.start(start.setting, start.step)
-    return bench.fit(values, free, max_jacobians=stage.setup.policy.refit_jacobians)
+    return bench.fit(values, _free_with(stage, effect), max_jacobians=stage.setup.policy.refit_jacobians)
 
 
 def _has_slope(found: Solution) -> bool:

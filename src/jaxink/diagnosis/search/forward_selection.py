@@ -8,9 +8,10 @@ from functools import partial
 from itertools import zip_longest
 
 import numpy as np
+from scipy.special import chdtrc
 
 from jaxink.diagnosis.search.allowance import Task
-from jaxink.diagnosis.search.candidate_refits import best_refit, converged, polished
+from jaxink.diagnosis.search.candidate_refits import best_refit, converged, polished, refit_by_scan
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
@@ -43,6 +44,8 @@ class ForwardSelection:
             # One more program costs less than all pairs, which nobody needs if this effect suffices.
             self._refit_until_enough(screening, left_out[:1], {})
             left_out = left_out[1:]
+        if not is_quiet:
+            self._refit_at_other_sizes(screening)
         reach = self._foresight(screening) if with_pairs else {}
         self._refit_until_enough(screening, left_out, reach)
         step = self._accepted(screening, reach)
@@ -126,6 +129,24 @@ class ForwardSelection:
                 self._polish(screening)
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+    def _refit_at_other_sizes(self, screening: Screening) -> None:
+        """Refit effects of the particles by a scan of their size, unless an effect leaves only noise."""
+        stage = screening.stage
+        names = [n for n, found in screening.directions.items() if found[0].effect.changes_particles]
+        names = [name for name in names if self._has_room(stage, screening.directions[name])]
+        for number, name in enumerate(names, start=1):
+            lowest = min(done.solution.chi_square for done in (stage, *screening.refits.values()))
+            freedom = max(self.n_points - len(stage.free) - 1, 1)
+            if float(chdtrc(freedom, lowest)) >= self.options.level:
+                return
+            if not stage.setup.allowance.permits(Task.REFIT, [name]):
+                continue
+            stage.setup.follow(f"refit with {name} at other sizes", StepOf(number, len(names)), lowest)
+            found = refit_by_scan(stage, screening.directions[name])
+            if found is not None:
+                screening.refits[name] = found
+                self._polish(screening)
 
     def _has_room(self, stage: Stage, directions: list[Direction]) -> bool:
         """Whether the number of free parameters allows for the terms of an effect."""

@@ -8,7 +8,7 @@ in another minimum.
 import numpy as np
 
 from jaxink.diagnosis.search.allowance import Task
-from jaxink.diagnosis.search.candidate_refits import converged, polished, refit_from
+from jaxink.diagnosis.search.candidate_refits import converged, polished, refit_by_scan, refit_from
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage
@@ -50,7 +50,8 @@ def single_cause(
             continue
         lowest = min([last.solution.chi_square, *(refit.solution.chi_square for refit in found)])
         stage.setup.follow(f"{name} alone", StepOf(number, len(names)), lowest)
-        refit = refit_from(stage, screening.directions[name], origins)
+        refit_from(stage, screening.directions[name], origins)
+        refit = refit_by_scan(stage, screening.directions[name])
         if refit is not None:
             found.append(refit)
             screening.refits[name] = refit
