@@ -13,6 +13,7 @@ from jaxink.measurement import mask_sentences
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
 from jaxink.plots.scan_views import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
+from jaxink.report.hidden import HiddenChange
 from jaxink.report.html import (
     NONE,
     Section,
@@ -373,6 +374,28 @@ def inside(diagnosis: "Diagnosis", change: TableComparison | str, *figures: str)
     )
     parts = paragraph(text), table(heads, rows, (0, 4)), bullets(inside_sentences(diagnosis))
     return section(title, *parts, *figures)
+
+
+def hidden(changes: list[HiddenChange] | str) -> Section | None:
+    """What effects too weak to be seen would change."""
+    title = "What could still hide"
+    if isinstance(changes, str):
+        return section(title, paragraph(changes))
+    if not changes:
+        return None
+    rows = []
+    for change in changes:
+        effect = change.hidden
+        strength = f"{number(effect.strength, 3)} {effect.unit}".strip()
+        shift = f"{effect.largest_in_errors:.1f}"
+        rows.append([effect.effect, strength, shift, f"{number(change.percent, 2)} %"])
+    heads = ["effect", "strength", "largest shift of a parameter, standard errors", "change of R_II, rms"]
+    text = (
+        "None of these was found. Each may be present up to its detection limit, or its usual strength if "
+        "that is less: the parameters would then be fitted with a shift that the data do not show, and with "
+        "them the BSDF back into the plate."
+    )
+    return section(title, paragraph(text), table(heads, rows, (0,)))
 
 
 def masked(diagnosis: "Diagnosis") -> Section | None:

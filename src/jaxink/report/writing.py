@@ -16,6 +16,7 @@ from jaxink.plots.pictures import Page, pictures
 from jaxink.plots.scan_views import overview_words
 from jaxink.report import html, sections
 from jaxink.report.fit_page import OVERVIEW, SPECTRUM
+from jaxink.report.hidden import HiddenChange, hidden_changes
 from jaxink.report.ink_table import inside_change
 from jaxink.report.layer_sketch import layer_sketch
 from jaxink.report.next_steps import next_steps
@@ -90,7 +91,10 @@ def write_report(
         if f"{name}.png" in drawn
     }
     drawn.pop(f"{OVERVIEW}.png", None)
-    text = _page(diagnosis, change, embedded, next_steps(diagnosis, folder, inputs), failures)
+    hidden: list[HiddenChange] | str = []
+    with failures.sparing("what hidden effects would do to the ink's BSDF inside the plate", ""):
+        hidden = hidden_changes(diagnosis)
+    text = _page(diagnosis, change, hidden, embedded, next_steps(diagnosis, folder, inputs), failures)
     with failures.sparing("the writing of the page and its figures", ""):
         files += _write_shown(folder, text, drawn, inside)
     return [Path(folder) / name for name in sorted(files)]
@@ -129,7 +133,7 @@ def _pages(diagnosis: Diagnosis, tables: TableComparison | None, captions: dict[
         yield one.name, one.draw
 
 
-def _page(diagnosis, change, embedded, todo, failures) -> str:
+def _page(diagnosis, change, hidden, embedded, todo, failures) -> str:
     """At most four printed pages, then details: one picture of each kind comes before them."""
 
     def drawn(*stems: str) -> dict[str, str]:
@@ -148,6 +152,7 @@ def _page(diagnosis, change, embedded, todo, failures) -> str:
         sections.merit(diagnosis),
         None if is_long else parameters,
         sections.remains(diagnosis),
+        sections.hidden(hidden),
         html.section("Measurement, model and residuals", *first) if first else None,
     )
     details = present(

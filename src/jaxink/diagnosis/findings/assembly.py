@@ -8,6 +8,7 @@ from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
+from jaxink.diagnosis.findings.hidden import hidden_effects
 from jaxink.diagnosis.findings.input_mistake import beside_mistakes
 from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge
 from jaxink.diagnosis.findings.location import locate
@@ -97,6 +98,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         imitations=evidence.imitations,
         shape=shape if is_odd else None,
         overlaps=overlaps_with(shape, found) if is_odd else {},
+        hidden=() if remains or time_limit is not None else hidden_effects(last, found.screenings[-1]),
     )
 
 

@@ -10,6 +10,7 @@ from jaxink.diagnosis.findings.card import diagnosis_card
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.corrected_file import corrected_text
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
+from jaxink.diagnosis.findings.hidden import HiddenEffect
 from jaxink.diagnosis.findings.judgement import is_met, significant_tests
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
@@ -85,6 +86,9 @@ class Diagnosis(SavedInFolder, Presented):
     overlaps
         Overlap of each effect that was not added with the shape: the cosine between the two, -1 to 1, without
         what the free parameters reproduce.
+    hidden
+        What effects that are too weak to be seen may do to the parameters, those that do most first; empty if
+        the final model does not fit the data.
     """
 
     json_file: ClassVar[str] = REPORT_FILE
@@ -115,6 +119,7 @@ class Diagnosis(SavedInFolder, Presented):
     imitations: dict[str, str] = dataclasses.field(default_factory=dict)
     shape: ResidualShape | None = None
     overlaps: dict[str, float] = dataclasses.field(default_factory=dict)
+    hidden: tuple[HiddenEffect, ...] = ()
 
     @property
     def structure_remains(self) -> bool:
@@ -214,6 +219,7 @@ class Diagnosis(SavedInFolder, Presented):
                     "overlaps": self.overlaps,
                 },
                 "imitations": self.imitations,
+                "hidden_effects": self.hidden,
                 "time_limit": time_limit_row(self.time_limit),
                 "failures": [failure._asdict() for failure in self.failures],
                 "versions": self.declared.versions,

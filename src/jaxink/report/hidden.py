@@ -1,0 +1,42 @@
+"""What effects that are too weak to be seen would do to the ink's BSDF inside the plate."""
+
+import dataclasses
+from typing import TYPE_CHECKING, NamedTuple
+
+from jaxink.diagnosis.findings.hidden import HiddenEffect
+from jaxink.effects import with_values
+from jaxink.errors import InputRefusedError
+from jaxink.ink.comparison import compare_tables
+from jaxink.plots.scan_views import drawn_wavelengths
+
+if TYPE_CHECKING:
+    from jaxink.diagnosis import Diagnosis
+
+# Tables are made for so many effects, those that shift a parameter most.
+_MOST = 5
+_COMPONENT = "R_II"
+
+
+class HiddenChange(NamedTuple):
+    """An effect that may hide, and the change of R_II by the parameters that it shifts, rms in per cent."""
+
+    hidden: HiddenEffect
+    percent: float
+
+
+def hidden_changes(diagnosis: "Diagnosis") -> list[HiddenChange] | str:
+    """Change of the ink's BSDF back into the plate by each of the leading hidden effects, or why it has none.
+
+    Only what the effect does through the parameters counts; the wavelength is the first that is drawn.
+    """
+    sample, wavelength = diagnosis.corrected.sample, drawn_wavelengths(diagnosis)[0]
+    values, found = diagnosis.corrected.values, []
+    try:
+        for hidden in diagnosis.hidden[:_MOST]:
+            shifted = {name: values[name] + shift for name, shift in hidden.shifts.items() if name in values}
+            there = dataclasses.replace(sample, parameters=with_values(sample.parameters, shifted))
+            change = compare_tables(sample, there, (wavelength,)).of(_COMPONENT)
+            found.append(HiddenChange(hidden, change.rms_percent))
+    except InputRefusedError as problem:
+        return f"The ink's BSDF inside the plate cannot be tabulated: {problem}"
+    return sorted(found, key=lambda one: -one.percent)
