@@ -3,6 +3,7 @@
 import base64
 import dataclasses
 import json
+import pickle
 import re
 import shlex
 
@@ -236,6 +237,13 @@ def test_a_report_that_is_read_back_tells_apart_what_does_not_apply(found, tmp_p
     again = sections.untested(read_report(tmp_path)["not_testable"])
     assert again == sections.untested(known.not_testable)
     assert len(again) == 2
+
+
+def test_a_diagnosis_travels_between_processes(found):
+    again = pickle.loads(pickle.dumps(found))
+    assert again.to_dict() == found.to_dict()
+    assert again.verdict == found.verdict
+    np.testing.assert_array_equal(again.corrected.whitened, found.corrected.whitened)
 
 
 def test_a_strength_and_its_detection_limit_are_of_one_term():

@@ -1,6 +1,7 @@
 """Records of a search: screens with the subsequent refits, and effects that were added."""
 
 import dataclasses
+from typing import Any
 
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
@@ -64,6 +65,10 @@ class Step:
     terms: dict[str, float]
     term_errors: dict[str, float | None]
     refit: Refit | None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process gets: without the refit, whose compiled programs belong to this one."""
+        return {**self.__dict__, "refit": None}
 
     @property
     def shown(self) -> float:
