@@ -137,7 +137,7 @@ def fit(
         str,
         typer.Option(
             metavar="auto|all|none",
-            help="Profile likelihoods of weak (at most 12), all or no parameters.",
+            help="Profile likelihoods of weak (at most 6), all or no parameters.",
         ),
     ] = "auto",
     accuracy: Accuracy = DEFAULT_ACCURACY,

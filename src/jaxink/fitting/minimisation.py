@@ -29,7 +29,7 @@ from jaxink.solver.config import SolverConfig
 _WIDE = 0.1
 _CORRELATED = 0.98
 # Of more parameters than this, only the weakest are followed unless all are asked for.
-_MOST_PROFILES = 12
+_MOST_PROFILES = 6
 # A search along a profile that ends this much lower in chi-square has found a lower minimum.
 _LOWER = 1e-3
 _MOST_LOWER_MINIMA = 3
