@@ -38,6 +38,8 @@ def with_faults(task: Task) -> Done:
             held = bytearray(800_000_000)
             held[::4096] = b"1" * len(held[::4096])
             time.sleep(1000)
+        case b"broken":
+            return trouble(task, RowOutcome.REFUSED, f"{task.paths[0]}: is broken.")
         case b"print":
             sys.stdout.write("this must not reach the answers")
             sys.stdout.flush()

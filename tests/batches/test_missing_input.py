@@ -1,12 +1,12 @@
-"""A file that is missing for a while: no result is lost, and what is said of it is true."""
+"""A file that is missing or broken for a while: no result is lost, and what is said of it is true."""
 
 import pandas
 import pytest
 
 import jaxink
-from tests.batches.test_run import ANSWERED, NEVER, run, values
+from tests.batches.test_run import ANSWERED, FAULTS, NEVER, run, values
 
-KEPT = "input missing now; the earlier result is kept"
+KEPT = "input missing or refused now; the earlier result is kept"
 
 
 @pytest.fixture
@@ -33,7 +33,9 @@ def test_a_result_outlives_its_missing_measurement(tabled):
     assert dict(table["state"]) == {"sheet_1": "current", "sheet_2": KEPT, "sheet_3": "current"}
     assert f"1 of the 3: {KEPT}." in " ".join(found.summary().split())
     page = (tabled / "out/report.html").read_text(encoding="utf-8")
-    assert "sheet_2.csv" in page.split('<section id="input-missing-now">')[1].split("</section>")[0]
+    assert (
+        "sheet_2.csv" in page.split('<section id="input-missing-or-refused-now">')[1].split("</section>")[0]
+    )
 
 
 def test_an_unchanged_file_that_is_back_is_not_done_again(tabled):
@@ -52,6 +54,33 @@ def test_files_that_cannot_be_read_lose_nothing_either(tabled):
     (tabled / "sheet_3.csv").mkdir()
     found = run(tabled, NEVER)
     assert len(values(found)) == len(found.absent) == 3
+
+
+@pytest.mark.parametrize("workers", [0, 1])
+def test_a_result_outlives_its_broken_measurement(workers, tabled):
+    run(tabled)
+    row = (tabled / "out/rows/sheet_2.json").read_bytes()
+    (tabled / "sheet_2.csv").write_text("broken")
+    found = run(tabled, FAULTS, workers=workers)
+    assert values(found) == {"sheet_1": 1.0, "sheet_2": 2.0, "sheet_3": 3.0}
+    assert (found.kept, list(found.absent), found.again, found.trouble) == (2, ["sheet_2"], (), ())
+    assert found.absent["sheet_2"].endswith(
+        "is broken; input refused now, so the earlier result is kept, although its measurement changed since."
+    )
+    assert (tabled / "out/rows/sheet_2.json").read_bytes() == row
+    assert (tabled / "out/results/sheet_2/figures/cut.png").read_bytes() == b"png"
+    (tabled / "sheet_2.csv").write_text("2")
+    found = run(tabled, NEVER)
+    assert (found.kept, found.absent, found.again) == (3, {}, ())
+
+
+def test_a_result_outlives_a_refused_value_of_its_table(tabled):
+    run(tabled)
+    text = (tabled / "list.csv").read_text()
+    (tabled / "list.csv").write_text(text.replace("sheet_2.csv,1", "sheet_2.csv,-1"))
+    found = run(tabled, NEVER)
+    assert (values(found)["sheet_2"], list(found.absent), found.again) == (2.0, ["sheet_2"], ())
+    assert "plate.thickness_mm is -1 mm" in found.absent["sheet_2"]
 
 
 def test_what_else_has_changed_meanwhile_is_said(tabled):

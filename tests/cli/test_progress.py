@@ -42,7 +42,9 @@ def test_steps_of_a_task_are_thinned():
     assert all("misfit 12.5" in line for line in lines)
 
 
-@pytest.mark.parametrize("task", ["refit with effect", "input check, times_pi"])
+@pytest.mark.parametrize(
+    "task", ["refit with effect", "input check, times_pi", "profile of ink.scattering_per_mm@500"]
+)
 def test_many_refits_of_one_kind_are_one_task(task):
     assert len(lines_of([(0.01, f"{task}_{i}", 1) for i in range(40)])) == 1
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.measurement.layouts import shown, write_csv, write_workbook
+from tests.measurement import layouts
+from tests.measurement.layouts import EXIT, INCIDENCE, shown, write_csv, write_workbook
 
 HEADER = ["theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr"]
 GERMAN = [
@@ -20,7 +21,6 @@ GERMAN = [
 FRENCH = ["angle d'incidence (degrés)", "angle d'observation (degrés)", "azimut relatif"]
 FRENCH += ["longueur d'onde (nm)", "côté", "BSDF"]
 JAPANESE = ["入射角（度）", "受光角（度）", "相対方位角", "波長（nm）", "side", "BSDF値"]
-EXIT, INCIDENCE = (-60, -30, 0, 30, 60), (0, 15, 40)
 
 
 def truth(theta_i, theta_o, phi, nm=550.0, side="R"):
@@ -63,8 +63,8 @@ def changed(table, name, change):
 
 
 def matrix(corner, down=EXIT, along=INCIDENCE, of=lambda o, i: value(i, o)):
-    """A corner and one edge, then the other edge and the values."""
-    return [[corner, *along], *([d, *(of(d, a) for a in along)] for d in down)]
+    """A corner and one edge, then the other edge and the values, those of `truth` if not others."""
+    return layouts.matrix(corner, down, along, of)
 
 
 TIDY = [HEADER, *rows()]

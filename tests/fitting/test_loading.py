@@ -4,6 +4,7 @@ import dataclasses
 import json
 import os
 import shutil
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -13,6 +14,7 @@ import jaxink
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import read_dataset, write_dataset
 from jaxink.fitting.fitted_parameters import FittedParameters
+from jaxink.fitting.outcome import Outcome
 
 CHECKSUM_BYTES = len(b"jaxink sha256 ") + 64
 
@@ -42,6 +44,13 @@ def refused_result(refused):
         assert len(text) < 1000
 
     return refuse
+
+
+def test_the_code_of_an_outcome_is_that_of_its_file_and_documented(saved, example_result):
+    code = example_result.outcome.code
+    assert code == "converged" == json.loads((saved / "result.json").read_text())["outcome"]["code"]
+    words = (Path(__file__).parents[2] / "docs" / "result.md").read_text(encoding="utf-8")
+    assert all(f"`{outcome.code}`" in words for outcome in Outcome)
 
 
 def test_a_loaded_result_is_the_one_saved(saved, example_result, tmp_path):

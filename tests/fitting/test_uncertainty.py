@@ -5,7 +5,7 @@ import numpy as np
 import jaxink
 from jaxink.data import simulated_example
 from jaxink.fitting import assembly, minimisation
-from jaxink.fitting.uncertainty import covariance
+from jaxink.fitting.uncertainty import Covariance, covariance
 
 
 def test_covariance_is_the_inverse_of_the_information():
@@ -54,3 +54,30 @@ def test_what_fails_after_the_search_costs_no_fit(coarse, monkeypatch, told):
     assert len(missing) == 3
     for note in missing:
         told(note)
+
+
+def test_of_many_weak_parameters_the_weakest_are_followed():
+    deviation = np.full(40, 0.2)
+    deviation[[3, 30]] = 0.01, np.inf
+    deviation[10:20] = 0.3
+    held = np.arange(40) == 39
+    errors = Covariance(np.diag(np.where(held, 0.0, deviation**2)), held)
+    followed, others = minimisation._to_follow(errors, "auto")
+    assert followed == [10, 11, 12, 13, 30, 39]
+    assert others == [i for i in range(40) if i not in (3, *followed)]
+    assert minimisation._to_follow(errors, "all") == (list(range(40)), [])
+
+
+def test_weak_parameters_without_a_profile_are_counted_and_keep_their_errors(coarse, monkeypatch, told):
+    monkeypatch.setattr(minimisation, "_WIDE", 1e-12)
+    monkeypatch.setattr(minimisation, "_MOST_PROFILES", 1)
+    seen = []
+    data, sample = simulated_example()
+    options = jaxink.FitOptions(config=coarse)
+    result = jaxink.fit(data, sample, options, progress=lambda what, step, _: seen.append(f"{what}: {step}"))
+    (curve,) = result.profiles
+    assert seen[-1] == f"profile of {curve.name}: 1 of 1"
+    told(next(note for note in result.notes if note.startswith("Profile likelihoods")))
+    plain = jaxink.fit(data, sample, jaxink.FitOptions(config=coarse, profile="none"))
+    for parameter in result.sample.parameters.free:
+        assert result[parameter.name].standard_error == plain[parameter.name].standard_error > 0

@@ -87,6 +87,29 @@ def test_sheets_with_matrices(tmp_path):
     np.testing.assert_array_equal(data.side, ["R"] * 15 + ["T"] * 15)
 
 
+def test_what_is_noted_of_several_sheets_is_said_once(tmp_path, told):
+    tables = {"R": table(0.2), "T": table(0.5), "T2": table(0.6, "T")}
+    path = write_workbook(tmp_path / "ink.xlsx", tables)
+    data = jaxink.read(path, sheet="R,T,T2")
+    assert sum("'Ausfallswinkel'" in note for note in data.notes) == 1
+    assert next(note for note in data.notes if "'Azimut'" in note).startswith("All sheets: ")
+    told("\n".join(data.notes), "ink.xlsx, sheet T2: Column 'Seite'")
+    two = jaxink.read(path, sheet="R,T")
+    assert next(note for note in two.notes if "'Azimut'" in note).startswith("Both sheets: ")
+    assert not any("The table is sheet" in note for note in two.notes)
+    write_workbook(path, {"R": table(0.2), "T": table(0.5), "Z": [HEADER, [30, 0, 180, 550, "0,6"]]})
+    mixed = jaxink.read(path, sheet="R=R,T=R,Z=T")
+    said = next(note for note in mixed.notes if "not consecutive" in note or "comma" in note)
+    assert said.startswith("ink.xlsx, sheet Z: ")
+
+
+def test_a_note_of_some_sheets_names_them(tmp_path):
+    side = [[*HEADER, "Seite"], *([30, angle, 180, 550, 0.3, "T"] for angle in (0, 10))]
+    path = write_workbook(tmp_path / "ink.xlsx", {"A": side, "R": table(0.2), "B": side})
+    (said,) = (note for note in jaxink.read(path, sheet="A,R,B").notes if "'Seite'" in note)
+    assert said.startswith("ink.xlsx, sheets A, B: Column 'Seite'")
+
+
 def test_a_sheet_without_numbers_is_not_meant(tmp_path):
     path = write_workbook(tmp_path / "ink.xlsx", {"Notes": [["operator", "x"]], "BTDF": table(0.2)})
     data = jaxink.read(path)

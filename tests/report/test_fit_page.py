@@ -11,6 +11,7 @@ import jaxink
 from jaxink.cli.fit_tables import mistake_lines, scan_table
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.outcome import Outcome
+from jaxink.numerics.digits import with_uncertainty
 from jaxink.plots import overview_figure, spectrum_figure
 from jaxink.plots.scan_views import scan_views
 from jaxink.plots.spectra import quantities
@@ -240,3 +241,26 @@ def test_the_spectrum_holds_values_and_standard_errors(coloured, misfit, refused
         spectrum_figure(misfit)
     with refused("3 fits"):
         spectrum_figure(dict.fromkeys("abc", coloured))
+
+
+def test_a_value_that_all_wavelengths_share_is_one_level_line(coloured, example_result):
+    g = example_result["ink.asymmetry_parameter"]
+    derived = tuple(
+        dataclasses.replace(d, value=g.value, standard_error=g.standard_error)
+        if d.quantity == "asymmetry_parameter"
+        else d
+        for d in coloured.derived
+    )
+    result = dataclasses.replace(coloured, derived=derived)
+    heads = list(quantities(result))
+    shared = [head for head, curve in quantities(result).items() if curve.is_shared]
+    assert shared == ["asymmetry parameter g"]
+    axes = spectrum_figure(result).axes[heads.index(shared[0])]
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_xydata(), [[570, g.value], [630, g.value]])
+    assert line.get_marker() == "None"
+    (band,) = axes.collections
+    np.testing.assert_allclose(np.ptp(band.get_paths()[0].vertices[:, 1]), 2 * g.standard_error)
+    (label,) = axes.texts
+    assert label.get_text() == f"{with_uncertainty(g.value, g.standard_error)}, all wavelengths"
+    assert not any(curve.is_shared for curve in quantities(coloured).values())

@@ -3,6 +3,7 @@
 import base64
 import dataclasses
 import json
+import pickle
 import re
 import shlex
 
@@ -14,7 +15,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.diagnosis import Omission, Task, TimeLimit, Verdict, VerdictCode
+from jaxink.diagnosis import Omission, Task, TimeLimit, Verdict, VerdictCode, read_report
 from jaxink.diagnosis.findings.candidates import inner_of_refit
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
@@ -225,6 +226,24 @@ def test_effects_that_do_not_apply_are_not_said_to_lack_data():
         ],
         "The data do not constrain these effects:": ["opposition: no point is near"],
     }
+
+
+def test_a_report_that_is_read_back_tells_apart_what_does_not_apply(found, tmp_path):
+    known = dataclasses.replace(
+        found,
+        not_testable={"ink_absorption": Inapplicable("already free"), "opposition": "no point is near"},
+    )
+    known.save(tmp_path)
+    again = sections.untested(read_report(tmp_path)["not_testable"])
+    assert again == sections.untested(known.not_testable)
+    assert len(again) == 2
+
+
+def test_a_diagnosis_travels_between_processes(found):
+    again = pickle.loads(pickle.dumps(found))
+    assert again.to_dict() == found.to_dict()
+    assert again.verdict == found.verdict
+    np.testing.assert_array_equal(again.corrected.whitened, found.corrected.whitened)
 
 
 def test_a_strength_and_its_detection_limit_are_of_one_term():

@@ -1,6 +1,7 @@
 """Section of docs/measured.md on what the models of the measured samples lack, from the kept reports."""
 
 import json
+import re
 from pathlib import Path
 
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_section
@@ -48,7 +49,7 @@ def steps_table(report: dict) -> str:
 
 
 def parameters_table(report: dict) -> str:
-    """Free parameters of the declared model, before and after."""
+    """Free parameters of the declared and of the corrected model."""
     rows = [
         [
             p["name"],
@@ -60,7 +61,7 @@ def parameters_table(report: dict) -> str:
         ]
         for p in report["parameters"]
     ]
-    heads = ["parameter", "as declared", "after", "standard error", "misfit may shift by", "determined"]
+    heads = ["parameter", "as declared", "corrected", "standard error", "misfit may shift by", "determined"]
     return table(heads, rows)
 
 
@@ -95,19 +96,26 @@ def incidence_table(report: dict, key: str, noise: dict | None = None) -> str:
         "incidence, deg",
         "points",
         "as declared, %",
-        "after, %",
+        "corrected, %",
         "left out, as declared, %",
-        "left out, after, %",
+        "left out, corrected, %",
     ]
     if noise is not None:
-        header += ["one reading by +phi/-phi pairs, %", "after over pairs"]
+        header += ["one reading by +phi/-phi pairs, %", "corrected over pairs"]
     return table(header, rows)
 
 
 def figures(name: str, report: dict) -> str:
     """Residual maps."""
     files = sorted(DOCS.glob(f"measured-{name}-residual*.png"))
-    return "\n\n".join(f"![residuals of {report['source']} before and after]({file.name})" for file in files)
+    source = report["source"]
+    models = [
+        "declared" if re.search("residual(s|_discs)_(?!after)", file.stem) else "corrected" for file in files
+    ]
+    return "\n\n".join(
+        f"![residuals of {source}, {model} model]({file.name})"
+        for file, model in zip(files, models, strict=True)
+    )
 
 
 def common_parts(name: str, report: dict) -> dict[str, str]:

@@ -178,14 +178,14 @@ def main() -> None:
     header = [
         "simulated measurement",
         "what the declared file does not say",
-        "reduced chi-square before",
+        "reduced chi-square as declared",
         "verdict",
         "found (class of each)",
         "rank of the true name",
-        "reduced chi-square after (probability)",
+        "reduced chi-square corrected (probability)",
         "held out",
-        "bias of the parameters before",
-        "distance from the truth after, s.e.",
+        "bias of the parameters as declared",
+        "distance from the truth corrected, s.e.",
         "strength",
     ]
     text = f"""## Undeclared effects

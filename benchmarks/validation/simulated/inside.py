@@ -1,4 +1,4 @@
-"""Error of the exported BSDF inside the plate, before and after a diagnosis, for every undeclared effect.
+"""Error of the exported BSDF inside the plate, declared and corrected, for every undeclared effect.
 
 python -m benchmarks.validation.simulated.inside [NAME ...]
 
@@ -150,12 +150,14 @@ def main() -> None:
             ]
         )
     header = ["undeclared_...", "verdict"]
-    header += [f"{what} {when}" for what in ("R_II", "T_IA, T_AI", "R_AA") for when in ("before", "after")]
-    text = f"""## The exported BSDF before and after
+    header += [
+        f"{what} {when}" for what in ("R_II", "T_IA, T_AI", "R_AA") for when in ("declared", "corrected")
+    ]
+    text = f"""## The exported BSDF, declared and corrected
 
 Error of the ink's BSDF, as exported, against that of the true ink, in per cent: root mean square, and in
-brackets the largest, over all pairs of directions up to 75 degrees from the normal. Before: the declared
-model; after: the corrected model that `jaxink diagnose` writes ({machine()};
+brackets the largest, over all pairs of directions up to 75 degrees from the normal, by the declared model
+and by the corrected model that `jaxink diagnose` writes ({machine()};
 `python -m benchmarks.validation.simulated.inside`). I is the side of the plate, A that of the air. The true
 ink includes the undeclared effects that are its own properties (rough face, sizes of the particles, patches,
 second lobe, index, air gap), but not those of instrument, plate and backing. The last column is chi-square

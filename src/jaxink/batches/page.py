@@ -127,7 +127,9 @@ def _absent(batch: Batch) -> html.Section | None:
     if not batch.absent:
         return None
     rows = [[name, sentence] for name, sentence in batch.absent.items()]
-    return html.section("Input missing now", html.tables(["measurement", "sentence"], rows, (0, 1)))
+    return html.section(
+        "Input missing or refused now", html.tables(["measurement", "sentence"], rows, (0, 1))
+    )
 
 
 def _all(batch: Batch) -> html.Section:

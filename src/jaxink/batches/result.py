@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas
 
 # What a row rests on, in the column `state` of the summary.
-CURRENT, KEPT = "current", "input missing now; the earlier result is kept"
+CURRENT, KEPT = "current", "input missing or refused now; the earlier result is kept"
 SUMMARY_CSV, SUMMARY_PARQUET, REPORT_PAGE = "summary.csv", "summary.parquet", "report.html"
 _MOST_SHOWN = 10
 
@@ -41,7 +41,7 @@ class Batch(Presented):
     again
         For each row that was there and was done again, the reason.
     absent
-        For each row whose result is kept although its measurement cannot be read now, what is wrong.
+        For each row whose result is kept although its measurement is missing or refused now, what is wrong.
     others
         Number of rows in the folder that belong to an earlier plan.
     reading
@@ -165,9 +165,11 @@ class Batch(Presented):
         if len(misfits) > _MOST_SHOWN:
             remarks.append(f"... and {len(misfits) - _MOST_SHOWN} more that the model does not fit.")
         absent = [[name, sentence] for name, sentence in self.absent.items()]
-        tables.append(CardTable(["measurement", "input missing now"], absent[:_MOST_SHOWN], (0, 1)))
+        tables.append(
+            CardTable(["measurement", "input missing or refused now"], absent[:_MOST_SHOWN], (0, 1))
+        )
         if len(absent) > _MOST_SHOWN:
-            remarks.append(f"... and {len(absent) - _MOST_SHOWN} more without their input.")
+            remarks.append(f"... and {len(absent) - _MOST_SHOWN} more whose input is missing or refused.")
         if misfits:
             sentences, command = what_to_do(self.misfits[0], str(self.folder), self.reading)
             # In a table, which keeps the command on one line.

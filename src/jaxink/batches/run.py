@@ -78,6 +78,8 @@ def batch(
         try:
             with closing(_answers(listing, left, workers, scheduler, devices, function)) as answers:
                 for done in answers:
+                    if listing.keeps_result_despite(done.row):
+                        continue
                     if done.row.inputs.measurement == ABSENT:
                         folder.write_row(done.row)
                     else:
@@ -103,7 +105,8 @@ class _Listing:
     def __init__(self, plan: Plan, folder: BatchFolder, retry: bool):
         self.plan, self.folder, self._retry = plan, folder, retry
         self.rows: dict[str, Row] = {}
-        self.again: list[str] = []
+        # Why a row that is there is done again, by its name.
+        self.again: dict[str, str] = {}
         self.absent: dict[str, str] = {}
         self.kept = 0
 
@@ -115,8 +118,7 @@ class _Listing:
             if row is not None:
                 changed = task.inputs.changed_since(row.inputs)
                 if isinstance(task, Absent) and row.ended.has_result:
-                    self.absent[one.name] = _kept(task, changed)
-                    self.rows[one.name] = row
+                    self._keep(row, task.sentence, "missing", changed)
                     continue
                 if isinstance(task, Absent):
                     # There is nothing to lose, and its sentence is that of now.
@@ -127,8 +129,25 @@ class _Listing:
                     self.kept += 1
                     continue
                 why = " and ".join(changed) if changed else f"it ended with {row.outcome}"
-                self.again.append(f"{one.name} is done again: {why}.")
+                self.again[one.name] = f"{one.name} is done again: {why}."
             yield task
+
+    def keeps_result_despite(self, answer: Row) -> bool:
+        """Whether an input that is refused now leaves an earlier result, which is then listed."""
+        earlier = self.folder.row(answer.name) if answer.ended is RowOutcome.REFUSED else None
+        if earlier is None or not earlier.ended.has_result:
+            return False
+        self._keep(earlier, answer.sentence, "refused", answer.inputs.changed_since(earlier.inputs))
+        self.again.pop(answer.name, None)
+        return True
+
+    def _keep(self, earlier: Row, sentence: str, trouble: str, changed: Sequence[str]) -> None:
+        """List an earlier result whose input is of no use now, and what it rests on."""
+        but = f", although {' and '.join(changed)} since" if changed else ""
+        self.absent[earlier.name] = (
+            f"{sentence.removesuffix('.')}; input {trouble} now, so the earlier result is kept{but}."
+        )
+        self.rows[earlier.name] = earlier
 
     def batch(self) -> Batch:
         """What has a row now."""
@@ -140,18 +159,12 @@ class _Listing:
             measurements=listed,
             folder=self.folder.path,
             kept=self.kept,
-            again=tuple(self.again),
+            again=tuple(self.again.values()),
             absent=self.absent,
             others=len(self.folder.names() - {one.name for one in plan.measurements}),
             reading=plan.reading,
             missing=len(plan.measurements) - len(listed),
         )
-
-
-def _kept(task: Absent, changed: Sequence[str]) -> str:
-    """What a result rests on whose measurement cannot be read now."""
-    but = f", although {' and '.join(changed)} since" if changed else ""
-    return f"{task.sentence.removesuffix('.')}; input missing now, so the earlier result is kept{but}."
 
 
 def _answers(

@@ -4,10 +4,8 @@ import re
 from collections.abc import Sequence
 
 from jaxink.errors import InputRefusedError
-from jaxink.sample.replacing import AMBIGUOUS
+from jaxink.sample.units import AMBIGUOUS, converted, is_length
 
-_UNITS_M = {"nm": 1e-9, "um": 1e-6, "\N{MICRO SIGN}m": 1e-6, "\N{GREEK SMALL LETTER MU}m": 1e-6, "mm": 1e-3}
-_UNITS_M |= {"micron": 1e-6, "microns": 1e-6, "mic": 1e-6, "cm": 1e-2, "m": 1.0}
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.,]*)")
 
 
@@ -28,7 +26,7 @@ def quantity(name: str, text: str) -> float:
     """
     text = text.strip()
     own = name.rpartition("_")[2]
-    own_unit = own if own in _UNITS_M else ""
+    own_unit = own if is_length(own) else ""
     example = f", such as 20 or 20 {own_unit}" if own_unit else ", such as 1.5"
     found = _NUMBER.fullmatch(text)
     if found is None:
@@ -38,15 +36,15 @@ def quantity(name: str, text: str) -> float:
     if AMBIGUOUS.fullmatch(found[1]):
         thousands, decimal = found[1].replace(",", ""), found[1].replace(",", ".")
         raise InputRefusedError(f"{name} is {text!r}, which can be {thousands} or {decimal}; write a point.")
-    value, unit = float(found[1].replace(",", ".")), found[2].lower()
+    value, unit = float(found[1].replace(",", ".")), found[2]
     if not unit:
         return value
     if not own_unit:
         raise InputRefusedError(f"{name} is {text!r}; it has no unit, so write the number only.")
-    if unit not in _UNITS_M:
+    found_value = converted(value, unit, own_unit)
+    if found_value is None:
         raise InputRefusedError(f"{name} is {text!r}; its unit must be one of nm, um, mm, cm.")
-    # Of 0.09 mm, 90 um and not 89.99999999999999.
-    return float(f"{value * _UNITS_M[unit] / _UNITS_M[own_unit]:.12g}")
+    return found_value
 
 
 def word(name: str, text: str, words: Sequence[str]) -> str:

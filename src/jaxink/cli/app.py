@@ -19,24 +19,15 @@ from jaxink.cli.export_options import (
     given_of,
 )
 from jaxink.cli.reading_options import (
+    AS_IN_FILE,
     DATA_HELP,
-    Columns,
-    CosineWeighted,
     Data,
     Debug,
-    Matrix,
     NotWavelengths,
-    PhiDeg,
-    PhiODeg,
     Quiet,
-    Sheet,
-    Side,
-    SignedAngles,
-    ThetaIDeg,
-    WavelengthNm,
-    Which,
-    columns_of,
+    Reading,
     refuse_wavelengths,
+    with_reading,
 )
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
 from jaxink.files.version import installed_version
@@ -92,6 +83,7 @@ def _output(json: bool, quiet: bool) -> str:
 
 
 @app.command()
+@with_reading
 def fit(
     data: Data,
     sample: SampleFile,
@@ -145,7 +137,7 @@ def fit(
         str,
         typer.Option(
             metavar="auto|all|none",
-            help="Profile likelihoods of weak, all or no parameters.",
+            help="Profile likelihoods of weak (at most 6), all or no parameters.",
         ),
     ] = "auto",
     accuracy: Accuracy = DEFAULT_ACCURACY,
@@ -156,17 +148,7 @@ def fit(
             help="Method that computes the response of a layer.",
         ),
     ] = "fastest",
-    wavelength_nm: WavelengthNm = None,
-    side: Side = None,
-    which: Which = None,
-    sheet: Sheet = None,
-    signed_angles: SignedAngles = False,
-    cosine_weighted: CosineWeighted = None,
-    columns: Columns = None,
-    theta_i_deg: ThetaIDeg = None,
-    phi_deg: PhiDeg = None,
-    phi_o_deg: PhiODeg = None,
-    matrix: Matrix = None,
+    reading: Reading = AS_IN_FILE,
     no_figures: NoFigures = False,
     figures_at: Annotated[
         list[float] | None,
@@ -201,17 +183,16 @@ def fit(
             "accuracy": accuracy,
             "layer_method": layer_method,
         }
-        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
-        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
-        raise typer.Exit(run_fit(data, sample, out, options, stated, formats, output, figures_at))
+        raise typer.Exit(run_fit(data, sample, out, options, reading.keywords(), formats, output, figures_at))
 
 
 app.command()(convert)
 
 
 @app.command()
+@with_reading
 def init(
     data: Data,
     out: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="The sample file to write.")] = Path(
@@ -256,17 +237,7 @@ def init(
         str | None,
         typer.Option(metavar="one|each", help="One asymmetry g for all wavelengths, or one for each."),
     ] = None,
-    wavelength_nm: WavelengthNm = None,
-    side: Side = None,
-    which: Which = None,
-    sheet: Sheet = None,
-    signed_angles: SignedAngles = False,
-    cosine_weighted: CosineWeighted = None,
-    columns: Columns = None,
-    theta_i_deg: ThetaIDeg = None,
-    phi_deg: PhiDeg = None,
-    phi_o_deg: PhiODeg = None,
-    matrix: Matrix = None,
+    reading: Reading = AS_IN_FILE,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
     debug: Debug = False,
@@ -280,13 +251,12 @@ def init(
         given |= {"ink_um": ink_um, "phase_function": phase_function}
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
         given |= {"wavelengths_nm": wavelengths, "asymmetry": asymmetry}
-        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
-        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
-        options = option_words(stated)
-        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
+        stated = reading.keywords()
+        raise typer.Exit(run_init(data, out, given, stated, option_words(stated), force, quiet))
 
 
 @app.command()
+@with_reading
 def diagnose(
     data: Data,
     sample: SampleFile,
@@ -313,17 +283,7 @@ def diagnose(
         bool, typer.Option("--resume", help="Go on where a diagnosis with the same --out was stopped.")
     ] = False,
     accuracy: Accuracy = DEFAULT_ACCURACY,
-    wavelength_nm: WavelengthNm = None,
-    side: Side = None,
-    which: Which = None,
-    sheet: Sheet = None,
-    signed_angles: SignedAngles = False,
-    cosine_weighted: CosineWeighted = None,
-    columns: Columns = None,
-    theta_i_deg: ThetaIDeg = None,
-    phi_deg: PhiDeg = None,
-    phi_o_deg: PhiODeg = None,
-    matrix: Matrix = None,
+    reading: Reading = AS_IN_FILE,
     no_figures: NoFigures = False,
     json: Annotated[bool, typer.Option("--json", help="Print report.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -338,10 +298,8 @@ def diagnose(
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         choices |= {"time_limit_s": time_limit}
-        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
-        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
         output = _output(json, quiet)
-        arguments = data, sample, out, choices, accuracy, stated, not no_figures, output
+        arguments = data, sample, out, choices, accuracy, reading.keywords(), not no_figures, output
         raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
 
 
@@ -383,6 +341,7 @@ def batch(
 
 
 @app.command()
+@with_reading
 def predict(
     source: Annotated[
         Path,
@@ -415,17 +374,7 @@ def predict(
             f"resolution of the result, or {DEFAULT_ACCURACY:g} for a sample file.",
         ),
     ] = None,
-    wavelength_nm: WavelengthNm = None,
-    side: Side = None,
-    which: Which = None,
-    sheet: Sheet = None,
-    signed_angles: SignedAngles = False,
-    cosine_weighted: CosineWeighted = None,
-    columns: Columns = None,
-    theta_i_deg: ThetaIDeg = None,
-    phi_deg: PhiDeg = None,
-    phi_o_deg: PhiODeg = None,
-    matrix: Matrix = None,
+    reading: Reading = AS_IN_FILE,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -433,8 +382,7 @@ def predict(
     with one_sentence(debug):
         from jaxink.cli.predict import run_predict
 
-        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
-        stated = columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
+        stated = reading.keywords()
         raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet, set_ or ()))
 
 

@@ -5,31 +5,15 @@ from typing import Annotated
 
 import typer
 
-from jaxink.cli.reading_options import (
-    Columns,
-    CosineWeighted,
-    Data,
-    Debug,
-    Matrix,
-    PhiDeg,
-    PhiODeg,
-    Quiet,
-    Sheet,
-    Side,
-    SignedAngles,
-    ThetaIDeg,
-    WavelengthNm,
-    Which,
-    columns_of,
-)
+from jaxink.cli.reading_options import AS_IN_FILE, Data, Debug, Quiet, Reading, with_reading
 from jaxink.cli.session import one_sentence
 
 
+@with_reading
 def convert(
     data: Data,
     out: Annotated[Path, typer.Option(metavar="FILE.csv", help="The CSV file to write.")],
-    wavelength_nm: WavelengthNm = None,
-    side: Side = None,
+    reading: Reading = AS_IN_FILE,
     face: Annotated[
         str | None,
         typer.Option(metavar="front|back", help="Face that the light meets, if the file has both."),
@@ -44,12 +28,10 @@ def convert(
     angle_unit: Annotated[
         str | None, typer.Option(metavar="deg|rad", help="Unit of the angles, if it is not clear.")
     ] = None,
-    theta_i_deg: ThetaIDeg = None,
     specular_phi_deg: Annotated[
         float | None,
         typer.Option(metavar="DEG", help="Azimuth of the specular or undeviated direction in the file."),
     ] = None,
-    cosine_weighted: CosineWeighted = None,
     scale: Annotated[
         float | None,
         typer.Option(metavar="X", help="Factor that makes the values BSDFs, if the file states no scale."),
@@ -57,13 +39,6 @@ def convert(
     every: Annotated[
         int | None, typer.Option(metavar="N", help="Read every N-th angle of the axes of a dense table.")
     ] = None,
-    which: Which = None,
-    sheet: Sheet = None,
-    signed_angles: SignedAngles = False,
-    columns: Columns = None,
-    phi_deg: PhiDeg = None,
-    phi_o_deg: PhiODeg = None,
-    matrix: Matrix = None,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
@@ -81,6 +56,4 @@ def convert(
             "every": every,
         }
         stated = {name: value for name, value in stated.items() if value is not None}
-        angles, layout = (theta_i_deg, phi_deg, phi_o_deg), (sheet, columns, matrix)
-        stated |= columns_of(wavelength_nm, side, which, signed_angles, cosine_weighted, angles, layout)
-        raise typer.Exit(run_convert(data, out, stated, quiet))
+        raise typer.Exit(run_convert(data, out, stated | reading.keywords(), quiet))

@@ -1,5 +1,6 @@
 """Progress as plain lines, for a log file or a continuous-integration job."""
 
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -10,6 +11,8 @@ _BETWEEN_S = 5.0
 _FIRST_S = 10.0
 # Without any step for so long, a line says that the task still runs.
 _SILENCE_S = 30.0
+# What stands between a kind of task and the effect or parameter of one of them.
+_BEFORE_NAME = re.compile(" with | of |, ")
 
 
 class ProgressLines:
@@ -48,8 +51,8 @@ class ProgressLines:
 
     def __call__(self, what: str, step: int, misfit: float) -> None:
         """Note a step of a task."""
-        # Refits with one effect after the other, or one check after the other, are one task.
-        kind = what.split(" with ")[0].split(", ")[0]
+        # Refits with one effect after the other, or one profile after the other, are one task.
+        kind = _BEFORE_NAME.split(what)[0]
         with self._lock:
             is_new, self._kind, self._task = kind != self._kind, kind, what
             if is_new or self._clock() - self._written >= _BETWEEN_S:

@@ -1,8 +1,12 @@
 """Arguments and options that several commands share, most of them those that read a measurement."""
 
+import dataclasses
+import functools
+import inspect
 import shlex
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
@@ -13,99 +17,127 @@ DATA_HELP = (
     "(docs/formats-in.md); several files are joined."
 )
 Data = Annotated[list[Path], typer.Argument(metavar="DATA", help=f"Measurement: {DATA_HELP}")]
-WavelengthNm = Annotated[
-    float | None,
-    typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
-]
-Side = Annotated[
-    str | None,
-    typer.Option(
-        metavar="R|T",
-        help="Side of every row, if the file has no column for it; R,T for two files, one of each side.",
-    ),
-]
-Sheet = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME[=R|T],...",
-        help="Sheet of a workbook, if several are not empty, or several that are joined: R,T or A=R,B=T.",
-    ),
-]
-ThetaIDeg = Annotated[
-    str | None,
-    typer.Option(
-        metavar="DEG", help="Angle of incidence of every row, if no column has it; for several files 0,30,60."
-    ),
-]
-PhiDeg = Annotated[
-    float | None,
-    typer.Option(metavar="DEG", help="Relative azimuth of every row, if the file has no column for it."),
-]
-PhiODeg = Annotated[
-    float | None,
-    typer.Option(metavar="DEG", help="Azimuth of view of every row, if the file has only that of incidence."),
-]
-Matrix = Annotated[
-    str | None,
-    typer.Option(
-        metavar="DOWN,ALONG",
-        help="Edges of a matrix of values that does not name them, such as theta_o_deg,theta_i_deg.",
-    ),
-]
-SignedAngles = Annotated[
-    bool,
-    typer.Option(
-        "--signed-angles",
-        help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
-    ),
-]
-CosineWeighted = Annotated[
-    bool | None,
-    typer.Option(
-        "--cosine-weighted/--no-cosine-weighted",
-        help="Whether the values are the BSDF times cos(theta_o), by which they are then divided.",
-    ),
-]
-Columns = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="NAME=HEADER",
-        help="Header of a column that has another name, such as theta_o_deg=arm; once for each column.",
-    ),
-]
-Which = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
-]
 # Of `jaxink init`; hidden where a sample file chooses the wavelengths.
 NotWavelengths = Annotated[str | None, typer.Option("--wavelengths", hidden=True)]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 
 
-def columns_of(
-    wavelength_nm: float | None,
-    side: str | None,
-    which: str | None,
-    signed_angles: bool,
-    cosine_weighted: bool | None,
-    angles: tuple[str | None, float | None, float | None],
-    layout: tuple[str | None, list[str] | None, str | None],
-) -> dict[str, Any]:
-    """Keywords of `jaxink.read` for what the files do not state.
+@dataclasses.dataclass(frozen=True)
+class Reading:
+    """What the user states of a measurement that its files do not; each field is an option."""
 
-    ``angles`` are theta_i_deg, phi_deg and phi_o_deg, ``layout`` the sheet, the columns and the edges of a
-    matrix.
-    """
-    theta_i_deg, phi_deg, phi_o_deg = angles
-    sheet, columns, matrix = layout
-    sides = None if side is None else [each.strip() for each in side.split(",")]
-    given: dict[str, Any] = {"wavelength_nm": wavelength_nm, "side": sides, "sample": which, "sheet": sheet}
-    given |= {"signed_angles": signed_angles or None, "cosine_weighted": cosine_weighted}
-    given["columns"] = _headers(columns) if columns else None
-    given["theta_i_deg"] = numbers_of("--theta-i-deg", theta_i_deg)
-    given |= {"phi_deg": phi_deg, "phi_o_deg": phi_o_deg, "matrix": matrix}
-    return {name: value for name, value in given.items() if value is not None}
+    wavelength_nm: Annotated[
+        float | None,
+        typer.Option(metavar="NM", help="Wavelength of every row, if the file has no column for it."),
+    ] = None
+    side: Annotated[
+        str | None,
+        typer.Option(
+            metavar="R|T",
+            help="Side of every row, if the file has no column for it; R,T for two files, one of each side.",
+        ),
+    ] = None
+    which: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Sample to read, if the column `sample` of the file has several."),
+    ] = None
+    sheet: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME[=R|T],...",
+            help="Sheet of a workbook, if several are not empty, or several that are joined: R,T or A=R,B=T.",
+        ),
+    ] = None
+    signed_angles: Annotated[
+        bool,
+        typer.Option(
+            "--signed-angles",
+            help="A negative theta_o_deg means the other half-plane (without phi_deg, that of the source).",
+        ),
+    ] = False
+    cosine_weighted: Annotated[
+        bool | None,
+        typer.Option(
+            "--cosine-weighted/--no-cosine-weighted",
+            help="Whether the values are the BSDF times cos(theta_o), by which they are then divided.",
+        ),
+    ] = None
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=HEADER",
+            help="Header of a column that has another name, such as theta_o_deg=arm; once for each column.",
+        ),
+    ] = None
+    theta_i_deg: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DEG",
+            help="Angle of incidence of every row, if no column has it; for several files 0,30,60.",
+        ),
+    ] = None
+    phi_deg: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", help="Relative azimuth of every row, if the file has no column for it."),
+    ] = None
+    phi_o_deg: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG", help="Azimuth of view of every row, if the file has only that of incidence."
+        ),
+    ] = None
+    matrix: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DOWN,ALONG",
+            help="Edges of a matrix of values that does not name them, such as theta_o_deg,theta_i_deg.",
+        ),
+    ] = None
+
+    def keywords(self) -> dict[str, Any]:
+        """Keywords of `jaxink.read`.
+
+        Raises
+        ------
+        InputRefusedError
+            If an option has another form.
+        """
+        sides = None if self.side is None else [each.strip() for each in self.side.split(",")]
+        given: dict[str, Any] = {"wavelength_nm": self.wavelength_nm, "side": sides, "sample": self.which}
+        given |= {"sheet": self.sheet, "signed_angles": self.signed_angles or None}
+        given |= {"cosine_weighted": self.cosine_weighted}
+        given["columns"] = _headers(self.columns) if self.columns else None
+        given["theta_i_deg"] = numbers_of("--theta-i-deg", self.theta_i_deg)
+        given |= {"phi_deg": self.phi_deg, "phi_o_deg": self.phi_o_deg, "matrix": self.matrix}
+        return {name: value for name, value in given.items() if value is not None}
+
+
+AS_IN_FILE = Reading()
+
+
+def with_reading(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the fields of `Reading` as options, in the place of its parameter ``reading``."""
+    hints = get_type_hints(Reading, include_extras=True)
+    options = [
+        inspect.Parameter(
+            field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name]
+        )
+        for field in dataclasses.fields(Reading)
+    ]
+    parameters: list[inspect.Parameter] = []
+    for own in inspect.signature(command).parameters.values():
+        parameters += options if own.name == "reading" else [own.replace(kind=own.KEYWORD_ONLY)]
+
+    @functools.wraps(command)
+    def with_options(**given: Any) -> None:
+        stated = {option.name: given.pop(option.name) for option in options}
+        command(**given, reading=Reading(**stated))
+
+    # Typer reads both.
+    with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {one.name: one.annotation for one in parameters}
+    return with_options
 
 
 def refuse_wavelengths(given: str | None) -> None:

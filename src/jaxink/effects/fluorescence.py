@@ -56,6 +56,16 @@ class Fluorescence(EmittingEffect):
     name, group, usual = "fluorescence", "wave optics", 0.05
     statement = "the ink fluoresces"
 
+    @property
+    def numbered(self):
+        total = "the ink fluoresces with a quantum yield of {quantum_yield%}"
+        if self.n_exciting is None:
+            # Too many numbers for a sentence.
+            return ""
+        if len(self.terms) == 1:
+            return total
+        return f"{total}; the shares of the photons that no shorter wavelength has are {{emission%}}"
+
     @classmethod
     def forms(cls, case: Case):
         """Those without and with light below the wavelengths, for each number of exciting bands."""

@@ -100,6 +100,12 @@ class Blur(ReadingEffect):
     name, looks_at = "blur", Surroundings.PLANES
     statement = "the angular resolution is finite"
 
+    @property
+    def numbered(self):
+        core = "the angular resolution is finite, with a variance of {core_variance_deg2}"
+        wings = ", and {wing_share%} of the light is in wings with a half-width of {wing_half_width_deg}"
+        return core + wings if self.has_wings else core
+
     @classmethod
     def forms(cls, case: Case):
         return (cls(False), cls(True)) if case.scene.in_few_planes else _MANY_PLANES
@@ -197,6 +203,10 @@ class Nonlinearity(ReadingEffect):
 
     name, sign, usual = "nonlinearity", 0, 0.02
     statement = "the detector is not linear, or something else grows with the signal"
+    numbered = (
+        "the detector is not linear, or something else grows with the signal: the reading of the largest one is "
+        "off by {relative%}"
+    )
     # A weak one resembles much that light adds, and detectors of goniometers are linear to 0.1 % as a rule.
     handicap = 10.0
     terms = terms_of("nonlinearity")

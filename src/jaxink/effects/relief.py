@@ -20,6 +20,10 @@ class Relief(UnevenSurface):
     # Not ``scales``: a face mirrors light into lobes that widen with the variance.
     name = "relief"
     statement = "the surface of the ink is a relief of facets, each of which reflects as the ink does"
+    numbered = (
+        "the surface of the ink is a relief of facets, each of which reflects as the ink does, with a "
+        "variance of the slope of {slope_variance}"
+    )
     terms = terms_of("relief")
     settings = tuple({"relief.slope_variance": variance} for variance in (0.005, 0.03, 0.2))
 

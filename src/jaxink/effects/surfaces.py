@@ -29,6 +29,8 @@ def _outer_ink_face(sample: Sample, effect: str) -> int:
     raise InputRefusedError(f"[effects.{effect}] needs an ink with an outer face, and the sample has none.")
 
 
+# Densities of slopes.
+_IN_WORDS = {"cauchy": "Cauchy", "beckmann": "Beckmann", "ggx": "GGX"}
 _NO_OUTER_FACE = "there is no outer face of an ink that is declared smooth"
 
 
@@ -62,6 +64,11 @@ class _RoughFace(SampleEffect):
     density: str
 
     group, changes_structure = "surface", True
+
+    @property
+    def numbered(self):
+        density = _IN_WORDS[self.density]
+        return f"{self.statement}: its slopes have a {density} density with an angle of {{sigma_deg}}"
 
     @classmethod
     def forms(cls, case: Case):
@@ -165,6 +172,11 @@ class WaveSurface(SampleEffect):
 
     name, group, changes_structure = "wave_surface", "surface", True
     statement = "the surface heights of a face scatter light (wave optics)"
+    numbered = (
+        "the surface heights of a face scatter light (wave optics): their root mean square is "
+        "{height_rms_um}, and their spectrum bends at the inverse of {length_b_um} and falls with an "
+        "exponent of {exponent}"
+    )
 
     @classmethod
     def forms(cls, case: Case):
@@ -274,6 +286,9 @@ class WeakInterface(SampleEffect):
 
     name, group, usual = "weak_interface", "surface", 0.5
     statement = "the ink's outer face reflects less than its refractive index implies (graded or porous)"
+    numbered = (
+        "the step of the refractive index at the ink's outer face is {share%} smaller (graded or porous)"
+    )
 
     @classmethod
     def forms(cls, case: Case):

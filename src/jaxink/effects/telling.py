@@ -32,7 +32,9 @@ def in_numbers(
         thickness``.
     """
     terms = {term.name: term for term in effect.terms if term.name in values}
-    by_key = {name.partition("@")[0].rsplit(".", 1)[-1]: name for name in terms}
+    by_key: dict[str, list[str]] = {}
+    for name in terms:
+        by_key.setdefault(name.partition("@")[0].rsplit(".", 1)[-1], []).append(name)
 
     def told(name: str, in_percent: bool = False) -> str:
         scale = 100.0 if in_percent else 1.0
@@ -41,9 +43,16 @@ def in_numbers(
         text = plus_minus(scale * value, None if error is None else scale * error)
         return f"{text} {unit}" if unit else text
 
+    def told_each(key: str, in_percent: bool) -> str:
+        """The number, or that of each wavelength."""
+        names = by_key[key]
+        waves = [name.partition("@")[2] for name in names]
+        texts = [told(name, in_percent) for name in names]
+        return ", ".join(f"{text} at {w} nm" if w else text for text, w in zip(texts, waves, strict=True))
+
     needed = {key for key, _ in _FIELD.findall(effect.numbered)}
     if effect.numbered and needed <= by_key.keys():
-        return _FIELD.sub(lambda found: told(by_key[found[1]], bool(found[2])), effect.numbered)
+        return _FIELD.sub(lambda found: told_each(found[1], bool(found[2])), effect.numbered)
     if difference:
         return f"{effect.statement}, by {told(effect.strength.name)}" if terms else effect.statement
     listed = ", ".join(f"{_words(name)} {told(name)}" for name in terms)

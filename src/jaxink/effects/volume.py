@@ -54,6 +54,10 @@ class StructureFactor(_MieTerm):
     name, usual, key = "structure_factor", 1.0, "structure_factor_weight"
     changes_structure, scales = True, True
     statement = "the particles are too dense to scatter independently"
+    numbered = (
+        "the particles are too dense to scatter independently, with {structure_factor_weight%} of the change "
+        "that hard spheres of their volume fraction cause"
+    )
 
     @classmethod
     def forms(cls, case: Case):
@@ -70,6 +74,9 @@ class Polydispersity(_MieTerm):
     name, usual, key, maximum = "polydispersity", 0.07, "radius_variance_ln", 0.25
     changes_structure, scales = True, True
     statement = "the particles have a distribution of sizes"
+    numbered = (
+        "the particles have a distribution of sizes, with a variance of ln(radius) of {radius_variance_ln}"
+    )
 
     @classmethod
     def forms(cls, case: Case):
@@ -142,6 +149,7 @@ class DepthGradient(DividingEffect):
     name, sign, usual = "depth_gradient", 0, 0.5
     changes_structure, scales = True, True
     statement = "the ink's scattering changes with depth"
+    numbered = "the back half of the ink scatters more than the front half, by {slope%} of their mean"
     terms = terms_of("depth_gradient")[:1]
     # Half as much again.
     settings = ({"depth_gradient.slope": 0.5},)
@@ -206,6 +214,10 @@ class SurfaceLayer(DividingEffect):
     name, usual = "surface_layer", 0.3
     changes_structure, scales = True, True
     statement = "the ink scatters differently next to its face"
+    numbered = (
+        "the ink scatters differently next to its face, in a layer of optical thickness {optical_thickness} "
+        "with an asymmetry parameter of {asymmetry_parameter} and an albedo of {single_scattering_albedo}"
+    )
     terms = terms_of("surface_layer")
     settings = tuple(
         {"surface_layer.optical_thickness": 0.1, "surface_layer.asymmetry_parameter": g}
@@ -287,6 +299,7 @@ class InkAbsorption(_MieTerm):
 
     name, key, maximum, unit = "ink_absorption", "binder_absorption_per_mm", 50.0, "1/mm"
     statement = "the binder of the ink absorbs"
+    numbered = "the binder of the ink absorbs, with a coefficient of {binder_absorption_per_mm}"
 
     @classmethod
     def forms(cls, case: Case):
@@ -360,7 +373,9 @@ class ShadowHiding(ReadingEffect):
 
     name, group, usual = "shadow_hiding", "volume", 0.2
     statement = "reflection is enhanced around the source by shadow hiding"
-
+    numbered = (
+        "reflection is enhanced around the source by shadow hiding, by {amplitude%} with a width of {width}"
+    )
     terms = terms_of("shadow_hiding")
     settings = tuple({"shadow_hiding.width": width} for width in (0.03, 0.1, 0.3))
 

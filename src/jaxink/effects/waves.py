@@ -27,6 +27,10 @@ class CoherentBackscatter(ReadingEffect):
 
     name, group, usual = "coherent_backscatter", "wave optics", 0.3
     statement = "coherent backscattering enhances reflection in a narrow cone around the source"
+    numbered = (
+        "coherent backscattering enhances reflection by {enhancement%} in a cone around the source "
+        "with a half-width of {half_width_deg}"
+    )
     terms = terms_of("coherent_backscatter")
     settings = tuple({"coherent_backscatter.half_width_deg": width} for width in (0.3, 1.0, 2.5))
 
@@ -54,6 +58,7 @@ class Polarisation(AddedLight):
 
     name, group, usual = "polarisation", "wave optics", 1.0
     statement = "the scatterers and the interfaces polarise light"
+    numbered = "the scatterers and the interfaces polarise light, by {share%} of what two scatterings do"
     terms = terms_of("polarisation")
     settings = ({"polarisation.share": 1.0},)
 
@@ -81,6 +86,7 @@ class BinderDispersion(SampleEffect):
     name, group, sign, usual = "dispersion", "wave optics", 0, 0.005
     changes_structure, scales = True, True
     statement = "the refractive index of the binder depends on the wavelength"
+    numbered = "the refractive index of the binder depends on the wavelength, with Cauchy's B = {b_um2}"
     terms = terms_of("dispersion")
     # Typical of a binder.
     settings = ({"dispersion.b_um2": 0.005},)
@@ -129,6 +135,7 @@ class Interference(ReadingEffect):
 
     name, group, usual = "interference", "wave optics", 0.05
     statement = "a thin layer causes interference fringes"
+    numbered = "a thin layer causes interference fringes of {amplitude%} with a phase of {phase_rad}"
     terms = terms_of("interference")
     settings = tuple({"interference.phase_rad": phase} for phase in (0.0, 1.57, 3.14, -1.57))
 

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxink.display.brief import counted
 from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
@@ -52,6 +53,8 @@ class Found:
         The scan and the profiles, the searches of each combined into one.
     profiles
         Chi-square along the weakly determined parameters.
+    n_not_profiled
+        Number of weakly determined parameters that were left out because there are too many.
     failures
         Parts of the fit that failed after its searches.
     """
@@ -61,6 +64,7 @@ class Found:
     searches: tuple[Search, ...]
     series: tuple[Search, ...] = ()
     profiles: tuple[Profile, ...] = ()
+    n_not_profiled: int = 0
     failures: Failures = dataclasses.field(default_factory=Failures)
 
 
@@ -238,7 +242,7 @@ def _summary(search: Search, objective: Objective) -> SearchSummary:
     return SearchSummary(
         **{name: value for name, value in vars(search).items() if name in names}
         | {
-            "outcome": search.outcome.name.lower(),
+            "outcome": search.outcome.code,
             "start": objective.numbers(search.start),
             "values": objective.numbers(search.unit),
             "path": _path(search.path, objective),
@@ -272,6 +276,13 @@ def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Fou
     first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
     if np.allclose(found.best.unit, first):
         notes.append(_unmoved(found))
+    if found.n_not_profiled:
+        notes.append(
+            f"Profile likelihoods follow the {counted(len(found.profiles), 'parameter')} determined least; "
+            f"{counted(found.n_not_profiled, 'other')} weakly determined, too, "
+            f"{'has' if found.n_not_profiled == 1 else 'have'} the standard error of the covariance only "
+            '(profile="all", or --profile all, follows every parameter).'
+        )
     return notes
 
 

@@ -123,7 +123,7 @@ def _document(plain: Any, effects: Collection[Any]) -> tuple[dict[str, Any], Sam
         )
     document = decode(_Document, plain, "", _RULES)
     sample = sample_from_dict(document["sample"], effects=effects)
-    codes = [outcome.name.lower() for outcome in Outcome]
+    codes = [outcome.code for outcome in Outcome]
     require_one_of("outcome.code", document["outcome"]["code"], codes)
     require_one_of("method", document["method"], METHODS)
     require_one_of("objective", document["objective"], OBJECTIVES)

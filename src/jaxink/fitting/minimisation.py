@@ -21,13 +21,15 @@ from jaxink.fitting.result import FitResult
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing, release_programs
-from jaxink.numerics.progress import Progress, log_progress
+from jaxink.numerics.progress import Progress, StepOf, log_progress
 from jaxink.sample import Sample
 from jaxink.solver.config import SolverConfig
 
 # A profile is computed for a larger standard error, as a share of the range, or a larger correlation.
 _WIDE = 0.1
 _CORRELATED = 0.98
+# Of more parameters than this, only the weakest are followed unless all are asked for.
+_MOST_PROFILES = 6
 # A search along a profile that ends this much lower in chi-square has found a lower minimum.
 _LOWER = 1e-3
 _MOST_LOWER_MINIMA = 3
@@ -164,10 +166,11 @@ def _covariance(best: Search) -> Covariance | None:
 def _with_profiles(
     engine: GradientSearch, free: tuple[str, ...], found: Found, which: str, progress: Progress
 ) -> Found:
-    """Profiles of the weak parameters, or of all; repeated if one of them finds a lower minimum."""
+    """Profiles of the weakest parameters, or of all; repeated if one of them finds a lower minimum."""
     along: list[Search] = []
     for _ in range(_MOST_LOWER_MINIMA):
-        profiles = _profiles(engine, free, found, which, progress)
+        followed, others = _to_follow(found.errors, which)
+        profiles = _profiles(engine, found, followed, free, progress)
         here = [search for one in profiles for search in one.searches]
         along += here
         lower = [search for search in here if search.loss < found.best.loss - _LOWER]
@@ -183,26 +186,40 @@ def _with_profiles(
             break
         found = dataclasses.replace(found, best=improved, errors=_covariance(improved))
     series = (together("profile", along, found.best),) if along else ()
-    return dataclasses.replace(found, profiles=profiles, series=(*found.series, *series))
+    return dataclasses.replace(
+        found, profiles=profiles, n_not_profiled=len(others), series=(*found.series, *series)
+    )
 
 
 def _profiles(
-    engine: GradientSearch, free: tuple[str, ...], found: Found, which: str, progress: Progress
+    engine: GradientSearch, found: Found, followed: Sequence[int], free: tuple[str, ...], progress: Progress
 ) -> tuple[Profile, ...]:
     profiles, errors = [], found.errors
     if errors is None:
         return ()
-    for position, deviation in enumerate(errors.deviation):
-        if which == "all" or _is_weak(errors, position):
-            progress("profile", position + 1, found.best.loss)
-            with found.failures.sparing("the profile of {}", free[position]):
-                profiles.append(profile(engine, found.best, position, deviation))
+    for number, position in enumerate(followed, 1):
+        progress(f"profile of {free[position]}", StepOf(number, len(followed)), found.best.loss)
+        with found.failures.sparing("the profile of {}", free[position]):
+            profiles.append(profile(engine, found.best, position, errors.deviation[position]))
     return tuple(profiles)
 
 
-def _is_weak(errors: Covariance, position: int) -> bool:
+def _to_follow(errors: Covariance | None, which: str) -> tuple[list[int], list[int]]:
+    """Parameters whose profiles are computed, in their order, and weak ones for which that would be long."""
+    if errors is None:
+        return [], []
+    if which == "all":
+        return list(range(len(errors.held))), []
+    weakness = [_weakness(errors, position) for position in range(len(errors.held))]
+    weak = sorted((i for i, w in enumerate(weakness) if w > 1), key=lambda i: (-weakness[i], i))
+    return sorted(weak[:_MOST_PROFILES]), sorted(weak[_MOST_PROFILES:])
+
+
+def _weakness(errors: Covariance, position: int) -> float:
+    """How far a parameter is from being well determined by the covariance: weak above 1."""
     deviation = errors.deviation[position]
-    if errors.held[position] or not np.isfinite(deviation) or deviation > _WIDE:
-        return True
-    others = np.delete(errors.correlation[position], position)
-    return bool(np.any(np.abs(others[np.isfinite(others)]) > _CORRELATED))
+    if errors.held[position] or not np.isfinite(deviation):
+        return np.inf
+    others = np.abs(np.delete(errors.correlation[position], position))
+    apart = 1 - np.max(others, initial=0.0, where=np.isfinite(others))
+    return float(max(deviation / _WIDE, (1 - _CORRELATED) / max(apart, np.finfo(float).tiny)))

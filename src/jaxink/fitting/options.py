@@ -44,7 +44,8 @@ class FitOptions:
     seed
         Of the random starts, and of methods that draw random numbers.
     profile
-        ``auto``: for parameters that are weakly determined according to the covariance; ``all``; or ``none``.
+        ``auto``: for parameters that are weakly determined according to the covariance, the 6 weakest if
+        there are more; ``all``; or ``none``.
     accuracy
         Largest relative error of the BSDF due to the discretisation. The resolution is chosen for it at the
         start, and again at the solution; if that requires a higher one, the fit continues with it.

@@ -12,7 +12,7 @@ _GO_ON = "or go on from this result by giving its folder as the sample"
 
 
 class Outcome(enum.Enum):
-    """How a search ended."""
+    """How a search ended: the value is a sentence, which may change; `code` does not."""
 
     CONVERGED = "converged: the first-order conditions hold within the bounds"
     # For methods without derivatives.
@@ -29,6 +29,11 @@ class Outcome(enum.Enum):
     )
     NO_SLOPE = "did not converge: the derivatives of the model are not finite at the end of the search"
     NOT_FINITE = "did not start: the model is not finite at the start values"
+
+    @property
+    def code(self) -> str:
+        """Its word in ``result.json``, such as ``converged`` or ``max_steps``."""
+        return self.name.lower()
 
     @property
     def converged(self) -> bool:

@@ -403,7 +403,7 @@ class FitResult(SavedInFolder, Presented):
     def _plain(self) -> dict[str, Any]:
         head = {
             "outcome": {
-                "code": self.outcome.name.lower(),
+                "code": self.outcome.code,
                 "converged": self.converged,
                 "sentence": self.outcome.value,
             },

@@ -11,6 +11,8 @@ from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.table import refusal
 
 _COLUMNS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission", "bsdf_per_sr")
+# Between the workbook and the sheet in the name of what was read.
+_SHEET = ", sheet "
 
 
 def join(parts: Sequence[GonioData]) -> GonioData:
@@ -44,10 +46,30 @@ def join(parts: Sequence[GonioData]) -> GonioData:
     )
     refuse_several_conditions(data)
     sizes = ", ".join(f"{part.source} ({len(part)} rows)" for part in parts)
-    what = "sheets" if all(", sheet " in part.source for part in parts) else "files"
+    what = "sheets" if all(_SHEET in part.source for part in parts) else "files"
     notes = [f"{len(parts)} {what} were joined: {sizes}."]
-    notes += [f"{part.source}: {note}" for part in parts for note in part.notes]
+    notes += _merged_notes(parts, what)
     return data.replace(notes=[*notes, *_shared_directions(data, parts)])
+
+
+def _merged_notes(parts: Sequence[GonioData], what: str) -> list[str]:
+    """The notes of all parts, each once and after those to which it applies."""
+    found: dict[str, dict[str, None]] = {}
+    for part in parts:
+        for note in part.notes:
+            found.setdefault(note, {})[part.source] = None
+    return [f"{_places(list(sources), parts, what)}: {note}" for note, sources in found.items()]
+
+
+def _places(sources: list[str], parts: Sequence[GonioData], what: str) -> str:
+    if len(sources) == 1:
+        return sources[0]
+    if len(sources) == len(parts):
+        return f"Both {what}" if len(parts) == 2 else f"All {what}"
+    books, _, names = zip(*(source.rpartition(_SHEET) for source in sources), strict=True)
+    return (
+        f"{books[0]}, sheets {', '.join(names)}" if len({*books}) == 1 and books[0] else " and ".join(sources)
+    )
 
 
 def _refuse_partial_sigma(parts: Sequence[GonioData]) -> None:

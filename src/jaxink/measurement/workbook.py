@@ -75,8 +75,11 @@ def read_sheets(
     tables = [name for name in filled if any(_has_numbers(row) for row in sheets[name][1])]
     found, wanted = [], chosen(path, list(sheets), filled, tables, sheet)
     for name, side in wanted:
-        source = str(path) if len(wanted) == 1 else f"{path}, sheet {name}"
-        table = _table(source, *sheets[name], name, renamed, edges)
+        # Of several, each is named by its source.
+        is_one = len(wanted) == 1
+        source = str(path) if is_one else f"{path}, sheet {name}"
+        told = [f"The table is sheet '{name}' of the workbook."] if is_one else []
+        table = _table(source, *sheets[name], told, name, renamed, edges)
         notes = table.notes
         if sheet is None and len(filled) > 1:
             others = ", ".join(other for other in filled if other != name)
@@ -142,10 +145,11 @@ def _expanded(path: Path, name: str, line: int, row: list[tuple[int, str]]) -> l
     return cells
 
 
-def _table(source: str, lines: list[int], rows: list[list[str]], sheet: str, renamed, edges) -> TextTable:
-    told = f"The table is sheet '{sheet}' of the workbook."
+def _table(
+    source: str, lines: list[int], rows: list[list[str]], told: list[str], sheet: str, renamed, edges
+) -> TextTable:
     if not renamed:
-        found = matrix.table_of(source, list(zip(lines, rows, strict=True)), edges, [told])
+        found = matrix.table_of(source, list(zip(lines, rows, strict=True)), edges, told)
         if found is not None:
             return found
     if edges is not None:
@@ -154,7 +158,7 @@ def _table(source: str, lines: list[int], rows: list[list[str]], sheet: str, ren
     names = tuple(name.strip() for name in rows[position])
     header_line = lines[position]
     require_names(source, names, header_line, ())
-    notes = [told, *title_note(lines[:position], header_line)]
+    notes = [*told, *title_note(lines[:position], header_line)]
     numbers, cells = lines[position + 1 :], rows[position + 1 :]
     if not cells:
         raise refusal(source, "has a header but no data rows")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from jaxink.errors import InputRefusedError
+from jaxink.numerics.digits import with_uncertainty
 from jaxink.plots.cuts import BEFORE, FITTED
 from jaxink.plots.figure import PageFigure, Style, blank_figure
 from jaxink.plots.scan_views import headed, used_wavelengths
@@ -28,17 +29,22 @@ _TOP, _BOTTOM, _HEIGHT, _BETWEEN = 0.75, 0.85, 1.65, 0.6
 
 
 class Curve(NamedTuple):
-    """A quantity of one fit against the wavelength; errors are nan where there is none."""
+    """A quantity of one fit against the wavelength; errors are nan where there is none.
+
+    ``is_shared``: whether it is one parameter for all wavelengths, of which each entry repeats the value.
+    """
 
     wavelength_nm: np.ndarray
     value: np.ndarray
     error: np.ndarray
+    is_shared: bool = False
 
 
 def spectrum_figure(results: "FitResult | Mapping[str, FitResult]") -> PageFigure:
     """Optical properties of each scattering layer, other free parameters, and the misfit, by wavelength.
 
-    Bars are standard errors; a fit that is a misfit has none, because they would be meaningless.
+    Bars are standard errors; a fit that is a misfit has none, because they would be meaningless. A parameter
+    that all wavelengths share is a level line with its value, in a band of its standard error.
 
     Parameters
     ----------
@@ -90,11 +96,14 @@ def spectrum_figure(results: "FitResult | Mapping[str, FitResult]") -> PageFigur
 def quantities(result: "FitResult") -> dict[str, Curve]:
     """Quantities that change with the wavelength, by their names in words."""
     points: dict[str, list[tuple[float, float, float | None]]] = {}
+    shared = set[str]()
     several = len({d.layer for d in result.derived}) > 1
     for d in result.derived:
         if d.quantity in _WORDS:
             head = f"{d.layer}: {_WORDS[d.quantity]}" if several else _WORDS[d.quantity]
             points.setdefault(head, []).append((d.wavelength_nm, d.value, d.standard_error))
+            if f"{d.layer}.{d.quantity}" in result.parameters:
+                shared.add(head)
     derived = {f"{d.layer}.{d.quantity}" for d in result.derived if d.quantity in _WORDS}
     for p in result.parameters.free:
         stem, _, wavelength = p.name.partition("@")
@@ -102,7 +111,7 @@ def quantities(result: "FitResult") -> dict[str, Curve]:
             head = f"{stem} [{p.unit}]" if p.unit else stem
             points.setdefault(head, []).append((float(wavelength), p.value, p.standard_error))
     holds = result.verdict.standard_errors_hold
-    return {head: _curve(rows, holds) for head, rows in points.items()}
+    return {head: _curve(rows, holds, head in shared) for head, rows in points.items()}
 
 
 def misfit(result: "FitResult") -> Curve:
@@ -121,9 +130,10 @@ def misfit_label(result: "FitResult") -> str:
     return "rms of the residual [%]" if result.whitened is None else "rms of the residual [σ]"
 
 
-def _curve(rows: list[tuple[float, float, float | None]], holds: bool) -> Curve:
+def _curve(rows: list[tuple[float, float, float | None]], holds: bool, may_be_shared: bool) -> Curve:
     nm, value, error = (np.array(column, float) for column in zip(*sorted(_known(rows)), strict=True))
-    return Curve(nm, value, error if holds else np.full(nm.size, np.nan))
+    is_shared = may_be_shared and bool(np.all(value == value[0]))
+    return Curve(nm, value, error if holds else np.full(nm.size, np.nan), is_shared)
 
 
 def _known(rows: list[tuple[float, float, float | None]]) -> Iterator[tuple[float, float, float]]:
@@ -137,6 +147,9 @@ def _bars(result: "FitResult") -> str:
 
 def _draw(axes: "Axes", curve: Curve, style: Style) -> None:
     colour = style["color"]
+    if curve.is_shared:
+        _draw_level(axes, curve, style)
+        return
     axes.plot(curve.wavelength_nm, curve.value, **style, marker="o", markersize=3, zorder=2)
     known = np.isfinite(curve.error)
     if known.any():
@@ -150,6 +163,25 @@ def _draw(axes: "Axes", curve: Curve, style: Style) -> None:
             capsize=2,
             zorder=3,
         )
+
+
+def _draw_level(axes: "Axes", curve: Curve, style: Style) -> None:
+    value, error = float(curve.value[0]), float(curve.error[0])
+    ends = curve.wavelength_nm[[0, -1]]
+    axes.plot(ends, [value, value], **style, zorder=2)
+    known = np.isfinite(error)
+    if known:
+        axes.fill_between(ends, value - error, value + error, color=style["color"], alpha=0.2, linewidth=0)
+    text = f"{with_uncertainty(value, error if known else None)}, all wavelengths"
+    axes.annotate(
+        text,
+        (ends.mean(), value),
+        (0, 4),
+        textcoords="offset points",
+        ha="center",
+        fontsize=8,
+        color=style["color"],
+    )
 
 
 def _finish(axes: "Axes", from_zero: bool) -> None:

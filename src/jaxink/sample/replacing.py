@@ -1,22 +1,14 @@
 """Other values for parameters of a sample, each checked against its range."""
 
-import math
 import re
 from collections.abc import Mapping
 
 from jaxink.errors import InputRefusedError, require_number
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameters import ParameterTable
+from jaxink.sample.units import AMBIGUOUS, converted
 
-# Of one quantity, in units of the first.
-_UNITS = (
-    {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "nm": 1e-6, "cm": 10.0, "m": 1e3},
-    {"1/mm": 1.0, "1/um": 1e3, "1/µm": 1e3, "1/cm": 0.1, "1/m": 1e-3},
-    {"deg": 1.0, "rad": 180 / math.pi},
-)
 _ASSIGNMENT = re.compile(r"\s*([^=\s]+)\s*=\s*([-+.,\deE]+)\s*(\S*)\s*")
-# One and a half thousand, or one and a half.
-AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def with_values(table: ParameterTable, values: Mapping[str, float]) -> ParameterTable:
@@ -90,19 +82,16 @@ def assigned(table: ParameterTable, texts: list[str]) -> dict[str, float]:
             value = float(number.replace(",", ".", 1))
         except ValueError:
             raise InputRefusedError(f"--set '{text}': '{number}' is not a number.") from None
-        values[name] = value * (_factor(name, unit, table[name].unit) if unit else 1.0)
+        values[name] = _in_own_unit(name, value, unit, table[name].unit) if unit else value
     return values
 
 
-def _factor(name: str, given: str, own: str) -> float:
-    """By which a value in one unit is multiplied to be in another."""
-    for units in _UNITS:
-        if given in units and own in units:
-            return units[given] / units[own]
-    if given == own:
-        return 1.0
-    wanted = f"in {own}" if own else "a pure number"
-    raise InputRefusedError(f"--set: {name} is given in {given}; it must be {wanted}.")
+def _in_own_unit(name: str, value: float, given: str, own: str) -> float:
+    found = converted(value, given, own)
+    if found is None:
+        wanted = f"in {own}" if own else "a pure number"
+        raise InputRefusedError(f"--set: {name} is given in {given}; it must be {wanted}.")
+    return found
 
 
 def _hint(name: str, table: ParameterTable) -> str:

@@ -17,6 +17,7 @@ from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.report_rows import (
     candidate_row,
     figures_row,
+    inapplicable_names,
     parameter_row,
     scan_rows,
     step_row,
@@ -207,6 +208,7 @@ class Diagnosis(SavedInFolder, Presented):
                 "candidates": [candidate_row(row) for row in self.candidates],
                 "remaining_candidates": [candidate_row(row) for row in self.remaining],
                 "not_testable": self.not_testable,
+                "inapplicable": inapplicable_names(self.not_testable),
                 "further_measurements": self.further,
                 "data_consistency": self.consistency,
                 "structure": {

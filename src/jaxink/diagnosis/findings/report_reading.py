@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from jaxink.effects.kinds import Inapplicable
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import described, read_json
 from jaxink.files.reading import shown_path
@@ -49,7 +50,17 @@ def read_report(path: str | Path) -> dict[str, Any]:
             f"{shown_path(path)}: schema_version is {described(version)}; this jaxink reads reports of "
             f"versions 1 and {REPORT_VERSION}."
         )
-    return _renamed(report) | {"schema_version": REPORT_VERSION} if version == 1 else report
+    report = _renamed(report) | {"schema_version": REPORT_VERSION} if version == 1 else report
+    return _with_kinds_of_reasons(report)
+
+
+def _with_kinds_of_reasons(report: dict[str, Any]) -> dict[str, Any]:
+    """Reasons that lie in the sample as `Inapplicable` again; reports before there were such name none."""
+    reasons, names = report.get("not_testable"), report.get("inapplicable", [])
+    if not isinstance(reasons, dict) or not isinstance(names, list):
+        return report
+    kept = {name: Inapplicable(reason) if name in names else reason for name, reason in reasons.items()}
+    return report | {"not_testable": kept}
 
 
 def _renamed(value: Any) -> Any:

@@ -1,6 +1,7 @@
 """Entries of ``report.json``; docs/diagnosis.md describes them."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from jaxink.diagnosis.search.allowance import TimeLimit
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
+from jaxink.effects.kinds import Inapplicable
 from jaxink.measurement import GonioData
 
 
@@ -83,6 +85,11 @@ def figures_row(summary: Summary) -> dict[str, Any]:
 def candidate_row(row: CandidateRow) -> dict[str, Any]:
     """A candidate; `members` is called ``class``."""
     return {"class" if key == "members" else key: value for key, value in dataclasses.asdict(row).items()}
+
+
+def inapplicable_names(reasons: Mapping[str, str]) -> list[str]:
+    """The effects whose reason lies in the sample, which text alone would not keep."""
+    return [name for name, reason in reasons.items() if isinstance(reason, Inapplicable)]
 
 
 def structure_row(structure: StructureResult) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Records of a search: screens with the subsequent refits, and effects that were added."""
 
 import dataclasses
+from typing import Any
 
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
@@ -85,6 +86,10 @@ class Step:
             term_errors={t.name: found[t.name].standard_error for t in effect.terms},
             refit=best,
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process gets: without the refit, whose compiled programs belong to this one."""
+        return {**self.__dict__, "refit": None}
 
     @property
     def shown(self) -> float:
