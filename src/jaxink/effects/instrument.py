@@ -204,8 +204,8 @@ class Nonlinearity(ReadingEffect):
     name, sign, usual = "nonlinearity", 0, 0.02
     statement = "the detector is not linear, or something else grows with the signal"
     numbered = (
-        "the detector is not linear, or something else grows with the signal: the reading of the largest one is "
-        "off by {relative%}"
+        "the detector is not linear, or something else grows with the signal: the reading of the largest one "
+        "is off by {relative%}"
     )
     # A weak one resembles much that light adds, and detectors of goniometers are linear to 0.1 % as a rule.
     handicap = 10.0
