@@ -29,8 +29,8 @@ _RELATIVE, _FLOOR_PER_SR, _SCAN_RELATIVE = 0.005, 1e-4, 0.004
 _STEP_DEG, _LAST_DEG = 2.5, 85.0
 # Rows nearer to a regular peak, and to the source, are absent.
 _PEAK_DEG, _SOURCE_DEG = 2.5, 4.0
-# Points of the tables of phase functions, and of radii with their range in standard deviations.
-_COSINES, _RADII, _LOGARITHMIC_RANGE = 2001, 61, 4.0
+# Points of the tables of phase functions, and of radii, with their range in standard deviations.
+_COSINES, _RADII, _DEVIATIONS = 2001, 121, 5.0
 _STRUCTURE_NODES = 4001
 
 
@@ -61,7 +61,9 @@ def _of_spheres(ink: Ink) -> tuple[float, float, Tabulated]:
     spread = np.log(ink.size_ratio)
     if spread > 0:
         nodes, weights = np.polynomial.legendre.leggauss(_RADII)
-        z = _LOGARITHMIC_RANGE * nodes
+        # Scattering grows with the sixth power of a small radius, which moves its weight upwards.
+        low, high = -_DEVIATIONS, _DEVIATIONS + 6 * spread
+        z = 0.5 * (low + high) + 0.5 * (high - low) * nodes
         radii_nm, shares = ink.radius_nm * np.exp(spread * z), weights * np.exp(-(z**2) / 2)
     else:
         radii_nm, shares = np.array([ink.radius_nm]), np.ones(1)
