@@ -22,9 +22,9 @@ from benchmarks.montecarlo import (
 from benchmarks.validation.names.cases import INCIDENCES_DEG, WAVELENGTH_NM, Case, Ink
 
 MEASUREMENTS = Path(__file__).with_name("measurements")
-# With a rough face, few of the events send light to a detector.
-PHOTONS, PHOTONS_OF_ROUGH = 120_000, 500_000
-# The Monte Carlo's own error, which all directions of an incidence share, is declared as that of a scan.
+# Photons are followed in rounds until the median standard error is small, or there are this many.
+_IN_ROUND, _MOST_ROUNDS, _STANDARD_ERROR = 100_000, 30, 0.0025
+# The Monte Carlo's own error, which directions of an incidence share, is declared as that of a scan.
 _RELATIVE, _FLOOR_PER_SR, _SCAN_RELATIVE = 0.005, 1e-4, 0.004
 _STEP_DEG, _LAST_DEG = 2.5, 85.0
 # Rows nearer to a regular peak, and to the source, are absent.
@@ -105,7 +105,6 @@ def hard_sphere_structure(ink: Ink, cosines: np.ndarray) -> np.ndarray:
 
 def draw(case: Case) -> dict:
     """BSDF without noise at all rows, and its standard error from the Monte Carlo."""
-    n_photons = PHOTONS if case.sigma_deg is None else PHOTONS_OF_ROUGH
     plate = Layer(case.plate_index, case.plate_mm)
     sample = Sample((plate, layer_of(case.ink)))
     if case.sigma_deg is not None:
@@ -126,14 +125,24 @@ def draw(case: Case) -> dict:
                 for albedo, is_transmission in ((case.backing, False), (None, True))
             ]
         for part, detectors in parts:
-            found = simulate(part, theta_i_deg, n_photons, seed, detectors)
-            mean, error = Result.mean_and_error(found.bsdf)
+            mean, error = _followed(part, theta_i_deg, seed, detectors)
             values.append(case.gain * mean)
             errors.append(case.gain * error)
     return {
         "bsdf_per_sr": [float(f"{value:.5g}") for value in np.concatenate(values)],
         "standard_error_per_sr": [float(f"{error:.2g}") for error in np.concatenate(errors)],
     }
+
+
+def _followed(sample: Sample, theta_i_deg: float, seed: int, detectors: Detectors):
+    """Mean and standard error of the BSDF of as many photons as it needs."""
+    rounds = []
+    while len(rounds) < _MOST_ROUNDS:
+        rounds.append(simulate(sample, theta_i_deg, _IN_ROUND, seed + len(rounds), detectors).bsdf)
+        mean, error = Result.mean_and_error(np.mean(rounds, axis=0))
+        if np.median(error / mean) < _STANDARD_ERROR:
+            break
+    return mean, error
 
 
 def _only(detectors: Detectors, is_transmission: bool) -> Detectors:
