@@ -1,10 +1,12 @@
 """The objective of a fit: the residual vector of one measurement."""
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Protocol, TypeVar, runtime_checkable
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
@@ -21,12 +23,13 @@ from jaxink.solver.config import SolverConfig
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
 
 
+@partial(jax.jit, static_argnames="n_scans")
 def whiten_scans(
     residual: Float[ArrayLike, " points"],
     common: Float[ArrayLike, " points"],
     scan: Int[ArrayLike, " points"],
     n_scans: int,
-) -> Float[ArrayLike, " points"]:
+) -> Float[Array, " points"]:
     """Whiten residuals r of covariance 1 + q q^T within each scan: (1 + q q^T)^(-1/2) r.
 
     Parameters
@@ -45,19 +48,12 @@ def whiten_scans(
     Woodbury identity; the symmetric root for a rank-one term is
     1 - (1 - 1/sqrt(1 + q^T q)) q q^T / q^T q.
     """
-    square, along = (_sums(values, scan, n_scans) for values in (common**2, common * residual))
-    root = (1 + square) ** 0.5
+    square = jnp.zeros(n_scans).at[scan].add(common**2)
+    along = jnp.zeros(n_scans).at[scan].add(common * residual)
+    root = jnp.sqrt(1 + square)
     # (1 - 1/root) / square, without a division by zero if there is no common factor.
     factor = 1 / (root * (1 + root))
     return residual - common * (factor * along)[scan]
-
-
-def _sums(values: Float[ArrayLike, " points"], scan, n_scans: int) -> Float[ArrayLike, " scans"]:
-    """Sum of the values of each scan."""
-    if isinstance(values, np.ndarray):
-        # numpy arrays need no compilation.
-        return np.bincount(scan, values, n_scans)
-    return jnp.zeros(n_scans).at[scan].add(values)
 
 
 @runtime_checkable
