@@ -35,7 +35,10 @@ TESTS = Path(__file__).resolve().parent
 # bits on. All other tests run in JAX's own 32 bits, as a user's program does.
 IN_64_BITS = (
     *("model", "numerics", "optics", "particles", "physics", "reference", "solver", "surfaces"),
-    *(f"fitting/test_{name}.py" for name in ("bounded", "log_density", "objective", "scaling")),
+    *(
+        f"fitting/test_{name}.py"
+        for name in ("bounded", "levenberg_marquardt", "log_density", "objective", "scaling")
+    ),
 )
 
 SHARED = Path(os.environ.get("JAXINK_DATA") or TESTS.parents[1] / "shared" / "data")

@@ -4,8 +4,9 @@ import statistics
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from benchmarks.optimisers import agreement
 from benchmarks.optimisers.figures import draw
-from benchmarks.optimisers.judgement import Judged, Variant
+from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at
 from benchmarks.optimisers.problems import PRINTED, Posed
 from benchmarks.optimisers.searches import BUDGET, N_STARTS
 from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
@@ -35,6 +36,10 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         verdict=verdict(judged),
         missing=f"Without kept searches: {', '.join(f'`{name}`' for name in missing)}." if missing else "",
         figures=figures(judged),
+        within=100 * WITHIN,
+        jacobians=jacobians_to_best(judged),
+        agreement=agreement.of_kept(),
+        sensitive=agreement.sensitive(),
         sections="\n\n".join(section(one) for one in judged),
     )
     write_page("optimisers.md", text)
@@ -60,6 +65,25 @@ def overview(judged: list[Judged]) -> str:
             row += [""] * 5
         rows.append(row)
     return table(header, rows)
+
+
+def jacobians_to_best(judged: list[Judged]) -> str:
+    """Jacobians up to the best minimum, where these methods have searched from all starts."""
+    methods = ("gradient", "optimistix_levenberg_marquardt", "optimistix_dogleg", "trf", "dogbox")
+    variants = [Variant(method, False) for method in methods]
+    rows = []
+    for one in judged:
+        if any(len(one.searches.get(variant, {})) < N_STARTS for variant in variants):
+            continue
+        row = [f"`{one.name}`"]
+        for variant in variants:
+            lines = one.searches[variant].values()
+            efforts = (effort_at(line, one.target, lambda entry: entry[1]) for line in lines)
+            reached = [effort for effort in efforts if effort is not None]
+            median = f"{statistics.median(reached):g}" if reached else "never"
+            row.append(median if len(reached) == len(lines) else f"{median} ({len(reached)} of {len(lines)})")
+        rows.append(row)
+    return table(["problem", *methods], rows)
 
 
 def verdict(judged: list[Judged]) -> str:

@@ -1,13 +1,21 @@
-"""The bounded Levenberg-Marquardt against scipy's trust-region reflective method."""
+"""Steps of damped least squares within a box, and searches by them, against scipy."""
+
+import subprocess
+import sys
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix as optx
 import pytest
 from scipy.optimize import least_squares, lsq_linear
 
-from jaxink.fitting.bounded import bounded_step, descend
+from jaxink.fitting import BoundedLevenbergMarquardt
+from jaxink.fitting.bounded import Box, bounded_step
 from jaxink.fitting.compiled import Point
+from jaxink.fitting.curvature import Factors
+from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.stepped_search import descend
 
 
 def rosenbrock(x, _):
@@ -55,7 +63,8 @@ def problems():
 PROBLEMS = {name: rest for name, *rest in problems()}
 
 
-def solve(residual, data, lower, upper, start, most=200):
+def evaluated(residual, data, most):
+    """The residual and its Jacobian at a point, at most so many times."""
     both = jax.jit(lambda x: (residual(x, data), jax.jacfwd(residual)(x, data)))
     count = 0
 
@@ -66,7 +75,13 @@ def solve(residual, data, lower, upper, start, most=200):
         rows, jacobian = map(np.asarray, both(jnp.asarray(x)))
         return Point(np.asarray(x), rows, rows, jacobian)
 
-    return descend(evaluate, start, lower, upper, decrement=1e-12)[0].point.unit
+    return evaluate
+
+
+def solve(residual, data, lower, upper, start, most=200):
+    found, outcome = descend(evaluated(residual, data, most), start, lower, upper, decrement=1e-12)
+    assert outcome is Outcome.CONVERGED
+    return found.unit
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -114,7 +129,7 @@ def test_undamped_step_of_a_linear_problem_is_feasible_and_ends_at_scipys_soluti
     for _ in range(20):
         q, triangle = np.linalg.qr(matrix)
         projected = q.T @ (matrix @ y - target)
-        y = y + bounded_step(triangle, projected, y, lower, upper, 1e-9)
+        y = y + np.asarray(bounded_step(Factors(triangle, projected), y, Box(lower, upper), 1e-9))
         assert np.all((y >= lower) & (y <= upper))
     expected = lsq_linear(matrix, target, bounds=(lower, upper), tol=1e-14)
     assert np.sum((matrix @ y - target) ** 2) == pytest.approx(2 * expected.cost, rel=1e-8)
@@ -126,7 +141,7 @@ def test_equal_bounds_hold_a_variable_and_a_dependent_column_does_no_harm():
     projected = q.T @ np.array([1.0, -1.0, 0.5])
     lower, upper = np.array([-9.0, -9.0, 0.3]), np.array([9.0, 9.0, 0.3])
     y = np.array([0.0, 0.0, 0.3])
-    step = bounded_step(triangle, projected, y, lower, upper, 0.0)
+    step = bounded_step(Factors(triangle, projected), y, Box(lower, upper), 0.0)
     assert step[2] == 0
     assert np.all(np.isfinite(step))
     assert step[0] == pytest.approx(step[1])
@@ -142,3 +157,51 @@ def test_a_misfit_does_not_slow_the_search_down(curvature):
 
     end = solve(residual, (), -np.ones(3), np.ones(3), np.array([0.2, 0.0, 0.5]), most=20)
     np.testing.assert_allclose(end[:2], [0.0, 0.3], atol=1e-6)
+
+
+def not_finite(x, _):
+    return jnp.stack([jnp.log(x[0] - 1), x[0]])
+
+
+def without_slope(x, _):
+    return jnp.stack([1 + jnp.sqrt(jnp.abs(x[0] - 0.25)), x[1]])
+
+
+def against_its_derivatives(x, _):
+    """A residual that rises where its derivatives, which are wrong, promise a fall."""
+    return jnp.stack([1 + 2 * x[0] - 4 * jax.lax.stop_gradient(x[0]), jnp.ones(())])
+
+
+@pytest.mark.parametrize(
+    ("residual", "start", "outcome"),
+    [
+        (not_finite, [0.5], Outcome.NOT_FINITE),
+        (without_slope, [0.25, 0.5], Outcome.NO_SLOPE),
+        (against_its_derivatives, [0.2], Outcome.STALLED),
+    ],
+)
+def test_a_search_that_finds_no_minimum_says_so(residual, start, outcome):
+    start = np.array(start)
+    box = np.zeros_like(start), np.ones_like(start)
+    assert descend(evaluated(residual, (), 30), start, *box)[1] is outcome
+
+
+@pytest.mark.parametrize("name", ["rosenbrock-1", "two-decays-1", "resonance-3"])
+def test_the_solver_of_optimistix_takes_the_same_steps(name):
+    residual, data, lower, upper, start = PROBLEMS[name]
+    data = tuple(map(jnp.asarray, data))
+    steps = []
+
+    def follow():
+        steps.append(1)
+
+    by_steps, _ = descend(evaluated(residual, data, 200), start, lower, upper, 1e-12, follow)
+    solver, box = BoundedLevenbergMarquardt(rtol=1e-12), {"lower": lower, "upper": upper}
+    compiled = optx.least_squares(residual, solver, jnp.asarray(start), data, box)
+    assert compiled.stats["num_steps"] == len(steps)
+    np.testing.assert_allclose(compiled.value, by_steps.unit, rtol=1e-9, atol=1e-12)
+
+
+def test_a_fit_searches_by_the_solver_of_optimistix():
+    code = "import sys, jaxink; jaxink.fit; sys.exit('optimistix' not in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -34,8 +34,10 @@ def test_a_fit_of_particles_says_what_the_scalar_theory_neglects(tmp_path):
     assert neglected.largest == pytest.approx(np.max(np.abs(relative)), rel=1e-6)
     assert neglected.rms > 1e-4
     assert neglected.sentence in result.notes
+    assert 0 < result.mie_check.largest_relative_difference < 1e-6
     result.save(tmp_path)
     assert jaxink.load_result(tmp_path).neglected_polarisation == pytest.approx(neglected)
+    assert jaxink.load_result(tmp_path).mie_check == pytest.approx(result.mie_check)
 
 
 @pytest.mark.parametrize("text", [TWO_COLOURS, MIE + "\n[effects.polarisation]\nshare = 1\n"])

@@ -4,6 +4,7 @@ from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
 from jaxink.fitting.input_check import check_input
 from jaxink.fitting.inputs import marked, prepare_data
+from jaxink.fitting.levenberg_marquardt import BoundedLevenbergMarquardt
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.methods import METHODS
@@ -19,6 +20,7 @@ from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 __all__ = [
     "METHODS",
     "OBJECTIVES",
+    "BoundedLevenbergMarquardt",
     "FitOptions",
     "FitResult",
     "FittedCovariance",

@@ -13,6 +13,7 @@ from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.methods import METHODS
+from jaxink.fitting.mie_check import mie_check
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
@@ -21,6 +22,7 @@ from jaxink.fitting.programs import without_values
 from jaxink.fitting.result import (
     DerivedQuantity,
     FitResult,
+    MieCheck,
     NeglectedPolarisation,
     PathSummary,
     ProfileCurve,
@@ -88,12 +90,17 @@ def assemble(
     polarisation: NeglectedPolarisation | None = None
     with found.failures.sparing("the estimate of neglected polarisation", ""):
         polarisation = neglected_polarisation(sample, objective, best)
+    check: MieCheck | None = None
+    with found.failures.sparing("the comparison with miepython", ""):
+        check = mie_check(sample, values, tuple(objective.model.wavelengths_nm))
     derived: tuple[DerivedQuantity, ...] = ()
     with found.failures.sparing("the calculation of derived quantities", ""):
         derived = _derived(objective, best, errors)
     said = [failure.sentence for failure in found.failures.found]
     if polarisation is not None:
         said.insert(0, polarisation.sentence)
+    if check is not None and check.warning is not None:
+        said.insert(0, check.warning)
     return FitResult(
         sample=dataclasses.replace(sample, parameters=table),
         data=data,
@@ -127,6 +134,7 @@ def assemble(
         seed=options.seed,
         notes=(*data.notes, *_notes(sample, objective, options, found), *_rivals(objective, found), *said),
         neglected_polarisation=polarisation,
+        mie_check=check,
     )
 
 

@@ -50,6 +50,11 @@ class Point(NamedTuple):
             loss = float(self.residual @ self.residual)
         return loss if np.isfinite(loss) else np.inf
 
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom, at least 1."""
+        return max(len(self.residual) - len(self.unit), 1)
+
     @classmethod
     def of_loss(cls, unit: Float[np.ndarray, " parameters"], loss: float) -> "Point":
         """A point of which only the loss is known."""

@@ -5,11 +5,10 @@ steps are then too long or too short by a constant factor, and a search converge
 the minimum. Each step reveals the curvature along it by the Jacobians at both ends, at no cost.
 """
 
-import dataclasses
-from typing import NamedTuple
-
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Bool, Float
 
 # Smallest curvature of a model that is used, relative to the largest, in units of the squared column norms.
 _LEAST_CURVATURE = 1e-8
@@ -17,7 +16,7 @@ _LEAST_CURVATURE = 1e-8
 _TRUSTED = 0.25
 
 
-class Factors(NamedTuple):
+class Factors(eqx.Module):
     """A quadratic model |R d + p|^2 of the loss, but for a constant.
 
     Parameters
@@ -28,17 +27,16 @@ class Factors(NamedTuple):
         p.
     """
 
-    root: Float[np.ndarray, "parameters parameters"]
-    projected: Float[np.ndarray, " parameters"]
+    root: Float[Array | np.ndarray, "parameters parameters"]
+    projected: Float[Array | np.ndarray, " parameters"]
 
-    def decrease(self, step: Float[np.ndarray, " parameters"]) -> float:
+    def decrease(self, step: Float[Array | np.ndarray, " parameters"]) -> Float[Array | np.ndarray, ""]:
         """Decrease in the loss along a step."""
         after = self.projected + self.root @ step
-        return float(self.projected @ self.projected - after @ after)
+        return self.projected @ self.projected - after @ after
 
 
-@dataclasses.dataclass(frozen=True)
-class Curvature:
+class Curvature(eqx.Module):
     """Sum over the residuals of residual times second derivatives, as far as known, and whether to use it.
 
     Parameters
@@ -53,33 +51,39 @@ class Curvature:
     Dennis, Gay, Welsch 1981 ACM Trans. Math. Softw. 7, 348 (NL2SOL).
     """
 
-    matrix: Float[np.ndarray, "parameters parameters"]
-    is_better: bool = False
+    matrix: Float[Array | np.ndarray, "parameters parameters"]
+    is_better: Bool[Array | np.ndarray, ""]
 
-    def added_to(self, plain: Factors) -> Factors | None:
-        """The model with this curvature; None if it has no minimum."""
-        norms = np.linalg.norm(plain.root, axis=0)
+    def added_to(self, plain: Factors) -> tuple[Factors, Bool[Array, ""]]:
+        """The model with this curvature, and whether that has a minimum; if not, the plain one."""
+        norms = jnp.linalg.norm(plain.root, axis=0)
         # Variables without effect have no curvature.
-        kept = np.flatnonzero(norms > 0)
-        norms, n = norms[kept], len(norms)
-        gradient = (plain.root.T @ plain.projected)[kept] / norms
-        whole = (plain.root.T @ plain.root + self.matrix)[np.ix_(kept, kept)]
-        values, vectors = np.linalg.eigh(whole / np.outer(norms, norms))
-        if not len(kept) or values[0] <= _LEAST_CURVATURE * values[-1]:
-            return None
-        roots = np.sqrt(values)
-        root, projected = np.zeros((n, n)), np.zeros(n)
-        root[np.ix_(kept, kept)] = (vectors * roots).T * norms
-        projected[kept] = (vectors / roots).T @ gradient
-        return Factors(root, projected)
+        kept = norms > 0
+        lengths = jnp.where(kept, norms, 1.0)
+        gradient = plain.root.T @ plain.projected / lengths
+        whole = (plain.root.T @ plain.root + self.matrix) / jnp.outer(lengths, lengths)
+        whole = jnp.where(jnp.outer(kept, kept), whole, 0.0)
+        # Theirs is the mean of the others' eigenvalues here, which is neither the least nor the largest.
+        mean = jnp.trace(whole) / jnp.maximum(jnp.sum(kept), 1)
+        whole = whole + jnp.diag(jnp.where(kept, 0.0, mean))
+        is_finite = jnp.all(jnp.isfinite(whole))
+        values, vectors = jnp.linalg.eigh(jnp.where(is_finite, whole, jnp.eye(len(norms))))
+        has_minimum = is_finite & jnp.any(kept) & (values[0] > _LEAST_CURVATURE * values[-1])
+        roots = jnp.sqrt(jnp.where(has_minimum, values, 1.0))
+        root = (vectors * roots).T * jnp.where(kept, norms, 0.0)
+        projected = (vectors / roots).T @ gradient
+        model = Factors(
+            jnp.where(has_minimum, root, plain.root), jnp.where(has_minimum, projected, plain.projected)
+        )
+        return model, has_minimum
 
     def after(
         self,
-        step: Float[np.ndarray, " parameters"],
-        change: Float[np.ndarray, " parameters"],
-        of_gradient: Float[np.ndarray, " parameters"],
-        foreseen: tuple[float, float],
-        decrease: float,
+        step: Float[Array | np.ndarray, " parameters"],
+        change: Float[Array | np.ndarray, " parameters"],
+        of_gradient: Float[Array | np.ndarray, " parameters"],
+        foreseen: Float[Array | np.ndarray, ""],
+        decrease: Float[Array | np.ndarray, ""],
     ) -> "Curvature":
         """What is known after a step.
 
@@ -92,22 +96,22 @@ class Curvature:
         of_gradient
             Change of half the gradient of the loss.
         foreseen
-            Decrease in the loss by Gauss-Newton's model, and by the model with this curvature.
+            Decrease in the loss by Gauss-Newton's model.
         decrease
             That which came.
         """
-        plain, corrected = foreseen
-        along = float(step @ of_gradient)
-        if not along > 0:
-            return dataclasses.replace(self, is_better=False)
-        used = float(step @ self.matrix @ step)
+        of_gradient = jnp.asarray(of_gradient)
+        along = step @ of_gradient
+        used = step @ self.matrix @ step
         # The curvature shrinks with the residual; without this, it would lag behind.
-        size = min(abs(float(step @ change)) / abs(used), 1.0) if used != 0 else 1.0
-        matrix = size * self.matrix
+        size = jnp.minimum(jnp.abs(step @ change) / jnp.where(used != 0, jnp.abs(used), 1.0), 1.0)
+        matrix = jnp.where(used != 0, size, 1.0) * self.matrix
         missing = change - matrix @ step
-        outer = np.outer(missing, of_gradient) / along
-        matrix = (
-            matrix + outer + outer.T - float(step @ missing) * np.outer(of_gradient, of_gradient) / along**2
-        )
-        is_off = abs(plain - decrease) > _TRUSTED * abs(plain)
-        return Curvature(matrix, is_off and abs(corrected - decrease) <= abs(plain - decrease))
+        length = jnp.where(along > 0, along, 1.0)
+        outer = jnp.outer(missing, of_gradient) / length
+        beyond = (step @ missing) * jnp.outer(of_gradient, of_gradient) / length**2
+        matrix = matrix + outer + outer.T - beyond
+        misses = jnp.abs(foreseen - decrease)
+        is_better = (misses > _TRUSTED * jnp.abs(foreseen)) & (jnp.abs(foreseen - used - decrease) <= misses)
+        # A step along which the gradient falls tells nothing of a minimum.
+        return Curvature(jnp.where(along > 0, matrix, self.matrix), (along > 0) & is_better)

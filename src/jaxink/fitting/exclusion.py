@@ -8,12 +8,14 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from jaxink.errors import NotFiniteError
-from jaxink.fitting.bounded import DECREMENT, NEAR_DAMPING, linear_minimum
+from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.compiled import Point
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
+from jaxink.fitting.search_state import NEAR_DAMPING
+from jaxink.fitting.stepped_search import linear_minimum
 from jaxink.numerics.precision import computing
 
 # Factor of sigma of an excluded point: it affects neither the fit nor the scan's common factor.

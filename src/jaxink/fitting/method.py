@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.bounded import DECREMENT, Linearised
+from jaxink.fitting.bounded import DECREMENT, Box, Reduced, reduced
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.outcome import Outcome, Search
@@ -106,7 +106,7 @@ def search(
         outcome = method.descend(watched, at)
     except LimitReached as reached:
         outcome = reached.outcome
-    outcome, end = _ended(method, watched, outcome)
+    outcome, end, decrement = _ended(method, watched, outcome)
     seconds = watched.seconds
     budget.spend(watched.evaluations + watched.jacobians, seconds)
     compiled.count(watched.evaluations, watched.jacobians)
@@ -125,24 +125,32 @@ def search(
         evaluations=watched.evaluations,
         run_seconds=seconds,
         compile_seconds=compile_seconds,
-        decrement=float("nan") if end is None else end.decrement,
-        triangle=None if end is None else end.triangle,
-        gradient=None if end is None else end.gradient,
+        decrement=decrement,
+        triangle=None if end is None else np.asarray(end.triangle),
+        gradient=None if end is None else np.asarray(end.gradient),
         predicted=best.predicted,
         path=watched.path(),
     )
 
 
-def _ended(method: Method, watched: WatchedObjective, outcome: Outcome) -> tuple[Outcome, Linearised | None]:
-    """How a search ended, and the derivatives at its best point if the method has them."""
+def _ended(
+    method: Method, watched: WatchedObjective, outcome: Outcome
+) -> tuple[Outcome, Reduced | None, float]:
+    """How a search ended, and the derivatives at its best point with the decrement if the method has them."""
     best = watched.complete(method.has_jacobian)
-    end = None if best.jacobian is None else Linearised(best, watched.lower, watched.upper)
+    if best.jacobian is None:
+        if not np.isfinite(best.loss):
+            outcome = Outcome.NOT_FINITE
+        elif outcome is Outcome.CONVERGED:
+            outcome = Outcome.SETTLED
+        return outcome, None, float("nan")
+    end, _ = reduced(best.unit, best.residual, best.jacobian)
+    decrement = float(end.decrement(Box(watched.lower, watched.upper)))
     if not np.isfinite(best.loss):
         outcome = Outcome.NOT_FINITE
-    elif end is None and outcome is Outcome.CONVERGED:
-        outcome = Outcome.SETTLED
-    elif end is not None and not np.all(np.isfinite(end.triangle)):
+    elif not np.all(np.isfinite(end.triangle)):
         outcome = Outcome.NO_SLOPE
-    elif end is not None and outcome in (Outcome.CONVERGED, Outcome.STALLED):
-        outcome = Outcome.CONVERGED if end.meets_conditions(method.decrement) else Outcome.STALLED
-    return outcome, end
+    elif outcome in (Outcome.CONVERGED, Outcome.STALLED):
+        is_minimum = decrement <= method.decrement * best.loss / best.freedom
+        outcome = Outcome.CONVERGED if is_minimum else Outcome.STALLED
+    return outcome, end, decrement

@@ -139,6 +139,37 @@ class NeglectedPolarisation:
         )
 
 
+# Larger differences between two programs are no rounding.
+_SAME_SERIES = 1e-6
+
+
+@dataclasses.dataclass(frozen=True)
+class MieCheck:
+    """The Mie series at the solution beside that of miepython, another program.
+
+    Parameters
+    ----------
+    spheres
+        Number of spheres compared.
+    largest_relative_difference
+        Of efficiencies, asymmetry parameters and phase functions.
+    """
+
+    spheres: int
+    largest_relative_difference: float
+
+    @property
+    def warning(self) -> str | None:
+        """For the user, if the two differ."""
+        if self.largest_relative_difference <= _SAME_SERIES:
+            return None
+        return (
+            f"The Mie series at the solution differs from that of miepython by "
+            f"{self.largest_relative_difference:.1g}, where at most {_SAME_SERIES:g} is expected: one of the "
+            "two is wrong there. Please report it with the values of the particles."
+        )
+
+
 class NoiseOrigin(TypedDict):
     """Origin of the noise, relative factor of each scan, whether the noise is known at all, and how well.
 
@@ -194,6 +225,8 @@ class FitResult(SavedInFolder, Presented):
     neglected_polarisation
         The error of the scalar theory; None if the model takes polarisation into account, or its phase
         functions say nothing of it.
+    mie_check
+        The Mie series beside that of another program; None without Mie particles.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -221,6 +254,7 @@ class FitResult(SavedInFolder, Presented):
     notes: tuple[str, ...]
     mistakes: tuple[Mistake, ...] = ()
     neglected_polarisation: NeglectedPolarisation | None = None
+    mie_check: MieCheck | None = None
 
     @cached_property
     def result_id(self) -> str:

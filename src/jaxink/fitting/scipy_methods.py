@@ -5,7 +5,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
-from scipy import optimize
 
 from jaxink.fitting.compiled import Point
 from jaxink.fitting.method import WithJacobian, WithoutDerivatives
@@ -35,6 +34,8 @@ class ScipyMinimize(WithoutDerivatives):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
+        from scipy import optimize
+
         loss_start = watched.loss(start)
 
         def step(*_):
@@ -100,6 +101,8 @@ class DifferentialEvolution(WithoutDerivatives):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
+        from scipy import optimize
+
         found = optimize.differential_evolution(
             watched.loss,
             optimize.Bounds(watched.lower, watched.upper),
@@ -120,6 +123,8 @@ class LimitedMemoryBfgs(WithJacobian):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
+        from scipy import optimize
+
         scale = max(watched.linearised(start).loss, 1e-300)
 
         def loss(unit):
@@ -145,6 +150,8 @@ class LeastSquares(WithJacobian):
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
+        from scipy import optimize
+
         last: list[Point] = []
 
         def linearised(unit):
