@@ -389,7 +389,12 @@ def hidden(changes: list[HiddenChange] | str) -> Section | None:
         strength = f"{number(effect.strength, 3)} {effect.unit}".strip()
         shift = f"{effect.largest_in_errors:.1f}"
         rows.append([effect.effect, strength, shift, f"{number(change.percent, 2)} %"])
-    heads = ["effect", "strength", "largest shift of a parameter, standard errors", "change of R_II, rms"]
+    heads = [
+        "unseen effect",
+        "strength",
+        "largest shift of a parameter, standard errors",
+        "change of R_II, rms",
+    ]
     text = (
         "None of these was found. Each may be present up to its detection limit, or its usual strength if "
         "that is less: the parameters would then be fitted with a shift that the data do not show, and with "
