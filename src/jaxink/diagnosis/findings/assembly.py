@@ -98,7 +98,7 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
         imitations=evidence.imitations,
         shape=shape if is_odd else None,
         overlaps=overlaps_with(shape, found) if is_odd else {},
-        hidden=() if remains or time_limit is not None else hidden_effects(last, found.screenings[-1]),
+        hidden=() if remains else hidden_effects(last, found.screenings[-1]),
     )
 
 
