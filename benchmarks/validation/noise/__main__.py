@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmarks.pages import filled, table, write_page
 from benchmarks.validation.noise.coverage import RESULTS as COVERAGE
+from benchmarks.validation.noise.false_alarms import RESULTS as ALARMS
 from benchmarks.validation.noise.unstated import RESULTS as UNSTATED
 from jaxink.data import SIMULATED_TRUTH
 
@@ -34,6 +35,20 @@ def coverage_table(kept: dict) -> str:
     ]
     header = ["measurement", "reduced chi-square (deviation)", *(f"p < {p}, %" for p in (0.5, 0.05, 0.001))]
     return table([*header, "within one standard error, %", "within two, %"], rows)
+
+
+def alarms_table(kept: dict) -> str:
+    """One row for each design."""
+    rows = [
+        [
+            design,
+            *(str(found[key]) for key in ("draws", "effects")),
+            str(len(found["named"])),
+            str(found["misfits"]),
+        ]
+        for design, found in kept.items()
+    ]
+    return table(["measurement", "draws", "effects", "an effect is named", "called a misfit"], rows)
 
 
 def told(found: dict | None) -> str:
@@ -65,13 +80,14 @@ def is_false(found: dict) -> bool:
 
 def main() -> None:
     """Write the page."""
-    coverage, files = (json.loads(path.read_text()) for path in (COVERAGE, UNSTATED))
+    coverage, files, alarms = (json.loads(path.read_text()) for path in (COVERAGE, UNSTATED, ALARMS))
     compared = {name: found for name, found in files.items() if found["stated"]}
     alike = sum(told(found["stated"]) == told(found["unstated"]) for found in compared.values())
     page = filled(
         Path(__file__).with_name("noise.md.in"),
         draws=round(next(iter(coverage.values()))["draws"]),
         coverage=coverage_table(coverage),
+        alarms=alarms_table(alarms),
         files=len(compared),
         alike=alike,
         alike_names=sum(
