@@ -4,6 +4,7 @@ Seeded. Standard errors are those of 20 batches; 4 of them is the limit everywhe
 """
 
 import ast
+import dataclasses
 import json
 from pathlib import Path
 
@@ -178,3 +179,32 @@ def test_next_events_through_a_rough_face_add_up_to_the_photons_that_leave():
         difference = etendue[side] @ result.bsdf[side] - counted
         assert abs(deviations(difference, 0.0)) < LIMIT, name
         assert difference.std(ddof=1) / 20**0.5 < 0.04 * counted.mean()
+
+
+def test_light_seen_near_the_axis():
+    ink_layer = montecarlo.Layer(1.5, 0.08, 95.0, 1.1, montecarlo.HenyeyGreenstein(0.6))
+    whole = montecarlo.Sample((montecarlo.Layer(1.5, 1.0), ink_layer))
+    wide = dataclasses.replace(whole, seen_radius_mm=1e6)
+    all_of_it, all_seen = (
+        montecarlo.simulate(sample, THETA_DEG, 2_000, seed=5, detectors=LOOKED_AT).bsdf
+        for sample in (whole, wide)
+    )
+    assert all_seen == pytest.approx(all_of_it, rel=1e-6)
+    # A ring is seen by counting, too; in it, the BSDF hardly depends on the direction.
+    disc = dataclasses.replace(whole, beam_radius_mm=1.0, seen_radius_mm=2.0)
+    edges = [np.array([40.0, 50.0]), np.array([80.0, 100.0])]
+    middle = montecarlo.Detectors(np.full(2, 45.2), np.full(2, 90.0), np.array([False, True]))
+    counted = montecarlo.simulate(disc, THETA_DEG, 200_000, seed=6, ring_edges=edges).rings[:, 0, 0]
+    (sent, error), (seen, its_error) = (
+        montecarlo.Result.mean_and_error(batches)
+        for batches in (montecarlo.simulate(disc, THETA_DEG, 40_000, seed=7, detectors=middle).bsdf, counted)
+    )
+    assert np.all(np.abs(sent - seen) < LIMIT * np.hypot(error, its_error))
+    unseen = montecarlo.simulate(whole, THETA_DEG, 40_000, seed=7, detectors=middle).bsdf.mean(-1)
+    assert np.all(sent < 0.9 * unseen)
+
+
+def test_light_near_the_axis_is_not_followed_through_unlike_layers():
+    unlike = montecarlo.Sample((montecarlo.Layer(1.5, 1.0), montecarlo.Layer(1.6, 0.1)), seen_radius_mm=1.0)
+    with pytest.raises(ValueError, match="one index"):
+        montecarlo.simulate(unlike, 0.0, 20, detectors=LOOKED_AT)
