@@ -6,9 +6,6 @@ from benchmarks.pages import filled, machine, table, write_page
 from benchmarks.validation.names.cases import SIZES, Case
 from jaxink.diagnosis import VerdictCode
 
-# Verdicts that state causes.
-_STATED = (VerdictCode.EXPLAINED, VerdictCode.EXPLAINED_BY_ONE_OF, VerdictCode.INSTRUMENT)
-
 
 def is_right(case: Case, found: dict) -> bool:
     """Whether the true effects were named and no other; one of a class that cannot be told apart counts."""
@@ -23,7 +20,7 @@ def is_right(case: Case, found: dict) -> bool:
 
 def is_wrong(case: Case, found: dict) -> bool:
     """Whether a cause is stated that is none, and not offered as one of several with the true one."""
-    if found["code"] not in _STATED:
+    if not (found["effects"] and VerdictCode(found["code"]).is_met):
         return False
     # Each step names one effect; its class may hold the true one.
     return len(found["effects"]) > len(case.effects) or not set(case.effects) & set(found["class"])

@@ -1,14 +1,14 @@
-"""Errors that the models of some effects are known to have, as a share of the BSDF."""
+"""Errors that are allowed for the models of some effects, as a share of the BSDF."""
 
 from jaxink.sample import Sample
 
-# Root mean squares, against photons followed one by one: facets (docs/monte-carlo.md) and light lost beside
-# the detector's field (tests/physics/test_lateral_loss.py).
+# Root mean squares. The share of light seen in a limited field is off by so much (docs/time-to-answer.md); of
+# facets, an allowance below what photons followed one by one resolve (docs/monte-carlo.md).
 _OF_FACETS, _OF_LATERAL_LOSS = 1e-3, 2.5e-3
 
 
 def own_error(sample: Sample) -> float:
-    """Root mean square of the relative error of a sample's model, beyond that of the discretisation.
+    """Root mean square relative error allowed for a sample's model, beyond that of the discretisation.
 
     A residual of this size is no sign of anything that is missing.
 

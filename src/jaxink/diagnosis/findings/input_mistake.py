@@ -11,8 +11,6 @@ from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.fitting import FitResult
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
 
-_EXPLAINED = (VerdictCode.EXPLAINED, VerdictCode.EXPLAINED_BY_ONE_OF, VerdictCode.INSTRUMENT)
-
 
 def explains_all(mistakes: Sequence[Mistake], policy: SearchPolicy) -> bool:
     """Whether a mistake without any free parameter leaves so little that no effect need be looked for."""
@@ -47,7 +45,7 @@ def beside_mistakes(verdict: Verdict, declared: FitResult, after: Figures, polic
     reached = [m.reduced_chi_square for m in named if m.reduced_chi_square is not None]
     before, left = declared.verdict.reduced_chi_square, after.reduced_chi_square
     if before is not None and left is not None and verdict.effects:
-        is_little = verdict.code in _EXPLAINED or left - 1 <= policy.enough_share * (before - 1)
+        is_little = verdict.code.is_met or left - 1 <= policy.enough_share * (before - 1)
         if is_little and left <= min(reached, default=np.inf):
             also = " ".join(f"{mistake.statement}." for mistake in named)
             sentence = f"{verdict.sentence} A mistake in the input was considered, too: {also}"

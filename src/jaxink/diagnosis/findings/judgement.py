@@ -267,7 +267,7 @@ def _within_level(evidence: Evidence, policy: SearchPolicy) -> str:
     if figures.probability is None or figures.probability >= policy.noise_p:
         return ""
     reason = (
-        "is within the error that the model of rough faces or of a limited field is known to have"
+        "is within the error that is allowed for the model of rough faces or of a limited field"
         if evidence.is_within_own_error
         else "by less than its level is known"
     )

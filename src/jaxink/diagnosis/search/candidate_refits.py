@@ -52,16 +52,15 @@ def best_refit(stage: Stage, directions: list[Direction]) -> Refit | None:
     return max(found, key=lambda r: r.penalised(len(stage.residual)), default=None)
 
 
-def refit_from(
-    stage: Stage, directions: list[Direction], origins: Sequence[dict[str, float]]
-) -> Refit | None:
-    """As `best_refit`, also from further values of the other parameters, for all forms."""
+def refit_from(stage: Stage, directions: list[Direction], origins: Sequence[dict[str, float]]) -> None:
+    """Refit all forms of an effect, also from further values of the other parameters."""
     name = directions[0].effect.name
     for form in [form for form in stage.listed.forms if form.name == name]:
         with stage.setup.failures.sparing(f"the refit with {name} from another start", name):
-            refit(stage, form, directions)
-            _refit_again(stage, form, directions, origins)
-    return best_refit(stage, directions)
+            bench = refit(stage, form, directions).bench
+            for begun, there in itertools.product(_promising(stage, form, directions)[:1], origins):
+                start = begun._replace(origin=stage.solution.values | there)
+                _keep_if_lower(stage, form, bench, _from_start(stage, form, bench, start))
 
 
 def refit_by_scan(stage: Stage, directions: list[Direction]) -> Refit | None:
@@ -78,8 +77,7 @@ def refit_by_scan(stage: Stage, directions: list[Direction]) -> Refit | None:
     for form in [form for form in stage.listed.forms if form.name == name]:
         with stage.setup.failures.sparing(f"the refit with {name} at other sizes", name):
             bench, found = refit(stage, form, directions).bench, list[Solution]()
-            rest = stage.free + tuple(t.name for t in form.terms)
-            rest = tuple(n for n in rest if n != sizes[0].name)
+            rest = tuple(n for n in _free_with(stage, form) if n != sizes[0].name)
             at = {t.name: t.value for t in form.terms} | stage.solution.values | form.settings[-1]
             for unit in np.linspace(0, 1, policy.scanned_sizes):
                 there = {sizes[0].name: float(scale.to_physical(np.array([unit]))[0])}
@@ -100,16 +98,6 @@ def _keep_if_lower(stage: Stage, effect: Effect, bench: Workbench, found: Soluti
     if _has_slope(found) and found.chi_square < stage.refits[effect].solution.chi_square:
         lower = stage.solution.chi_square - found.chi_square
         stage.refits[effect] = Refit(effect, found, bench, lower)
-
-
-def _refit_again(
-    stage: Stage, effect: Effect, directions: list[Direction], origins: Sequence[dict[str, float]]
-) -> None:
-    """Replace a refit by one from the same settings at other origins, if that is lower."""
-    bench = stage.refits[effect].bench
-    for begun, there in itertools.product(_promising(stage, effect, directions)[:1], origins):
-        start = begun._replace(origin=stage.solution.values | there)
-        _keep_if_lower(stage, effect, bench, _from_start(stage, effect, bench, start))
 
 
 def polished(stage: Stage, begun: Refit) -> Refit:

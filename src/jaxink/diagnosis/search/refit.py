@@ -18,6 +18,11 @@ class Estimate(NamedTuple):
     standard_error: float | None
 
 
+def penalty(effect: Effect, n_points: int) -> float:
+    """By how much an effect must lower chi-square: for its terms (Schwarz 1978), and its handicap."""
+    return len(effect.terms) * float(np.log(n_points)) + effect.handicap
+
+
 @dataclasses.dataclass(frozen=True)
 class Refit:
     """A candidate fitted with all other parameters.
@@ -54,8 +59,8 @@ class Refit:
         return self.delta_chi_square - self.penalty(n_points)
 
     def penalty(self, n_points: int) -> float:
-        """By how much it must lower chi-square: for its terms (Schwarz 1978), and its handicap."""
-        return len(self.effect.terms) * np.log(n_points) + self.effect.handicap
+        """As the function of this name."""
+        return penalty(self.effect, n_points)
 
     def is_like(self, other: "Refit", n_points: int, class_delta_chi_square: float) -> bool:
         """Whether the data cannot distinguish two candidates, with or without the penalty for terms.

@@ -5,12 +5,10 @@ program is costly, because it is degenerate at the minimum of the declared model
 in another minimum.
 """
 
-import numpy as np
-
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import converged, polished, refit_by_scan, refit_from
 from jaxink.diagnosis.search.cross_validation import CrossValidation
-from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.refit import Refit, penalty
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
@@ -42,7 +40,7 @@ def single_cause(
     here = {name: last.solution.values[name] for name in base}
     declared = {name: stage.bench.start[name] for name in base}
     origins = (here, declared, *stage.setup.rivals)
-    several = last.solution.chi_square + sum(_penalty(step, n_points) for step in steps)
+    several = last.solution.chi_square + sum(penalty(step.form, n_points) for step in steps)
     found: list[Refit] = []
     names = [c.name for c in screening.result.candidates if c.status != Testability.NOT]
     for number, name in enumerate(names, start=1):
@@ -73,7 +71,3 @@ def single_cause(
     if gain is None or not gain.improves:
         return None
     return Step.of(screening, converged(stage, best), members, gain)
-
-
-def _penalty(step: Step, n_points: int) -> float:
-    return len(step.form.terms) * float(np.log(n_points)) + step.form.handicap
