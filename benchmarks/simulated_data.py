@@ -78,7 +78,7 @@ def _sample_toml(declared: dict) -> str:
         "[noise]",
         f"relative = {noise['rel']}",
         f"floor_per_sr = {noise['floor']}",
-        f"scan_relative = {noise.get('scan_rel', 0.0)}",
+        *([f"scan_relative = {noise['scan_rel']}"] if "scan_rel" in noise else []),
         "",
         "# The rows near the regular peaks and near the source are absent from the file.",
         "[masks]",

@@ -62,7 +62,7 @@ def test_it_is_the_multivariate_normal_density(density, few, fitted, elsewhere):
 
 
 def test_without_scan_factor_it_is_half_of_chi_square(example_result, few, fitted, elsewhere):
-    density = density_of(example_result, few, noise=Noise())
+    density = density_of(example_result, few, noise=Noise(scan_relative=0.0))
     used, chi_square = few.used, []
     for values in (fitted, elsewhere):
         predicted = np.asarray(density.objective.model.bsdf(values))

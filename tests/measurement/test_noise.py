@@ -10,6 +10,7 @@ from jaxink.measurement import (
     read,
     symmetry_repeatability,
 )
+from jaxink.measurement.point_noise import USUAL_SCAN_RELATIVE
 
 RADIANCE_ANGLES = np.arange(0.0, 75.1, 7.5)
 
@@ -170,6 +171,23 @@ def test_a_factor_too_small_to_be_found_is_allowed_for(scan_relative):
     assert estimate.adopted == "roughness"
     assert "not excluded" in estimate.sentence
     assert 0.002 <= estimate.model.scan_relative < 0.006
+
+
+def test_stated_noise_of_points_leaves_scans_their_usual_repeatability():
+    data = simulated(0.005)
+    noise = noise_of(data, Noise(relative=0.005))
+    assert noise.scan_relative == USUAL_SCAN_RELATIVE
+    assert "not stated" in noise.origin
+    assert noise_of(data, Noise(relative=0.005, scan_relative=0.0)).scan_relative == 0
+    by_point = noise_of(data.replace(sigma_per_sr=0.005 * data.bsdf_per_sr), Noise())
+    assert (by_point.scan_relative, by_point.level) == (USUAL_SCAN_RELATIVE, None)
+
+
+def test_without_reciprocal_pairs_scans_have_their_usual_repeatability():
+    data = simulated(0.005)
+    noise = noise_of(data.replace(is_transmission=~data.is_transmission), Noise())
+    assert noise.scan_relative == USUAL_SCAN_RELATIVE
+    assert "0.2% is allowed for it" in noise.origin
 
 
 def test_transmission_has_no_reciprocal_partner():

@@ -15,6 +15,9 @@ from jaxink.measurement.pairs import direction_groups
 
 # A residual is not consistent with noise if the probability of its chi-square is below this.
 LEAST_PROBABILITY = 1e-3
+# No lamp and no detector repeat better from scan to scan. Where the noise of points is stated and that of
+# scans is not, this is allowed for, so that no cause is named for it.
+USUAL_SCAN_RELATIVE = 0.002
 # Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
 SIGMA_TOLERANCE = 1.1
 # Repeats that scatter by more than `UNLIKE`, and by so many times what other pairs or neighbours scatter, are
@@ -35,14 +38,15 @@ class Noise:
     relative, floor_per_sr
         Independent for each point: sigma^2 = (relative f)^2 + floor^2; ``relative`` is None if not declared.
     scan_relative
-        Standard deviation of the unknown common factor of each scan.
+        Standard deviation of the unknown common factor of each scan; None if not declared: `noise_of` then
+        allows for `USUAL_SCAN_RELATIVE`, or estimates it with the rest.
     use_file_sigma
         Whether a sigma column of the file takes precedence over ``relative`` and ``floor_per_sr``.
     """
 
     relative: float | None = None
     floor_per_sr: float = 0.0
-    scan_relative: float = 0.0
+    scan_relative: float | None = None
     use_file_sigma: bool = True
 
 
@@ -91,7 +95,7 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
     bsdf = data.bsdf_per_sr[data.used]
     if data.sigma_per_sr is not None and declared.use_file_sigma:
         refuse_other_samples(data, _REMEDY_OF_SIGMA)
-        return FitNoise(data.sigma_per_sr[data.used], declared.scan_relative, "sigma_per_sr of the file")
+        return _stated(data.sigma_per_sr[data.used], "sigma_per_sr of the file", declared)
     if declared.relative is not None:
         sigma = np.hypot(declared.relative * bsdf, declared.floor_per_sr)
         if not np.all(sigma > 0):
@@ -100,11 +104,19 @@ def noise_of(data: GonioData, declared: Noise) -> FitNoise:
                 "noise.floor_per_sr above 0."
             )
         origin = f"declared: {declared.relative:.3g} of the value, floor {declared.floor_per_sr:.3g} /sr"
-        return FitNoise(sigma, declared.scan_relative, origin)
+        return _stated(sigma, origin, declared)
     return _estimated(data, declared.scan_relative)
 
 
-def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
+def _stated(sigma_per_sr: Float[np.ndarray, " points"], origin: str, declared: Noise) -> FitNoise:
+    """Stated noise of the points, with the factor of a scan that is declared or usual."""
+    if declared.scan_relative is not None:
+        return FitNoise(sigma_per_sr, declared.scan_relative, origin)
+    origin += f"; a common factor of each scan is not stated, and {USUAL_SCAN_RELATIVE:.1%} is allowed for"
+    return FitNoise(sigma_per_sr, USUAL_SCAN_RELATIVE, origin)
+
+
+def _estimated(data: GonioData, scan_relative: float | None) -> FitNoise:
     """Noise from the values themselves; the factor of a scan is at least the declared one."""
     bsdf, estimate = data.bsdf_per_sr[data.used], estimate_noise(data)
     refuse_other_samples(data)
@@ -119,7 +131,11 @@ def _estimated(data: GonioData, scan_relative: float) -> FitNoise:
     if np.ptp(relative) > 0:
         span = f"{100 * relative.min():.2f} to {100 * relative.max():.2f} %"
         origin += f" The noise differs between scans ({span}), so each has its own value."
-    factor = max(estimate.model.scan_relative, scan_relative)
+    factor = max(estimate.model.scan_relative, scan_relative or 0.0)
+    # Reciprocal pairs contain the factors of their scans, if any.
+    if scan_relative is None and factor == 0 and estimate.adopted != "reciprocal":
+        factor = USUAL_SCAN_RELATIVE
+        origin += f" {factor:.1%} is allowed for it."
     return FitNoise(relative * np.abs(bsdf), factor, origin, level=estimate.level)
 
 

@@ -279,7 +279,7 @@ def _noise(data: GonioData) -> Iterator[str]:
             typical = float(np.median(np.abs(data.bsdf_per_sr[data.bsdf_per_sr != 0])))
             yield f"relative = {_GUESSED_NOISE}"
             yield f"floor_per_sr = {_rounded(1e-3 * typical):g}"
-    yield "# Unknown common factor of each scan (lamp, alignment), relative."
+    yield "# Unknown common factor of each scan (lamp, alignment), relative; 0 if there is none."
     yield "# scan_relative = 0.005"
     yield ""
 

@@ -120,7 +120,13 @@ NOISE = {
         meaning="relative part; without it, sigma is taken from the file or estimated from the values",
     ),
     "floor_per_sr": Quantity("1/sr", 0.0, math.inf, 0.0, meaning="constant part"),
-    "scan_relative": Quantity("", 0.0, 1.0, 0.0, meaning="common factor of each scan"),
+    "scan_relative": Quantity(
+        "",
+        0.0,
+        1.0,
+        otherwise="0.002, or estimated with the rest",
+        meaning="common factor of each scan; 0 if there is none",
+    ),
 }
 NOISE_ENTRIES = {
     "use_file_sigma": Entry(
