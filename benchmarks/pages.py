@@ -49,9 +49,15 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
+def page_path(name: str) -> Path:
+    """Where a page, or a figure of a page, lies: with the manual if it is there, else with the validation."""
+    in_manual = REPOSITORY / "docs" / "manual" / name
+    return in_manual if in_manual.exists() else REPOSITORY / "docs" / "validation" / name
+
+
 def write_section(name: str, mark: str, text: str) -> None:
     """Write what follows a mark of a page up to the next one, and the mark where it is missing."""
-    page = (REPOSITORY / "docs" / name).read_text(encoding="utf-8")
+    page = page_path(name).read_text(encoding="utf-8")
     before, _, after = page.partition(_mark(mark))
     rest = after.find(_mark("")[:4])
     others = "" if rest < 0 else f"\n\n{after[rest:]}"
@@ -60,7 +66,7 @@ def write_section(name: str, mark: str, text: str) -> None:
 
 def section_after(name: str, mark: str) -> str:
     """What follows a mark of a page, the mark included, for the script that writes what comes before it."""
-    page = REPOSITORY / "docs" / name
+    page = page_path(name)
     parts = page.read_text(encoding="utf-8").split(_mark(mark)) if page.exists() else []
     return f"\n\n{_mark(mark)}{parts[1]}" if len(parts) == 2 else ""
 
@@ -71,7 +77,7 @@ def _mark(mark: str) -> str:
 
 def write_page(name: str, text: str) -> None:
     """Write a page of the documentation whole."""
-    target = REPOSITORY / "docs" / name
+    target = page_path(name)
     temporary = target.with_suffix(".tmp")
     temporary.write_text(text.rstrip() + "\n", encoding="utf-8")
     temporary.replace(target)

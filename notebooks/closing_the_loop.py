@@ -284,5 +284,6 @@ assert smooth.merit.relative_rms > 3 * waves.merit.relative_rms
 
 # %% [markdown]
 # In the measurement from 27 % to about 5 %, and still far above the repeatability of 0.1 to 5 %: what was
-# found is most of the gloss, not all of the paint. The [page on measured samples](../docs/measured.md) has
+# found is most of the gloss, not all of the paint. The [page on measured
+# samples](../docs/validation/measured.md) has
 # the whole diagnoses, held-out incidences and what remains.

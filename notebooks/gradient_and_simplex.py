@@ -181,4 +181,5 @@ found = mie["gradient"]["ink.radius_nm"]
 assert abs(found.value - 231) < 3 * found.standard_error
 
 # %% [markdown]
-# [A page](../docs/optimisers.md) has the comparison of all methods on more problems, from many starts.
+# [A page](../docs/validation/optimisers.md) has the comparison of all methods on more problems,
+# from many starts.

@@ -157,4 +157,4 @@ temporary.cleanup()
 
 # %% [markdown]
 # The same table goes to Zemax, LightTools, Speos, Radiance and CSV; [what each format can
-# represent](../docs/export.md#what-each-format-can-represent).
+# represent](../docs/manual/export.md#what-each-format-can-represent).

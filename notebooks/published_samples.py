@@ -17,7 +17,8 @@
 # 0.5 % was added, so that the truth is known ([data](data/README.md)).
 #
 # Two questions: does the published protocol, one scan in transmission, determine the ink? And does the model
-# matter? The page on the [published protocols](../docs/published-protocols.md) has all reconstructions.
+# matter? The page on the [published protocols](../docs/validation/published-protocols.md) has all
+# reconstructions.
 #
 # Needs the files in `notebooks/data`. Takes about 80 s of processor time, most of it compilation.
 
@@ -194,8 +195,8 @@ jaxink.plots.lobe_figure(rough, 550, "T")
 #
 # Three of the published wavelengths. The particles are known but for their concentration and their
 # absorption, which is free at each wavelength. HG is left to the
-# [page](../docs/published-protocols.md#sample-3-coloured-coloured_ink): its scattering and asymmetry
-# parameter act as a product here, and run to the ends of their ranges.
+# [page](../docs/validation/published-protocols.md#sample-3-coloured-coloured_ink): its scattering and
+# asymmetry parameter act as a product here, and run to the ends of their ranges.
 
 # %%
 WAVELENGTHS_NM, K_TRUTH = (570, 600, 630), (3.1e-5, 1.9e-4, 5e-5)

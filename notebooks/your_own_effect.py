@@ -59,7 +59,8 @@ jaxink.plots.cut_figure(declared, 550, "T")
 # It derives from the kind that says what differs from the declared model. Here it is the readings of the
 # instrument, a `ReadingEffect`; its method `change` turns the BSDF at the points into what the detector
 # reads. Other kinds change the sample, a share of its area, or the solver ([all
-# kinds](../docs/diagnosis.md#an-effect-of-your-own)). The first term is the strength; at its value, 0, the
+# kinds](../docs/manual/diagnosis.md#an-effect-of-your-own)). The first term is the strength; at its
+# value, 0, the
 # model must be the declared one.
 
 

@@ -1,4 +1,4 @@
-"""The last section of docs/batch.md."""
+"""The last section of docs/manual/batch.md."""
 
 from collections.abc import Mapping
 from pathlib import Path

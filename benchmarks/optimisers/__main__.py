@@ -1,4 +1,4 @@
-"""Make the searches that are missing, and write docs/optimisers.md from those that are kept.
+"""Make the searches that are missing, and write docs/validation/optimisers.md from those that are kept.
 
 python -m benchmarks.optimisers [--problems NAME ...] [--methods NAME ...] [--starts N] [--minutes M] [--page]
 

@@ -1,4 +1,4 @@
-"""docs/optimisers.md from the kept searches."""
+"""docs/validation/optimisers.md from the kept searches."""
 
 import statistics
 from collections.abc import Callable, Mapping
@@ -9,7 +9,7 @@ from benchmarks.optimisers.figures import draw
 from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at
 from benchmarks.optimisers.problems import PRINTED, Posed
 from benchmarks.optimisers.searches import BUDGET, N_STARTS
-from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
+from benchmarks.pages import filled, machine, page_path, table, write_page
 from jaxink.fitting.methods import METHODS
 
 _FOLDER = Path(__file__).parent
@@ -118,7 +118,7 @@ def figures(judged: list[Judged]) -> str:
         common = [_common(one, variants) for one in judged if set(variants) <= one.searches.keys()]
         if not common:
             continue
-        draw(common, variants, REPOSITORY / "docs" / file)
+        draw(common, variants, page_path(file))
         names = ", ".join(f"`{one.name}` ({len(one.searches[variants[0]])} starts)" for one in common)
         parts.append(f"![Profiles of {what}]({file})\n\nProfiles of {what}, on {names}.")
     return "\n\n".join(parts) or "No problem has been searched by all methods yet."

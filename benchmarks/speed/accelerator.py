@@ -1,4 +1,4 @@
-"""Work units, batches, fits and diagnoses on JAX's default device, for docs/performance.md.
+"""Work units, batches, fits and diagnoses on JAX's default device, for docs/validation/performance.md.
 
 python -m benchmarks.speed.accelerator RESULTS.json PART...   with JAX_PLATFORMS=cuda, then cpu
 python -m benchmarks.speed.accelerator --page                 from benchmarks/speed/accelerator.json
@@ -30,7 +30,7 @@ from jaxink.numerics.precision import computing
 KEPT = Path(__file__).with_suffix(".json")
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 METHODS = "discrete_ordinates", "adding_doubling"
-# Close to those at which docs/peers.md times each unit.
+# Close to those at which docs/validation/peers.md times each unit.
 SIZES = {
     "W1": (16, 12, 32, 1),
     "W1 x 64": (16, 12, 32, 1),
@@ -108,7 +108,7 @@ def diagnose(keep, name: str) -> None:
 
 
 def page(kept: dict) -> None:
-    """Write the section of docs/performance.md."""
+    """Write the section of docs/validation/performance.md."""
     host, gpu = (next(kept[key] for key in kept if key.startswith(kind)) for kind in ("cpu", "gpu"))
 
     def cell(device: dict, key: str, time_of: str = "ms") -> str:

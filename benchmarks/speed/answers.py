@@ -1,4 +1,4 @@
-"""How long a person waits for a fit and for a diagnosis; writes docs/time-to-answer.md.
+"""How long a person waits for a fit and for a diagnosis; writes docs/validation/time-to-answer.md.
 
 python -m benchmarks.speed.answers [--before CHECKOUT] [--runs N] [COMMAND:NAME ...]
 

@@ -3,7 +3,7 @@
 python -m benchmarks.speed.compare BEFORE AFTER [ROUNDS]
 
 Each tree, a checkout of any commit, runs in its own process; the processes take turns, in random order, while
-the other one waits. W2 and W4 are those of docs/peers.md, here as samples: a layer without an index step, its
+the other one waits. W2 and W4 are those of peers.md, here as samples: a layer without an index step, its
 BSDF, and its BSDF with the Jacobian in three parameters. The whole sample is the embedded one.
 """
 

@@ -12,7 +12,7 @@ from jaxink.fitting import FitResult
 
 
 def main() -> None:
-    """Write docs/gradient-and-simplex.md."""
+    """Write docs/validation/gradient-and-simplex.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--name", default="plain_hg")
     parser.add_argument("--repeats", type=int, default=7)

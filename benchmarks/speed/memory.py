@@ -1,4 +1,4 @@
-"""Memory of a process that makes one diagnosis after the other; writes a section of docs/time-to-answer.md.
+"""Memory of a process that makes one diagnosis after the other; writes a section of time-to-answer.md.
 
 python -m benchmarks.speed.memory [--before CHECKOUT] [--number N] [fit | diagnose | unlike]
 

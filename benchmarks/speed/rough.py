@@ -1,4 +1,4 @@
-"""Time of the forward model with one rough face against the smooth one, interleaved, and write docs/rough.md.
+"""Time of the forward model with one rough face against the smooth one, interleaved, and write rough.md.
 
 python -m benchmarks.speed.rough
 """

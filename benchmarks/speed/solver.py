@@ -1,4 +1,4 @@
-"""How the solver's time and memory grow, and what compiling costs: docs/performance.md.
+"""How the solver's time and memory grow, and what compiling costs: docs/validation/performance.md.
 
 python -m benchmarks.speed.solver
 
@@ -215,7 +215,7 @@ def fresh() -> str:
 
 
 def main() -> None:
-    """Write docs/performance.md."""
+    """Write docs/validation/performance.md."""
     if len(sys.argv) == 3 and sys.argv[1] == "--child":
         child(sys.argv[2])
         return

@@ -1,4 +1,4 @@
-"""Jacobian with an absorption free at each wavelength; writes a section of docs/time-to-answer.md.
+"""Jacobian with an absorption free at each wavelength; writes a section of docs/validation/time-to-answer.md.
 
 python -m benchmarks.speed.spectrum [--before CHECKOUT] [--rounds N]
 

@@ -3,7 +3,7 @@
 python -m benchmarks.validation.declared_effects [NAME ...]
 
 Data are simulated by jaxink itself, with noise; the samples are small and the resolution coarse, because
-only the way through the file is examined. Writes docs/declared-effects.md.
+only the way through the file is examined. Writes docs/validation/declared-effects.md.
 """
 
 import json
@@ -197,7 +197,7 @@ Data **simulated** by jaxink itself, with an effect and noise, are fitted with t
 the fitted sample is written as a sample file, read, used for a prediction, and fitted again. The prediction
 is to agree within 1e-9, chi-square within 0.01. Samples are small and the resolution is coarse, as only the
 way through the file is examined; how well a strength is determined is another matter, in
-[diagnosis](diagnosis.md).
+[diagnosis](../manual/diagnosis.md).
 
 {table(header, rows)}
 """

@@ -3,7 +3,7 @@
 python -m benchmarks.validation.polarisation [PHOTONS]    (default 200000; without new cases, the page only)
 
 The Monte Carlo carries the polarisation of each photon beside its scalar weight, shares no code with jaxink,
-and takes the amplitudes of the spheres from miepython. Writes docs/polarisation.md.
+and takes the amplitudes of the spheres from miepython. Writes docs/validation/polarisation.md.
 """
 
 import json

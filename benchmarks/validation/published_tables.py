@@ -1,4 +1,4 @@
-"""What the "scattering" column of a published table of inks can mean; writes docs/published-tables.md.
+"""What the "scattering" column of a published table of inks can mean; writes published-tables.md.
 
 Each of three inks is printed twice, as a Henyey-Greenstein row and as a Mie row (inks_2021.csv). A
 coefficient per mm follows from the former only with a reading of its columns. Each reading is put through the

@@ -19,7 +19,9 @@ from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.slopes import gaussian_slopes
 
-DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "surfaces.md").read_text(encoding="utf-8")
+DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "manual" / "surfaces.md").read_text(
+    encoding="utf-8"
+)
 SECTION = DOCUMENT[DOCUMENT.index("## A boundary as a table") : DOCUMENT.index("## References")]
 MEDIA = "index_inside = 1.5\nindex_outside = 1.0\nwavelength_nm = 550\n"
 FACETS = MEDIA + '[facets]\ndensity = "beckmann"\nsigma_deg = 20\n'

@@ -99,7 +99,7 @@ def test_codes(steps, after, code, effects, told):
 
 
 def test_codes_and_meanings_are_those_of_the_page():
-    page = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "manual" / "diagnosis.md").read_text(encoding="utf-8")
     for code in VerdictCode:
         exit_code = 3 if code.structure_remains else 6 if code is VerdictCode.UNFINISHED else 0
         assert f"| `{code}` | {code.meaning} | {exit_code} |" in page

@@ -1,4 +1,4 @@
-"""The page docs/as-people-have-it.md: what becomes of each situation when its command is run."""
+"""The page docs/manual/as-people-have-it.md: what becomes of each situation when its command is run."""
 
 import shlex
 from pathlib import Path
@@ -9,10 +9,10 @@ from tests.docs.situations import GROUPS
 
 _TOP = """# As people have it
 
-Written by `python docs/as_people_have_it.py`, which makes each of these files, runs the command, and writes
-down what it says; a test repeats that. The words are those after `jaxink convert`, with `--out tidy.csv`
-behind them; `fit`, `diagnose`, `predict`, `init` and `jaxink.read` understand and refuse the same. The rules
-are on the pages on [measurement files](measurement-file.md) and
+Written by `python docs/manual/as_people_have_it.py`, which makes each of these files, runs the command,
+and writes down what it says; a test repeats that. The words are those after `jaxink convert`, with
+`--out tidy.csv` behind them; `fit`, `diagnose`, `predict`, `init` and `jaxink.read` understand and refuse the
+same. The rules are on the pages on [measurement files](measurement-file.md) and
 [files of instruments and ray tracers](formats-in.md).
 """
 _HEADS = ("what there is", "command", "what becomes of it", "then")

@@ -1,6 +1,6 @@
 """Measurements as people have them: one row for each layout, with what has to become of it.
 
-docs/as_people_have_it.py writes the page of these rows, and test_situations.py holds each of them to it.
+as_people_have_it.py writes the page of these rows, and test_situations.py holds each of them to it.
 """
 
 from tests.docs.situation_files import BOTH, HEADER, TIDY, Situation, binary, csv, rows, text, with_column

@@ -1,4 +1,4 @@
-"""Tables, matrices and workbooks as people have them: rows of the page of docs/as_people_have_it.py."""
+"""Tables, matrices and workbooks as people have them: rows of the page of as_people_have_it.py."""
 
 import codecs
 

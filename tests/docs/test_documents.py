@@ -19,10 +19,11 @@ from jaxink.sample.quantity import Entry, Quantity
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-SAMPLE_FILE = (ROOT / "docs" / "sample-file.md").read_text(encoding="utf-8")
-PARTICLES = (ROOT / "docs" / "particles.md").read_text(encoding="utf-8")
-DIAGNOSIS = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
-RESULT = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
+COMMANDS = (ROOT / "docs" / "manual" / "commands.md").read_text(encoding="utf-8")
+SAMPLE_FILE = (ROOT / "docs" / "manual" / "sample-file.md").read_text(encoding="utf-8")
+PARTICLES = (ROOT / "docs" / "manual" / "particles.md").read_text(encoding="utf-8")
+DIAGNOSIS = (ROOT / "docs" / "manual" / "diagnosis.md").read_text(encoding="utf-8")
+RESULT = (ROOT / "docs" / "manual" / "result.md").read_text(encoding="utf-8")
 
 
 def blocks(text, language):
@@ -62,7 +63,7 @@ def test_commands_are_single_lines_for_a_fresh_machine():
 
 
 @pytest.mark.parametrize(
-    "path", sorted(p.relative_to(ROOT).as_posix() for p in [ROOT / "README.md", *ROOT.glob("docs/*.md")])
+    "path", sorted(p.relative_to(ROOT).as_posix() for p in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 )
 def test_links_lead_somewhere(path):
     text = (ROOT / path).read_text(encoding="utf-8")
@@ -73,7 +74,7 @@ def test_links_lead_somewhere(path):
 def test_exit_codes_are_those_of_the_command(told):
     from jaxink.cli import app, session
 
-    for text in (README, app.app.info.epilog):
+    for text in (COMMANDS, app.app.info.epilog):
         (stated,) = re.findall(r"Exit codes: (.*?)\.", text.replace("\n", " "))
         # 2 is the parser's own, of options that do not exist; 130 is the shell's, of what was interrupted.
         codes = [*(set(session.ExitCode) - {session.ExitCode.INTERRUPTED}), 2]
@@ -115,10 +116,12 @@ def test_example_of_particles_has_all_of_them_and_optics():
 
 
 def test_tables_are_those_of_the_schema_and_the_catalogue():
-    tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
+    tables = runpy.run_path(str(ROOT / "docs" / "manual" / "tables.py"))
     for page in tables["PAGES"]:
-        text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-        assert tables["with_tables"](page, text) == text, f"{page} is out of date; run python docs/tables.py"
+        text = (ROOT / "docs" / "manual" / page).read_text(encoding="utf-8")
+        assert tables["with_tables"](page, text) == text, (
+            f"{page} is out of date; run python docs/manual/tables.py"
+        )
 
 
 def test_every_key_is_declared_with_its_meaning():
@@ -139,7 +142,7 @@ def test_versions_are_those_of_the_code():
     from jaxink.effects import CATALOGUE_VERSION
 
     assert f"`schema_version` is {measurement_schema.SCHEMA_VERSION}" in SAMPLE_FILE
-    diagnosis = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    diagnosis = (ROOT / "docs" / "manual" / "diagnosis.md").read_text(encoding="utf-8")
     assert f"## Catalogue, version {CATALOGUE_VERSION}" in diagnosis
 
 

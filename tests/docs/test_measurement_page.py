@@ -11,7 +11,9 @@ from jaxink.cli.app import app
 from jaxink.measurement import read_csv, read_workbook
 from jaxink.measurement.columns import KNOWN
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "measurement-file.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "manual" / "measurement-file.md").read_text(
+    encoding="utf-8"
+)
 
 
 def test_the_example_is_a_measurement(tmp_path):

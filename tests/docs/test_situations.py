@@ -1,4 +1,4 @@
-"""Every row of docs/as-people-have-it.md is what happens, and what is read has the right values."""
+"""Every row of docs/manual/as-people-have-it.md is what happens, and what is read has the right values."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from tests.docs.situation_page import outcome, page
 from tests.docs.situations import EXCHANGED, GROUPS
 from tests.formats.files import bsdf
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "as-people-have-it.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "manual" / "as-people-have-it.md"
 ALL = {each.what: each for situations in GROUPS.values() for each in situations}
 
 

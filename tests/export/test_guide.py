@@ -109,7 +109,7 @@ def test_what_becomes_of_missing_power_is_said_and_on_the_page(format, table, tm
     write(table, format, tmp_path, ExportOptions(drop=EVERYTHING))
     readme = (tmp_path / "ink_README.txt").read_text(encoding="utf-8")
     (line,) = (line for line in readme.splitlines() if "missing power" in line)
-    page = (Path(__file__).parents[2] / "docs" / "export.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "manual" / "export.md").read_text(encoding="utf-8")
     part = page.split("## The power that is missing")[1].split("\n## ")[0]
     (row,) = (row for row in part.splitlines() if row.startswith("|") and f"`{format}`" in row)
     # Where nothing is known, both say so.

@@ -23,7 +23,7 @@ TITLES = {
 WITHOUT_ERRORS = TITLES | {"mitsuba": "Mitsuba 3"}
 
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "export.md"
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "manual" / "export.md"
 
 
 def with_regular(share=0.25):

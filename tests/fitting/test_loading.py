@@ -49,7 +49,7 @@ def refused_result(refused):
 def test_the_code_of_an_outcome_is_that_of_its_file_and_documented(saved, example_result):
     code = example_result.outcome.code
     assert code == "converged" == json.loads((saved / "result.json").read_text())["outcome"]["code"]
-    words = (Path(__file__).parents[2] / "docs" / "result.md").read_text(encoding="utf-8")
+    words = (Path(__file__).parents[2] / "docs" / "manual" / "result.md").read_text(encoding="utf-8")
     assert all(f"`{outcome.code}`" in words for outcome in Outcome)
 
 

@@ -10,7 +10,7 @@ from jaxink.cli.app import app
 from jaxink.measurement.formats.catalogue import FORMATS
 from jaxink.measurement.formats.choices import STATED_BY, Choices
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "formats-in.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "manual" / "formats-in.md").read_text(encoding="utf-8")
 
 
 def test_every_choice_has_an_option_and_is_on_the_page():

@@ -13,7 +13,7 @@ from benchmarks.render_notebooks import (
     rendered_code,
     rendered_text,
 )
-from tests.docs.test_documents import README, ROOT
+from tests.docs.test_documents import ROOT
 
 # All files of a page together.
 MOST_BYTES = 300_000
@@ -44,11 +44,12 @@ def test_links_lead_somewhere(path):
         assert target.startswith("https://") or (path.parent / target).exists(), target
 
 
-def test_all_pages_are_of_notebooks_and_in_the_readme():
+def test_all_pages_are_of_notebooks_and_in_the_manual():
+    manual = (ROOT / "docs" / "manual" / "library.md").read_text(encoding="utf-8")
     assert sorted(page.stem for page in RENDERED.glob("*.md")) == names()
     for name in names():
         page = (RENDERED / f"{name}.md").relative_to(ROOT).as_posix()
-        assert f"]({page})" in README, page
+        assert f"](../../{page})" in manual, page
 
 
 def test_a_notebook_says_what_it_needs_and_how_long_it_takes():

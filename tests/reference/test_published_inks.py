@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "published-tables.md"
+PAGE = ROOT / "docs" / "validation" / "published-tables.md"
 COPY = ROOT / "benchmarks" / "validation" / "inks_2021.csv"
 COLUMNS = ("scattering", "pvc_percent", "anisotropy_g", "radius_nm", "particle_index", "pvc_percent")
 

@@ -15,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks.pages import REPOSITORY, write_page
+from benchmarks.pages import page_path, write_page
 from benchmarks.speed.peers.contenders import THREADS
 from benchmarks.speed.peers.page import page, verdicts
 from benchmarks.speed.peers.rounds import run_unit
@@ -41,7 +41,7 @@ def describe_machine() -> dict:
 
 
 def main() -> None:
-    """Write docs/peers.md and docs/peers.json."""
+    """Write docs/validation/peers.md and docs/peers.json."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--peers-python", default=sys.executable, help="interpreter that has the peers")
     parser.add_argument("--units", default=",".join(UNITS), help="which work units, by commas")
@@ -72,7 +72,7 @@ def main() -> None:
         "targets": verdicts(units),
         "units": units,
     }
-    target = REPOSITORY / "docs" / "peers.json"
+    target = page_path("peers.json")
     target.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     write_page("peers.md", page(report))
     print(f"{time.monotonic() - begin:.0f} s")

@@ -1,4 +1,4 @@
-"""Text of docs/peers.md, and which targets are met."""
+"""Text of docs/validation/peers.md, and which targets are met."""
 
 from pathlib import Path
 
@@ -90,7 +90,7 @@ def row_cells(row: dict, best: float | None) -> list[str]:
 
 
 def page(report: dict) -> str:
-    """Text of docs/peers.md."""
+    """Text of docs/validation/peers.md."""
     header = ["contender", "streams or sizes", "error", "median, ms", "to the best peer", "remarks"]
     parts = []
     for unit, rows in report["units"].items():

@@ -1,4 +1,4 @@
-"""Error of the BSDF against the number of streams, and at the sizes chosen for an accuracy: docs/accuracy.md.
+"""Error of the BSDF against the number of streams, and at the sizes chosen for an accuracy: accuracy.md.
 
 python -m benchmarks.validation.accuracy
 """
@@ -151,7 +151,7 @@ def disort_problems() -> str:
 
 
 def main() -> None:
-    """Write docs/accuracy.md."""
+    """Write docs/validation/accuracy.md."""
     with computing():
         references = {
             (kind, g, t): np.asarray(bsdf(stack(kind, HenyeyGreenstein(g), t), REFERENCE[kind]))

@@ -1,4 +1,4 @@
-"""Section of docs/accuracy.md on second derivatives and random stacks, from the results kept beside it.
+"""Section of accuracy.md on second derivatives and random stacks, from the results kept beside it.
 
 python -m benchmarks.validation.accuracy.edges
 """

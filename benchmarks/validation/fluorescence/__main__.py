@@ -1,4 +1,4 @@
-"""Diagnose simulated fluorescent inks that are declared without fluorescence, and write docs/fluorescence.md.
+"""Diagnose simulated fluorescent inks that are declared without fluorescence, and write fluorescence.md.
 
 python -m benchmarks.validation.fluorescence [INK-YIELD ...]
 

@@ -1,4 +1,4 @@
-"""Verify inks as thin sheets on their plates, by star product and by photons, and write docs/inside.md.
+"""Verify inks as thin sheets on their plates, by star product and by photons, and write inside.md.
 
 Its figures, docs/sheet-*.png, show measurement, full model and sheet.
 
@@ -13,7 +13,7 @@ import numpy as np
 
 import jaxink
 from benchmarks.montecarlo import Plate, plate_bsdf
-from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
+from benchmarks.pages import filled, machine, page_path, table, write_page
 from benchmarks.validation.ink.figure import draw, lines
 from benchmarks.validation.simulated.fits import fit_declared
 from jaxink.fitting import FitResult
@@ -77,7 +77,7 @@ def pictures(name: str, result: FitResult, ink: InkTable) -> str:
     drawn = lines(result.sample, of_ink, INCIDENCES)
     shown = []
     for side, word in (("R", "reflection"), ("T", "transmission")):
-        path = REPOSITORY / "docs" / f"sheet-{name}-{side}.png"
+        path = page_path(f"sheet-{name}-{side}.png")
         draw(result.data, drawn, side, name, path)
         shown.append(f"![{name}, {word}: measurement, full model and sheet]({path.name})")
     return "\n\n".join(shown)

@@ -1,4 +1,4 @@
-"""Make twelve mistakes with simulated measurements, see which are named, and write docs/input-errors.md.
+"""Make twelve mistakes with simulated measurements, see which are named, and write input-errors.md.
 
 python -m benchmarks.validation.input_errors [--page]
 
@@ -20,7 +20,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.fitting import check_input
 
 FAULTY = ("plain_hg", "plain_hg_noisy", "index_step_hg", "lit_from_ink_hg")
-# Those of docs/simulated.md.
+# Those of docs/validation/simulated.md.
 INTACT = sorted(file.stem for file in REPORTS.glob("*.json"))
 RESULTS = Path(__file__).with_name("results.json")
 TEMPLATE = Path(__file__).with_name("page.md.in")

@@ -1,4 +1,4 @@
-"""Fit the measured samples and write docs/measured.md.
+"""Fit the measured samples and write docs/validation/measured.md.
 
 python -m benchmarks.validation.measured
 """

@@ -1,4 +1,4 @@
-"""Diagnose the measured samples, and write their section of docs/measured.md.
+"""Diagnose the measured samples, and write their section of docs/validation/measured.md.
 
 python -m benchmarks.validation.measured.diagnosis [ptfe|paint|diffuser ...]
 

@@ -1,4 +1,4 @@
-"""Section of docs/measured.md on what the models of the measured samples lack, from the kept reports."""
+"""Section of measured.md on what the models of the measured samples lack, from the kept reports."""
 
 import json
 import re
@@ -9,7 +9,7 @@ from jaxink.diagnosis import read_report
 
 MARK = "diagnosis of the measured samples, by benchmarks.validation.measured.diagnosis"
 FOLDER = Path(__file__).parent
-REPORTS, DOCS = FOLDER / "reports", REPOSITORY / "docs"
+REPORTS, DOCS = FOLDER / "reports", REPOSITORY / "docs" / "validation"
 # A reading is met to within its noise where the misfit is at most this many times what mirror pairs show.
 TARGET = 1.25
 # Rms of ln(model / measured) of the paint, fitted and left out.

@@ -1,4 +1,4 @@
-"""Models of the black paint under a surface in wave optics; writes docs/measured-paint.md.
+"""Models of the black paint under a surface in wave optics; writes docs/validation/measured-paint.md.
 
 python -m benchmarks.validation.measured.paint_models [NAME ...]
 

@@ -1,4 +1,4 @@
-"""What a phase function of any shape leaves of the sintered PTFE; its table stands in docs/measured.md.
+"""What a phase function of any shape leaves of the sintered PTFE; its table stands in measured.md.
 
 python -m benchmarks.validation.measured.phase_function
 

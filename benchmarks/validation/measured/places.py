@@ -4,7 +4,7 @@ python -m benchmarks.validation.measured.places [ptfe] [paint]
 
 For a change of how places are told: the accepted effects are fitted again, with the sizes of a diagnosis, but
 not looked for again, which takes an hour and more. Renews the place in the kept report and in
-docs/measured.md. Fails where the fit is not the one of the report.
+docs/validation/measured.md. Fails where the fit is not the one of the report.
 """
 
 import sys

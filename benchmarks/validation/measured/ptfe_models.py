@@ -1,4 +1,4 @@
-"""Models of the sintered PTFE, from one lobe to a surface layer and a relief, a part of docs/relief.md.
+"""Models of the sintered PTFE, from one lobe to a surface layer and a relief, a part of relief.md.
 
 python -m benchmarks.validation.measured.ptfe_models [NAME ...]
 

@@ -1,4 +1,4 @@
-"""Diagnose the simulated measurements of many inks, and write docs/names.md.
+"""Diagnose the simulated measurements of many inks, and write docs/validation/names.md.
 
 python -m benchmarks.validation.names draw|diagnose|page [--unseen] [CASE ...]
 

@@ -1,4 +1,4 @@
-"""docs/names.md: what diagnoses named, of the cases that were seen and of those that were not."""
+"""docs/validation/names.md: what diagnoses named, of the cases that were seen and of those that were not."""
 
 from pathlib import Path
 

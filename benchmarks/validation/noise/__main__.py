@@ -1,4 +1,4 @@
-"""Write docs/noise.md from the results kept beside this file.
+"""Write docs/validation/noise.md from the results kept beside this file.
 
 python -m benchmarks.validation.noise
 """

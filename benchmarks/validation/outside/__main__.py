@@ -1,4 +1,4 @@
-"""Diagnose simulated patterns that are in no catalogue, and write docs/outside-catalogue.md.
+"""Diagnose simulated patterns that are in no catalogue, and write docs/validation/outside-catalogue.md.
 
 python -m benchmarks.validation.outside [--quick] [PATTERN ...]
 

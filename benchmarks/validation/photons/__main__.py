@@ -1,4 +1,4 @@
-"""Compare jaxink's forward model with the Monte Carlo of benchmarks/montecarlo and write docs/monte-carlo.md.
+"""Compare jaxink's forward model with the Monte Carlo of benchmarks/montecarlo and write monte-carlo.md.
 
 python -m benchmarks.validation.photons
 """

@@ -1,4 +1,4 @@
-"""Compare the relief of an opaque body with a Monte Carlo of a corrugated one; a part of docs/relief.md.
+"""Compare the relief of an opaque body with a Monte Carlo of a corrugated one; a part of relief.md.
 
 python -m benchmarks.validation.photons.relief [--photons N]
 """

@@ -1,4 +1,4 @@
-"""False alarms and power of the diagnosis; writes its part of docs/diagnosis.md.
+"""False alarms and power of the diagnosis; writes its part of docs/manual/diagnosis.md.
 
 python -m benchmarks.validation.power [--null N] [--loops N] [--effect-loops] [--case NAME]
                                     [--only EFFECT,...]

@@ -1,4 +1,4 @@
-"""Text of the part of docs/diagnosis.md on false alarms and power."""
+"""Text of the part of docs/manual/diagnosis.md on false alarms and power."""
 
 from pathlib import Path
 

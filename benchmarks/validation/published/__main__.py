@@ -1,4 +1,4 @@
-"""Write docs/published-protocols.md and its figures from the fits that are kept, and make those that are not.
+"""Write published-protocols.md and its figures from the fits that are kept, and make those that are not.
 
 python -m benchmarks.validation.published [--kept]
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.pages import REPOSITORY, filled, machine, table, write_page
+from benchmarks.pages import filled, machine, page_path, table, write_page
 from benchmarks.validation.published import boundary, boundary_page, fits, one_sheet, profiles, relief
 from benchmarks.validation.published.conclusions import inside_percent, numbers, side_percent
 from benchmarks.validation.published.figures import draw
@@ -177,7 +177,7 @@ def weakest(name: str) -> str:
 def section(name: str) -> str:
     """Text on one reconstruction."""
     model = name.split("-")[1]
-    path = REPOSITORY / "docs" / f"published-{name}.png"
+    path = page_path(f"published-{name}.png")
     draw(name, path)
     return f"""### {MODELS[model]}
 

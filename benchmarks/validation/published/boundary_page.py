@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.pages import REPOSITORY, rms, table
+from benchmarks.pages import page_path, rms, table
 from benchmarks.validation.published.boundary import (
     ENTRIES,
     INCIDENCES_DEG,
@@ -20,7 +20,7 @@ from benchmarks.validation.published.boundary import (
 )
 from jaxink.plots.figure import blank_figure
 
-FIGURE = REPOSITORY / "docs" / "published-boundary.png"
+FIGURE = page_path("published-boundary.png")
 _DPI = 100
 _SHOWN_DEG = (0.0, 30.0, 60.0)
 _STYLES = {

@@ -1,4 +1,4 @@
-"""The inks of samples 1 and 3 put back on their plates as thin sheets; docs/inside.md does so for sample 2.
+"""The inks of samples 1 and 3 put back on their plates as thin sheets; inside.md does so for sample 2.
 
 python -m benchmarks.validation.published.one_sheet
 """
@@ -7,7 +7,7 @@ import json
 import time
 
 import jaxink
-from benchmarks.pages import REPOSITORY, table
+from benchmarks.pages import page_path, table
 from benchmarks.validation.ink.figure import draw, lines
 from benchmarks.validation.published.fits import KEPT, kept_sample
 from benchmarks.validation.published.problems import COLOURED, EVERYTHING, WHITE, measured
@@ -46,7 +46,7 @@ def make() -> dict:
 
 
 def _figure(ink: str, side: str):
-    return REPOSITORY / "docs" / f"sheet-{ink}-{side}.png"
+    return page_path(f"sheet-{ink}-{side}.png")
 
 
 def text() -> str:

@@ -8,14 +8,14 @@ import time
 from pathlib import Path
 
 import jaxink
-from benchmarks.pages import REPOSITORY
+from benchmarks.pages import page_path
 from benchmarks.validation.published.figures import draw_fits
 from benchmarks.validation.published.fits import KEPT
 from benchmarks.validation.published.problems import SHEET, measured
 from jaxink.sample import Sample, parse_sample, sample_text
 
 FILE = KEPT / f"{SHEET}-relief.json"
-FIGURE = REPOSITORY / "docs" / f"published-{SHEET}-relief.png"
+FIGURE = page_path(f"published-{SHEET}-relief.png")
 # The layer may absorb, but does not scatter; its outer face is as rough as it needs to be.
 TEXT = """schema_version = 1
 title = "Simulated: a relief in place of the scattering layer"

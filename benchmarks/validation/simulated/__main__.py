@@ -1,4 +1,4 @@
-"""Fit the simulated measurements that carry no undeclared effect and write docs/simulated.md.
+"""Fit the simulated measurements that carry no undeclared effect and write docs/validation/simulated.md.
 
 python -m benchmarks.validation.simulated
 """

@@ -1,4 +1,4 @@
-"""Diagnose every simulated measurement and write the table of docs/simulated.md.
+"""Diagnose every simulated measurement and write the table of docs/validation/simulated.md.
 
 python -m benchmarks.validation.simulated.diagnosis [NAME ...]
 
@@ -193,7 +193,7 @@ def main() -> None:
 `jaxink diagnose` was run on every **simulated** measurement with only the declared file
 (`python -m benchmarks.validation.simulated.diagnosis`, {machine()}; reports in
 benchmarks/validation/simulated/reports). Strengths are compared if the simulation and the catalogue
-(docs/diagnosis.md) define the effect in the same way; for `lateral_loss` these are the diameters of beam and
+(diagnosis.md) define the effect in the same way; for `lateral_loss` these are the diameters of beam and
 field. Parameters are in the order of the sample file.
 
 The strength of `rough_ink` is the angle of the density that was chosen. If `undeclared_rough_surface` ends at

@@ -3,7 +3,7 @@
 python -m benchmarks.validation.simulated.inside [NAME ...]
 
 Each case is diagnosed in a process of its own from its declared file alone; what was found is kept in
-inside/NAME.json. With names, only these are computed again. The section of docs/simulated.md is written from
+inside/NAME.json. With names, only these are computed again. The section of simulated.md is written from
 all that is kept.
 """
 

@@ -1,4 +1,4 @@
-"""Fit samples measured as totals, not as a BSDF, and write docs/measured-totals.md.
+"""Fit samples measured as totals, not as a BSDF, and write docs/validation/measured-totals.md.
 
 python -m benchmarks.validation.totals
 """

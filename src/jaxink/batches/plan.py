@@ -71,7 +71,7 @@ def load_plan(path: str | Path) -> Plan:
     Parameters
     ----------
     path
-        TOML file as described in `docs/batch.md`.
+        TOML file as described in `docs/manual/batch.md`.
 
     Raises
     ------

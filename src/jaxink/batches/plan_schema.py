@@ -1,6 +1,6 @@
 """Keys of a plan file: tables, valid values and meanings.
 
-`docs/tables.py` generates the tables of docs/batch.md from these.
+`docs/manual/tables.py` generates the tables of docs/manual/batch.md from these.
 """
 
 from jaxink.sample.quantity import Entry, Quantity, quoted

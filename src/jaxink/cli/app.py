@@ -94,7 +94,8 @@ def fit(
         str,
         typer.Option(
             metavar="gradient|simplex|...",
-            help="Gradient-based search, Nelder-Mead simplex, or others for comparison (docs/result.md).",
+            help="Gradient-based search, Nelder-Mead simplex, or others for comparison "
+            "(docs/manual/result.md).",
         ),
     ] = "gradient",
     objective: Annotated[

@@ -42,7 +42,7 @@ def convert(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Write files of instruments and ray tracers as one tidy CSV file (docs/formats-in.md)."""
+    """Write files of instruments and ray tracers as one tidy CSV file (docs/manual/formats-in.md)."""
     with one_sentence(debug):
         from jaxink.cli.convert import run_convert
 

@@ -14,7 +14,7 @@ from jaxink.errors import InputRefusedError
 
 DATA_HELP = (
     "CSV, workbook (.xlsx, .ods), netCDF written by jaxink, or a file of an instrument or ray tracer "
-    "(docs/formats-in.md); several files are joined."
+    "(docs/manual/formats-in.md); several files are joined."
 )
 Data = Annotated[list[Path], typer.Argument(metavar="DATA", help=f"Measurement: {DATA_HELP}")]
 # Of `jaxink init`; hidden where a sample file chooses the wavelengths.

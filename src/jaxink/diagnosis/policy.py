@@ -8,7 +8,7 @@ from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
 
 @dataclass(frozen=True)
 class SearchPolicy:
-    """Thresholds of a diagnosis; the defaults are those that docs/diagnosis.md states and measures.
+    """Thresholds of a diagnosis; the defaults are those that docs/manual/diagnosis.md states and measures.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ class Effect(abc.ABC):
     """Something that a model may lack.
 
     To define an effect, derive from one of the kinds below, with a ``name``, a ``statement``, ``terms`` and
-    the method of the kind; see docs/diagnosis.md. All computations must be traceable by JAX.
+    the method of the kind; see docs/manual/diagnosis.md. All computations must be traceable by JAX.
 
     Attributes
     ----------

@@ -38,7 +38,7 @@ class Format(NamedTuple):
         How to use the files in the program that reads them.
     missing
         What that program does with the power that a row lacks, as far as it is documented; see
-        docs/export.md for the sources.
+        docs/manual/export.md for the sources.
     """
 
     title: str

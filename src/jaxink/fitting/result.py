@@ -328,7 +328,7 @@ class FitResult(SavedInFolder, Presented):
         Without a factor common to each scan it is (measured - predicted) / sigma. With one, of the relative
         standard deviation r, the noise of a scan has the covariance diag(sigma^2) + r^2 s s^T with the
         prediction s, and the residual is multiplied by the inverse of its symmetric square root in units of
-        sigma; see `docs/result.md`. In either case, the sum of squares is the chi-square of `merit`.
+        sigma; see `docs/manual/result.md`. In either case, the sum of squares is the chi-square of `merit`.
 
         Raises
         ------
@@ -430,7 +430,7 @@ class FitResult(SavedInFolder, Presented):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data of the result, as in ``result.json``; see `docs/result.md`."""
+        """Plain data of the result, as in ``result.json``; see `docs/manual/result.md`."""
         return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain}
 
     @cached_property

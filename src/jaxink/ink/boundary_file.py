@@ -79,7 +79,7 @@ def load_boundary(path: str | Path) -> RoughBoundary:
     Parameters
     ----------
     path
-        TOML file (see docs/surfaces.md); paths of height maps are relative to its folder.
+        TOML file (see docs/manual/surfaces.md); paths of height maps are relative to its folder.
 
     Raises
     ------

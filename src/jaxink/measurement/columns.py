@@ -104,7 +104,7 @@ def match_columns(
 
 
 def _named(table, columns, notes) -> dict[str, int]:
-    """Columns that the caller names, and those with the names of docs/measurement-file.md."""
+    """Columns that the caller names, and those with the names of docs/manual/measurement-file.md."""
     named: dict[str, int] = {}
     for target, name in columns.items():
         if target not in KNOWN:

@@ -12,7 +12,7 @@ _NAMES = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsd
 
 
 def write_csv(data: GonioData, path: str | Path, comments: Sequence[str] = ()) -> None:
-    """Write the columns of docs/measurement-file.md, one row for each point.
+    """Write the columns of docs/manual/measurement-file.md, one row for each point.
 
     Parameters
     ----------

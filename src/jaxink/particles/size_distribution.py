@@ -18,7 +18,7 @@ from jaxink.numerics.validity import require
 # Range of sizes in standard deviations of ln(radius) on either side of the median by volume.
 REACH = 5.0
 # Step of the size parameter at the median by volume, and limits of the number of sizes. Determined for an
-# index of 1.8 relative to the binder, the worst case of resonances: docs/particles.md.
+# index of 1.8 relative to the binder, the worst case of resonances: docs/manual/particles.md.
 SIZE_PARAMETER_STEP = 0.1
 FEWEST_SIZES, MOST_SIZES = 31, 401
 # Below this variance averages are interpolated linearly from 0: exact at 0, with a finite slope, which a

@@ -77,7 +77,7 @@ def _series(power: int) -> np.ndarray:
 
 
 # Nodes over the scattering angle per unit of the size parameter, and their largest number, which resolve the
-# peaks of S(q), see docs/particles.md.
+# peaks of S(q), see docs/manual/particles.md.
 _NODES_PER_SIZE_PARAMETER = 16
 _MOST_NODES = 1536
 _PANEL = 24

@@ -152,7 +152,7 @@ class _Writer:
         """What the measurement contains, and the top of the file."""
         data = self.data
         source = _printable(data.source or "a measurement")
-        yield f"# Sample file for {source}, written by jaxink init. Every key: docs/sample-file.md."
+        yield f"# Sample file for {source}, written by jaxink init. Every key: docs/manual/sample-file.md."
         yield "# Lines that say ASSUMED are usual values, not knowledge: correct them."
         yield "#"
         sides = " and ".join(sorted(set(data.side.tolist())))

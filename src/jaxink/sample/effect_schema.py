@@ -1,6 +1,6 @@
 """Keys of the tables ``[effects.NAME]`` of a sample file, and the parameters that they stand for.
 
-Effects that are properties of a layer have keys there instead; see docs/sample-file.md.
+Effects that are properties of a layer have keys there instead; see docs/manual/sample-file.md.
 """
 
 import dataclasses

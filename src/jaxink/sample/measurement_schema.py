@@ -1,6 +1,6 @@
 """Keys of a sample file that describe the measurement, and its numbers in general.
 
-`docs/tables.py` generates the tables of docs/sample-file.md from these.
+`docs/manual/tables.py` generates the tables of docs/manual/sample-file.md from these.
 """
 
 import math

@@ -34,8 +34,8 @@ def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:
     Parameters
     ----------
     path
-        TOML file as described in `docs/sample-file.md`; or the folder of a fit or of a diagnosis, for the
-        fitted or the corrected sample.
+        TOML file as described in `docs/manual/sample-file.md`; or the folder of a fit or of a diagnosis,
+        for the fitted or the corrected sample.
     effects
         Classes of effects of your own that the file declares.
 

@@ -1,6 +1,6 @@
 """Keys of a sample file that describe the sample: tables, units, ranges and meanings.
 
-`docs/tables.py` generates the tables of docs/sample-file.md from these.
+`docs/manual/tables.py` generates the tables of docs/manual/sample-file.md from these.
 """
 
 import dataclasses

@@ -297,7 +297,7 @@ def layer_method(name: str) -> str:
         If the name is unknown.
     """
     if name == "fastest":
-        # Measured on an H100, too, for single solutions and for batches (docs/performance.md).
+        # Measured on an H100, too, for single solutions and for batches (docs/validation/performance.md).
         return LAYER_METHODS[0]
     if name not in LAYER_METHODS:
         raise InputRefusedError(

@@ -181,7 +181,7 @@ class Diagnosis(SavedInFolder, Presented):
         return {SAMPLE_FILE: text.encode(), **inside}
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, as in ``report.json``; see docs/diagnosis.md."""
+        """Plain data, as in ``report.json``; see docs/manual/diagnosis.md."""
         return plain(
             {
                 "schema_version": REPORT_VERSION,

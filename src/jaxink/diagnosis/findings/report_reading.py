@@ -34,7 +34,7 @@ def read_report(path: str | Path) -> dict[str, Any]:
     Returns
     -------
     dict[str, Any]
-        As `Diagnosis.to_dict` makes it; fields are described in docs/diagnosis.md.
+        As `Diagnosis.to_dict` makes it; fields are described in docs/manual/diagnosis.md.
 
     Raises
     ------

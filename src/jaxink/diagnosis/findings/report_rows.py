@@ -1,4 +1,4 @@
-"""Entries of ``report.json``; docs/diagnosis.md describes them."""
+"""Entries of ``report.json``; docs/manual/diagnosis.md describes them."""
 
 import dataclasses
 from collections.abc import Mapping

@@ -1,1 +1,1 @@
-"""Files of instruments and of ray tracers, read as measurements; docs/formats-in.md describes each."""
+"""Files of instruments and of ray tracers, read as measurements; docs/manual/formats-in.md describes each."""

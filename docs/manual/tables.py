@@ -1,6 +1,6 @@
 """Writes the tables of these pages anew, from the schema of sample files and the catalogue of effects.
 
-python docs/tables.py
+python docs/manual/tables.py
 """
 
 import re

@@ -1,6 +1,6 @@
 """Writes the page as-people-have-it.md anew, by running every command on it.
 
-python docs/as_people_have_it.py
+python docs/manual/as_people_have_it.py
 """
 
 import os
@@ -13,7 +13,7 @@ HERE = Path(__file__).resolve().parent
 
 def main() -> None:
     """Make the files of the page in a folder of their own, and write what becomes of them."""
-    sys.path.insert(0, str(HERE.parent))
+    sys.path.insert(0, str(HERE.parents[1]))
     from tests.docs.situation_page import page
 
     with tempfile.TemporaryDirectory() as folder:
