@@ -51,14 +51,14 @@ class Stack(eqx.Module):
         ]
 
     @property
-    def scattering(self) -> list[int]:
-        """Positions of the layers that scatter."""
-        return [k for k, layer in enumerate(self.layers) if isinstance(layer, ScatteringLayer)]
+    def scattering(self) -> dict[int, ScatteringLayer]:
+        """Layers that scatter, by ascending position."""
+        return {k: layer for k, layer in enumerate(self.layers) if isinstance(layer, ScatteringLayer)}
 
     @property
-    def rough(self) -> list[int]:
-        """Positions of the rough interfaces."""
-        return [k for k, face in enumerate(self.faces) if face is not None]
+    def rough(self) -> dict[int, SlopeDensity | WaveFace]:
+        """Rough interfaces by ascending position."""
+        return {k: face for k, face in enumerate(self.faces) if face is not None}
 
     def outer_is_front(self, interface: int) -> bool:
         """Whether regular light reaches a rough interface from its front.
