@@ -1,8 +1,10 @@
 """A stack of layers between two half spaces."""
 
+from typing import TYPE_CHECKING
+
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.validity import known_array
@@ -40,6 +42,18 @@ class Stack(eqx.Module):
     faces: tuple[SlopeDensity | WaveFace | None, ...] = ()
     backing: Float[Array, ""] | None = None
     lateral: LateralField | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            layers: tuple[ClearLayer | ScatteringLayer, ...],
+            index_front: ArrayLike,
+            index_back: ArrayLike,
+            faces: tuple[SlopeDensity | WaveFace | None, ...] = (),
+            backing: Array | None = None,
+            lateral: LateralField | None = None,
+        ) -> None: ...
 
     @property
     def indices(self) -> list:
