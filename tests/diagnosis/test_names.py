@@ -76,8 +76,8 @@ def test_several_effects_give_way_to_one_that_explains_as_much():
         first = Stage(setup, (), fitted.values)
         alone = single_cause(Screening.of(first), pair, steps, CrossValidation(setup, points), len(points))
         assert alone is not None
-        assert alone.effect == "thin_patches"
-        assert abs(alone.strength - 0.2) < 3 * alone.standard_error
+        assert alone.step.effect == "thin_patches"
+        assert abs(alone.step.strength - 0.2) < 3 * alone.step.standard_error
         # One of the two alone is no substitute for both.
         other = diagnose(
             drawn(forms, {"angle_offset.angle_deg": -0.5, "stray_light.level_per_sr": 0.015}, 12), sample, how

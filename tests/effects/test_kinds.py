@@ -32,7 +32,16 @@ KINDS = (
     FinerDiscretisation,
 )
 # Methods of an effect that may be replaced, once.
-DEFAULTS = {"forms", "settings", "carrier", "is_screened", "of_sample", "form", "settled"}
+DEFAULTS = {
+    "forms",
+    "settings",
+    "carrier",
+    "is_screened",
+    "changes_structure",
+    "of_sample",
+    "form",
+    "settled",
+}
 
 
 def descendants(kind):

@@ -32,14 +32,16 @@ ORDERS = {
     "top coat": (PLATE, WHITE, COAT),
     "plates with air gaps": (PLATE, GAP, PLATE, WHITE),
     "rough plate": (PLATE, WHITE),
+    "plate rough on both sides": (PLATE, WHITE),
 }
 
 
 def stack_of(name: str) -> Stack:
     """Stack of an order, in air."""
     layers = ORDERS[name]
-    rough = (slope_density("beckmann", 12.0), None, None)
-    return Stack(layers, 1.0, 1.0, faces=rough if "rough" in name else ())
+    facets = slope_density("beckmann", 12.0)
+    faces = {"rough plate": (facets, None, None), "plate rough on both sides": (facets, facets, None)}
+    return Stack(layers, 1.0, 1.0, faces.get(name, ()))
 
 
 @eqx.filter_jit

@@ -10,11 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxink.errors import InputRefusedError
 from jaxink.solver.layer_response import layer_response
 from jaxink.solver.star_product import (
-    NOTHING,
-    Below,
     FromBehind,
+    Nothing,
     Pile,
     RoughElement,
     add_diagonal,
@@ -25,7 +25,7 @@ from jaxink.solver.star_product import (
 
 N = 4
 ORDERS = 2
-NOBODY = Below(None, None, True)
+NOBODY = Nothing()
 # Azimuthal order 0 of unit flux in each channel: shares of power add up with these weights.
 WEIGHT = np.sqrt([0.1, 0.2, 0.3, 0.4])
 MU = np.array([0.2, 0.45, 0.7, 0.95])
@@ -185,7 +185,7 @@ def test_a_pile_gives_the_same(elements):
 @pytest.mark.parametrize("elements", STACKS.values(), ids=STACKS)
 def test_light_from_behind_comes_out_in_front_and_back(elements):
     light = jnp.asarray(np.random.default_rng(7).uniform(size=N))
-    nothing_yet = FromBehind(light, 0.0)
+    nothing_yet = FromBehind.of(jnp.asarray(0.5), light)
     found = together(elements, NOBODY._replace(from_behind=nothing_yet)).from_behind
     reflection, transmission = between_elements(elements, from_below=True)
     np.testing.assert_allclose(found.passed, transmission @ light, rtol=1e-11)
@@ -221,9 +221,10 @@ def test_joining_faces_is_associative_and_nothing_is_nothing():
     first, second, third = (smooth(seed) for seed in (12, 13, 14))
     left, right = join(join(first, second), third), join(first, join(second, third))
     np.testing.assert_allclose(left, right, rtol=1e-14)
-    assert join(first, NOTHING) is first
+    assert join(first, None) is first
     below = add_diagonal(first, NOBODY)
-    assert add_diagonal(NOTHING, below) is below
+    assert below.reflection is first[0]
+    assert below.transmission is first[2]
 
 
 def test_faces_joined_first_are_those_put_in_one_by_one():
@@ -272,7 +273,7 @@ def test_light_trapped_without_loss_is_not_divided_by_zero():
 
 
 def with_ways(elements, ways, damping):
-    pile = Pile(NOBODY, damping, regular=NOTHING)
+    pile = Pile(NOBODY, damping)
     for element, way in zip(reversed(elements), reversed(ways), strict=True):
         pile = (
             pile.with_diagonal(element, way)
@@ -293,7 +294,7 @@ def test_ways_that_are_not_damped_do_not_matter():
         np.testing.assert_allclose(of_order_0(part), expected, rtol=1e-11, atol=1e-14)
     # Regular light is followed beside: faces, and the share that the ink lets through.
     through_ink = (jnp.zeros(N), jnp.zeros(N), jnp.full(N, 0.3))
-    beyond = join(through_ink, join(FACE, NOTHING))
+    beyond = join(through_ink, FACE)
     np.testing.assert_allclose(pile.regular, join((jnp.zeros(N), under, through), beyond), rtol=1e-12)
 
 
@@ -308,6 +309,11 @@ def test_light_between_two_faces_is_damped_by_its_way_to_and_fro():
     np.testing.assert_allclose(under, weak[1] + weak[2] ** 2 * np.exp(-2 * first) * weak[1], rtol=1e-6)
     np.testing.assert_allclose(through, weak[2] ** 2, rtol=1e-6)
     np.testing.assert_allclose(pile.way, first + second, rtol=1e-14)
+
+
+def test_clear_elements_alone_are_no_whole_stack():
+    with pytest.raises(InputRefusedError, match="no layer of the stack scatters"):
+        Pile(NOBODY).with_diagonal(FACE).whole()
 
 
 def test_light_that_a_layer_sends_through_a_plate_is_damped_unless_the_plate_is_in_front():

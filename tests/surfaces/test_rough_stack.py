@@ -66,7 +66,7 @@ def plan_with_interfaces(stack):
         fine = RoughSizes(FacetRule(72, 20), FacetRule(72, 16), n_outer, coarse_nodes=12)
         return _interface(plan.grid(stack, CONFIG), outer, inner, stack.faces[k], fine)
 
-    interfaces = tuple(face and computed(k) for k, face in enumerate(stack.faces))
+    interfaces = {k: computed(k) for k in stack.rough}
     return dataclasses.replace(plan, interfaces=interfaces)
 
 

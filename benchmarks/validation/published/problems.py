@@ -84,6 +84,11 @@ class BothFaces(eqx.Module):
         return self.models[0].config
 
     @property
+    def wavelengths_nm(self) -> tuple[float, ...]:
+        """Wavelengths of the points, the same for both."""
+        return self.models[0].wavelengths_nm
+
+    @property
     def wavelength_of_point_nm(self) -> np.ndarray:
         """Wavelength of each point."""
         return np.concatenate([model.wavelength_of_point_nm for model in self.models])

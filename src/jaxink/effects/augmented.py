@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Collection, Mapping
-from typing import TypeVar
+from typing import TypeVar, overload
 
 import equinox as eqx
 import jax
@@ -278,7 +278,11 @@ def model_at(
     return AugmentedModel(sample, (), Scene.of(*directions, row=row), config, accuracy, layer_method)
 
 
-def tabulated(model: Model) -> Model:
+@overload
+def tabulated(model: ForwardModel) -> ForwardModel: ...
+@overload
+def tabulated(model: Model) -> Model: ...
+def tabulated(model):
     """A model for thousands of evaluations, see `ForwardModel.tabulated`; others than jaxink's as they are.
 
     The same holds for a model with areas of other values, which may be outside the ranges of a fit.
@@ -310,8 +314,10 @@ def extend(sample: Sample, effects: tuple[Effect, ...]) -> Sample:
     """The sample with the parameters of all effects, at strength zero; dividing effects come last."""
     declared = sample
     for effect in sorted(effects, key=lambda e: isinstance(e, DividingEffect)):
-        is_of_sample = isinstance(effect, SampleEffect)
-        sample = effect.extend(sample) if is_of_sample else with_constants(sample, effect.terms)
+        if isinstance(effect, SampleEffect):
+            sample = effect.extend(sample)
+        else:
+            sample = with_constants(sample, effect.terms)
         sample = as_declared(declared, sample)
     return sample
 

@@ -1,8 +1,8 @@
 """The kinds of effects: something that a model may lack, with a strength.
 
 A method is implemented once: it is abstract, or it is not overridden. Only the defaults of `forms`,
-`settings`, `carrier`, `is_screened`, `of_sample`, `form` and `settled` may be replaced, once. A class with a
-``name`` has no subclasses.
+`settings`, `carrier`, `is_screened`, `changes_structure`, `of_sample`, `form` and `settled` may be replaced,
+once. A class with a ``name`` has no subclasses.
 """
 
 import abc
@@ -199,16 +199,20 @@ class SampleEffect(Effect):
 
     Attributes
     ----------
-    changes_structure
-        Whether layers, faces or optical channels change, not only values, so that a separate program is
-        needed.
     shared_program
         Name of a program that several such effects share; if empty, each form has its own.
     """
 
     group: ClassVar[str] = "volume"
-    changes_structure: ClassVar[bool] = False
     shared_program: ClassVar[str] = ""
+
+    @property
+    def changes_structure(self) -> bool:
+        """Whether layers, faces or optical channels change, not only values.
+
+        A separate program is then needed.
+        """
+        return False
 
     @property
     @final

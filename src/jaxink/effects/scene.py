@@ -86,16 +86,19 @@ class Scene(eqx.Module):
         at = np.deg2rad(np.clip(signed, GRID_DEG[0], GRID_DEG[-1]))
         waves, wave_of_point = np.unique(np.asarray(wavelength_nm, float), return_inverse=True)
         return cls(
-            *(np.asarray(c, float) for c in (theta_i_deg, theta_o_deg, phi_deg, wavelength_nm)),
-            np.asarray(is_transmission, bool),
-            np.asarray(row, float),
-            signed,
-            plane.reshape(-1),
-            planes,
-            tuple(waves.tolist()),
-            wave_of_point.reshape(-1),
-            spline(at, 1),
-            spline(at, 2),
+            theta_i_deg=np.asarray(theta_i_deg, float),
+            theta_o_deg=np.asarray(theta_o_deg, float),
+            phi_deg=np.asarray(phi_deg, float),
+            wavelength_nm=np.asarray(wavelength_nm, float),
+            is_transmission=np.asarray(is_transmission, bool),
+            row=np.asarray(row, float),
+            signed_deg=signed,
+            plane=plane.reshape(-1),
+            plane_columns=planes,
+            waves=tuple(waves.tolist()),
+            wave_of_point=wave_of_point.reshape(-1),
+            slope=spline(at, 1),
+            curvature=spline(at, 2),
         )
 
     def __len__(self) -> int:

@@ -36,7 +36,8 @@ _NO_OUTER_FACE = "there is no outer face of an ink that is declared smooth"
 
 def exposed_faces(sample: Sample) -> dict[str, tuple[int, str]]:
     """Faces declared smooth that may be rough: (layer, face) by the name of the effect."""
-    layers, faces = sample.layers, {}
+    layers = sample.layers
+    faces: dict[str, tuple[int, str]] = {}
     ends = ((0, "front_roughness"), (len(layers) - 1, "back_roughness"))
     for position, face in ends:
         layer = layers[position]

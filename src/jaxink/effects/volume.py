@@ -290,8 +290,9 @@ def _concentration(ink: Layer) -> str:
 
 def _tied(parameter: Parameter, name: str, tie: str) -> Parameter:
     """A copy of a parameter under another name, with a formula as its value."""
-    free_of_limits = {"free": False, "prior": None, "minimum": -np.inf, "maximum": np.inf}
-    return dataclasses.replace(parameter, name=name, value=np.nan, tie=tie, **free_of_limits)
+    return dataclasses.replace(
+        parameter, name=name, value=np.nan, tie=tie, free=False, prior=None, minimum=-np.inf, maximum=np.inf
+    )
 
 
 class InkAbsorption(_MieTerm):

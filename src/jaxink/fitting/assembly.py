@@ -75,8 +75,8 @@ def assemble(
 ) -> FitResult:
     """The result of a fit, given its input, the objective at the final resolution, and its searches."""
     if found.errors is not None:
-        errors = found.errors.for_noise_of(noise.degrees_of_freedom)
-        found = dataclasses.replace(found, errors=errors)
+        scaled = found.errors.for_noise_of(noise.degrees_of_freedom)
+        found = dataclasses.replace(found, errors=scaled)
     best, errors, free = found.best, found.errors, sample.parameters.free
     table = sample.parameters
     found_values = objective.numbers(best.unit)
@@ -92,7 +92,7 @@ def assemble(
         polarisation = neglected_polarisation(sample, objective, best)
     check: MieCheck | None = None
     with found.failures.sparing("the comparison with miepython", ""):
-        check = mie_check(sample, values, tuple(objective.model.wavelengths_nm))
+        check = mie_check(sample, values, objective.model.wavelengths_nm)
     derived: tuple[DerivedQuantity, ...] = ()
     with found.failures.sparing("the calculation of derived quantities", ""):
         derived = _derived(objective, best, errors)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import TypeVar
 
 import equinox as eqx
 import numpy as np
@@ -18,6 +19,7 @@ from jaxink.fitting.search_state import NEAR_DAMPING
 from jaxink.fitting.stepped_search import linear_minimum
 from jaxink.numerics.precision import computing
 
+AnyObjective = TypeVar("AnyObjective", bound=Objective)
 # Factor of sigma of an excluded point: it affects neither the fit nor the scan's common factor.
 _EXCLUDED = 1e12
 
@@ -120,7 +122,7 @@ def require_slope(found: Search) -> None:
         raise NotFiniteError(f"{what} not finite at the end of its search")
 
 
-def without(objective: Objective, left_out: Bool[np.ndarray, " points"]) -> Objective:
+def without(objective: AnyObjective, left_out: Bool[np.ndarray, " points"]) -> AnyObjective:
     """The objective without some of its points; it has the same structure, so that programs are shared."""
     return eqx.tree_at(
         lambda o: (o.weight, o.sigma),

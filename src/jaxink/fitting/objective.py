@@ -25,9 +25,9 @@ OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmi
 
 @partial(jax.jit, static_argnames="n_scans")
 def whiten_scans(
-    residual: Float[ArrayLike, " points"],
-    common: Float[ArrayLike, " points"],
-    scan: Int[ArrayLike, " points"],
+    residual: Float[Array, " points"],
+    common: Float[Array, " points"],
+    scan: Int[Array, " points"],
     n_scans: int,
 ) -> Float[Array, " points"]:
     """Whiten residuals r of covariance 1 + q q^T within each scan: (1 + q q^T)^(-1/2) r.
@@ -63,6 +63,10 @@ class FittedModel(Protocol):
     @property
     def config(self) -> SolverConfig:
         """Resolution of the solver."""
+
+    @property
+    def wavelengths_nm(self) -> tuple[float, ...]:
+        """Wavelengths of the points, ascending."""
 
     @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
@@ -144,9 +148,7 @@ class Objective(eqx.Module):
         """Physical values of the free parameters from variables in [0, 1]."""
         return self.named(self.scale.to_physical(unit))
 
-    def named(
-        self, physical: Float[Array | np.ndarray, " parameters"]
-    ) -> dict[str, Float[Array | np.ndarray, ""] | np.floating]:
+    def named(self, physical: Float[Array, " parameters"]) -> dict[str, Float[Array, ""]]:
         """Values by name of the free parameters in their units."""
         return {name: physical[i] for i, name in enumerate(self.free)}
 
@@ -159,10 +161,10 @@ class Objective(eqx.Module):
         return {name: constants[i] for i, name in enumerate(self.names)} | self.named(physical)
 
     def numbers(self, unit: Float[np.ndarray, " parameters"]) -> dict[str, float]:
-        """The same as plain numbers."""
+        """Physical values of the free parameters as plain numbers."""
         # By numpy, which neither compiles nor dispatches anything.
         physical = self.scale.to_physical(np.asarray(unit, float))
-        return {name: float(value) for name, value in self.named(physical).items()}
+        return dict(zip(self.free, physical.tolist(), strict=True))
 
     def in_noise(
         self, predicted: Float[ArrayLike, " points"], change: Float[ArrayLike, " points"]

@@ -2,11 +2,13 @@
 
 import dataclasses
 import enum
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from jaxink.display.brief import brief_repr
+from jaxink.errors import NoDerivativeError
 
 _GO_ON = "or go on from this result by giving its folder as the sample"
 
@@ -76,6 +78,13 @@ class SearchPath:
     unit: Float[np.ndarray, "entries parameters"]
 
 
+class EndDerivatives(NamedTuple):
+    """R of the QR factorisation of the final Jacobian J, and J^T r with the final residual r."""
+
+    triangle: np.ndarray
+    gradient: np.ndarray
+
+
 @dataclasses.dataclass(frozen=True)
 class Search:
     """One search for a minimum, from one start.
@@ -125,3 +134,16 @@ class Search:
     gradient: np.ndarray | None
     predicted: np.ndarray
     path: SearchPath
+
+    @property
+    def derivatives(self) -> EndDerivatives:
+        """Derivatives at the end.
+
+        Raises
+        ------
+        NoDerivativeError
+            If the method has no Jacobian.
+        """
+        if self.triangle is None or self.gradient is None:
+            raise NoDerivativeError(f"a search by the method '{self.method}' ends without derivatives.")
+        return EndDerivatives(self.triangle, self.gradient)

@@ -1,5 +1,7 @@
 """Variables between 0 and 1 for parameters between their minimum and maximum."""
 
+from typing import overload
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -57,6 +59,10 @@ class UnitScale(eqx.Module):
             *(np.array(column) for column in zip(*rows, strict=True)),
         )
 
+    @overload
+    def to_physical(self, unit: Float[Array, " parameters"]) -> Float[Array, " parameters"]: ...
+    @overload
+    def to_physical(self, unit: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " parameters"]: ...
     def to_physical(
         self, unit: Float[Array | np.ndarray, " parameters"]
     ) -> Float[Array | np.ndarray, " parameters"]:

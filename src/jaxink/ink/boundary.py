@@ -93,12 +93,14 @@ def boundary_table(
         height scale by central differences.
     """
     options = BoundaryOptions(boundary.index_inside, boundary.index_outside, n_theta, n_phi)
-    tabulate = facet_boundary if boundary.method == "facets" else wave_boundary
 
     def at(height_scale: float) -> InkTable:
         with computing():
             shape = boundary.shape_at(height_scale)
-        table = tabulate(shape, boundary.wavelengths_nm, options)
+        if isinstance(shape, SlopeDensity):
+            table = facet_boundary(shape, boundary.wavelengths_nm, options)
+        else:
+            table = wave_boundary(shape, boundary.wavelengths_nm, options)
         return within_incident_power(table) if limit_power else table
 
     table, error = at(boundary.height_scale), boundary.height_scale_standard_error

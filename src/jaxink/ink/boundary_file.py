@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import jax.numpy as jnp
+
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
 from jaxink.sample.document import document_of, text_of
@@ -16,6 +18,7 @@ from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, slope_density
 from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
+from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum
 
 METHODS = ("facets", "waves")
 INDEX = SURROUNDINGS["index_front"]
@@ -65,12 +68,13 @@ class RoughBoundary:
 
     def shape_at(self, height_scale: float) -> SlopeDensity | PowerSpectrum:
         """The density or spectrum for heights multiplied by a factor."""
-        if self.heights is None:
-            return self.shape
-        if isinstance(self.shape, TabulatedSlopes):
-            return dataclasses.replace(self.shape, height_scale=height_scale)
-        variance = self.shape.height_variance_um2 * height_scale**2
-        return dataclasses.replace(self.shape, height_variance_um2=variance)
+        match self.shape:
+            case TabulatedSlopes():
+                return dataclasses.replace(self.shape, height_scale=jnp.asarray(height_scale))
+            case TabulatedSpectrum():
+                variance = self.shape.height_variance_um2 * height_scale**2
+                return dataclasses.replace(self.shape, height_variance_um2=variance)
+        return self.shape
 
 
 def load_boundary(path: str | Path) -> RoughBoundary:
@@ -125,7 +129,8 @@ def _boundary(document: dict[str, Any], folder: Path) -> RoughBoundary:
             f"{kind}.height_scale_standard_error is {numbers['height_scale_standard_error']:g}; it must be "
             f"smaller than the height_scale of {numbers['height_scale']:g}."
         )
-    return RoughBoundary(wavelengths, **media, **_DESCRIBED[kind](table, numbers, folder))
+    described = _DESCRIBED[kind](table, numbers, folder)
+    return RoughBoundary(wavelengths, media["index_inside"], media["index_outside"], **described)
 
 
 def _numbers(document: Mapping[str, Any], key: str, quantity: Quantity) -> tuple[float, ...]:

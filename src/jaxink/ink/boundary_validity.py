@@ -4,8 +4,11 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
+import jax.numpy as jnp
+
 from jaxink.ink.boundary_file import RoughBoundary
 from jaxink.numerics.precision import computing
+from jaxink.surfaces.height_map import HeightMap
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_power import LARGEST_SLOPE, validity
 from jaxink.surfaces.wave_surface import WaveSurface
@@ -61,13 +64,17 @@ class ValidityCheck:
 
 def validity_checks(boundary: RoughBoundary) -> list[ValidityCheck]:
     """Check a boundary at `INCIDENCES_DEG` from either side; empty for a slope density without heights."""
-    if boundary.method == "facets" and boundary.heights is None:
-        return []
+    found: dict[str, list[tuple[float, str]]] = {}
     with computing():
-        found: dict[str, list[tuple[float, str]]] = {}
-        for name, value, where in _numbers(boundary):
+        spectrum = boundary.shape_at(boundary.height_scale)
+        if isinstance(spectrum, PowerSpectrum):
+            limits, numbers = _WAVES, _of_waves(boundary, spectrum)
+        elif boundary.heights is not None:
+            limits, numbers = _FACETS, _of_facets(boundary, boundary.heights)
+        else:
+            return []
+        for name, value, where in numbers:
             found.setdefault(name, []).append((value, where))
-    limits = _FACETS if boundary.method == "facets" else _WAVES
     return [_check(name, found[name], *limit) for name, limit in limits.items()]
 
 
@@ -78,22 +85,26 @@ def _check(name, values, low: float, high: float, asked: str) -> ValidityCheck:
     return ValidityCheck(name, min(each), max(each), asked, holds, worst, where)
 
 
-def _numbers(boundary: RoughBoundary) -> Iterator[tuple[str, float, str]]:
-    """Name and value of every criterion, and the conditions."""
-    spectrum = boundary.shape_at(boundary.height_scale)
-    if not isinstance(spectrum, PowerSpectrum):
-        statistics = boundary.heights.slope_statistics()
-        growth = statistics.variance / max(statistics.variance_twice_as_coarse, 1e-300)
-        yield "slope_growth", growth, "from twice the pitch to the pitch"
-        yield "anisotropy", statistics.anisotropy, "between the axes of the map"
-        waves = dataclasses.replace(boundary, method="waves", shape=boundary.heights.power_spectrum())
-        spectrum = waves.shape_at(boundary.height_scale)
+def _of_facets(boundary: RoughBoundary, heights: HeightMap) -> Iterator[tuple[str, float, str]]:
+    """Name and value of every criterion for facets, and the conditions."""
+    statistics = heights.slope_statistics()
+    growth = statistics.variance / max(statistics.variance_twice_as_coarse, 1e-300)
+    yield "slope_growth", growth, "from twice the pitch to the pitch"
+    yield "anisotropy", statistics.anisotropy, "between the axes of the map"
+    spectrum = heights.power_spectrum()
+    variance = spectrum.height_variance_um2 * boundary.height_scale**2
+    yield from _of_waves(boundary, dataclasses.replace(spectrum, height_variance_um2=variance))
+
+
+def _of_waves(boundary: RoughBoundary, spectrum: PowerSpectrum) -> Iterator[tuple[str, float, str]]:
+    """The same for wave optics."""
     media = zip(boundary.wavelengths_nm, boundary.index_inside, boundary.index_outside, strict=True)
     for wavelength_nm, inside, outside in media:
-        surface = WaveSurface(spectrum, inside, outside, wavelength_nm)
+        indices = jnp.asarray(inside), jnp.asarray(outside)
+        surface = WaveSurface(spectrum, *indices, jnp.asarray(wavelength_nm))
         for side, seen in (("inside", surface), ("outside", surface.reversed)):
             for theta_deg in INCIDENCES_DEG:
-                numbers = validity(seen, math.cos(math.radians(theta_deg)))
-                numbers["slope_over_grazing_slope"] = numbers["slope"] / numbers["grazing_slope"]
+                found = validity(seen, math.cos(math.radians(theta_deg)))
+                found["slope_over_grazing_slope"] = found["slope"] / found["grazing_slope"]
                 where = f"from {side} at {theta_deg:g} degrees, {wavelength_nm:g} nm"
-                yield from ((name, value, where) for name, value in numbers.items())
+                yield from ((name, value, where) for name, value in found.items())

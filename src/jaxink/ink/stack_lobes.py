@@ -34,12 +34,11 @@ def facet_lobes(
     grazing_deg
         ``grazing_theta_deg`` of `FacetLobes`.
     """
-    faces = _faces_of_facets(stacks)
-    if not faces:
+    facets = _facets(stacks)
+    if not facets:
         return None
-    densities = [stacks.faces[k] for k in faces]
     scales, ends = (
-        np.array([jax.vmap(lambda d, n=name: getattr(d, n))(density) for density in densities])
+        np.array([jax.vmap(lambda d, n=name: getattr(d, n))(density) for density in facets.values()])
         for name in ("scale", "largest_slope")
     )
     narrowest = scales.min()
@@ -59,21 +58,22 @@ def facet_lobes(
     )
 
 
-def _faces_of_facets(stack: Stack) -> list[int]:
-    """Positions of the interfaces with facets; lobes by wave optics have no closed form."""
-    return [k for k in stack.rough if isinstance(stack.faces[k], SlopeDensity)]
+def _facets(stack: Stack) -> dict[int, SlopeDensity]:
+    """Interfaces with facets by position; lobes by wave optics have no closed form."""
+    return {k: face for k, face in stack.rough.items() if isinstance(face, SlopeDensity)}
 
 
 @eqx.filter_jit
 def _at_every_wavelength(stacks: Stack, config: SolverConfig, slope, sines):
     def at(stack):
-        rough = np.array(_faces_of_facets(stack))
+        facets = _facets(stack)
+        rough = np.array(list(facets))
         indices = jnp.stack(stack.indices)
         passage = [
             _reaching_faces(stack, config, sines * stack.index_front, 0),
             _reaching_faces(stack, config, sines * stack.index_back, 1),
         ]
-        radial = jnp.stack([stack.faces[k].radial(slope) for k in rough])
+        radial = jnp.stack([density.radial(slope) for density in facets.values()])
         return radial, jnp.stack([indices[rough], indices[rough + 1]]), jnp.stack(passage)
 
     return jax.vmap(at)(stacks)
@@ -90,10 +90,10 @@ def _reaching_faces(stack: Stack, config, kappa, side):
     fields = regular_fields(column[:, 0], squared, jnp.stack(thickness), stack.kept_regular(squared))
     arriving = (fields.arriving_from_front, fields.arriving_from_back)[side]
     found = []
-    for k in _faces_of_facets(stack):
+    for k, density in _facets(stack).items():
         cosine = propagating_cosine(squared[k + side])
         safe = jnp.where(cosine > 0, cosine, 1.0)
         sine = jnp.sqrt(jnp.maximum(1 - safe**2, 1e-12))
-        area = projected_area(safe, sine, stack.faces[k], FacetRule())
+        area = projected_area(safe, sine, density, FacetRule())
         found.append(jnp.where(cosine > 0, arriving[k] * cosine / area, 0.0))
     return jnp.stack(found)

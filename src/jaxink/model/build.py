@@ -85,7 +85,7 @@ class StackBuilder(eqx.Module):
         sample = self.sample
         lateral = _lateral(sample, values)
         faces = tuple(
-            face and _face(face, laws, values, wavelength_nm)
+            None if face is None else _face(face, laws, values, wavelength_nm)
             for face, laws in zip(self.faces, self.laws, strict=True)
         )
         layers = (layer_optics(layer, values, wavelength_nm, self.mie_sizes)[0] for layer in sample.layers)
@@ -139,15 +139,15 @@ def _lateral(sample: Sample, values: Mapping) -> LateralField | None:
     """Beam and field of view; lateral transport within the ink is neglected."""
     if sample.beam_diameter_mm is None:
         return None
-    thickness = [
+    each = [
         jnp.zeros(()) if layer.scatters else values[f"{layer.name}.thickness_mm"] for layer in sample.layers
     ]
-    thickness = jnp.stack([jnp.asarray(one, float) for one in thickness])
-    diameters = (
-        values.get(f"instrument.{key}", getattr(sample, key))
+    thickness = jnp.stack([jnp.asarray(one, float) for one in each])
+    beam, detector = (
+        values.get(f"instrument.{key}", getattr(sample, key)) / 2
         for key in ("beam_diameter_mm", "detector_diameter_mm")
     )
-    return LateralField(*(diameter / 2 for diameter in diameters), thickness)
+    return LateralField(beam, detector, thickness)
 
 
 def _declared_faces(sample: Sample) -> list[Roughness | None]:
@@ -185,21 +185,25 @@ def _face(
     def get(key):
         return values[f"{face.name}.{key}"]
 
-    if face.spectrum is not None:
-        return WaveFace(_spectrum(face, get), wavelength_nm, face.amplitude)
-    if face.nodes is not None:
-        slopes, log_density, _ = face.nodes
-        return TabulatedSlopes(get("height_scale"), np.array(slopes), np.array(log_density))
-    angles = (get("sigma_deg"), *(get("second_sigma_deg") for _ in laws[1:]))
-    densities = map(slope_density, laws, angles)
-    return SlopeMixture(*densities, get("second_weight")) if len(laws) > 1 else next(densities)
+    match face:
+        case Roughness(spectrum=str(), amplitude=str(amplitude)):
+            return WaveFace(_spectrum(face, get), wavelength_nm, amplitude)
+        case Roughness(nodes=(slopes, log_density, _)):
+            columns = jnp.asarray(np.array(slopes)), jnp.asarray(np.array(log_density))
+            return TabulatedSlopes(get("height_scale"), *columns)
+    density = slope_density(laws[0], get("sigma_deg"))
+    if len(laws) == 1:
+        return density
+    second = slope_density(laws[1], get("second_sigma_deg"))
+    return SlopeMixture(density, second, get("second_weight"))
 
 
 def _spectrum(face: Roughness, get) -> PowerSpectrum:
     if face.nodes is not None:
         log_frequency, log_shape, variance = face.nodes
         variance = variance * get("height_scale") ** 2
-        return TabulatedSpectrum(variance, np.array(log_frequency), np.array(log_shape))
+        columns = jnp.asarray(np.array(log_frequency)), jnp.asarray(np.array(log_shape))
+        return TabulatedSpectrum(variance, *columns)
     variance = get("height_rms_um") ** 2
     if face.spectrum == "gaussian":
         return GaussianSpectrum(variance, get("correlation_length_um"))

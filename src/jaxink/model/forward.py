@@ -245,10 +245,11 @@ class ForwardModel(eqx.Module):
     def _solvable(self, wavelength_nm, values, tables):
         """Stack at one wavelength, and its channels with the rough interfaces that are tabulated."""
         stack = self.builder.stack(values, wavelength_nm)
-        tabulated = tuple(
-            face and table and tabulated_interface(table, face, values)
-            for table, face in zip(tables, self.builder.faces, strict=True)
-        )
+        tabulated = {
+            k: tabulated_interface(table, face, values)
+            for k, (table, face) in enumerate(zip(tables, self.builder.faces, strict=True))
+            if table is not None and face is not None
+        }
         return stack, dataclasses.replace(self.plan, interfaces=tabulated)
 
     def _at_points(

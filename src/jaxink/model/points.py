@@ -57,7 +57,8 @@ def points_of(cones: Cones, theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is
     )
     pairs, pair_of_point = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
     wavelengths, wavelength_of_point = np.unique(wavelength_nm, return_inverse=True)
-    rays = cone_rays(cones, *pairs[:, :3].T, pairs[:, 3] > 0.5)
+    theta_i_deg, theta_o_deg, phi_deg, side = pairs.T
+    rays = cone_rays(cones, theta_i_deg, theta_o_deg, phi_deg, side > 0.5)
     return Points(cones, tuple(wavelengths.tolist()), rays, wavelength_of_point, pair_of_point)
 
 

@@ -14,8 +14,13 @@ from jaxink.model.mie_sizes import MieSizes
 from jaxink.numerics.precision import computing
 from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
 from jaxink.optics.scattering_matrix import ScatteringMatrix
-from jaxink.particles.mie import mie_coefficients
-from jaxink.particles.mixture import Population, mixture_coefficients, mixture_matrix
+from jaxink.particles.mie import MieCoefficients, mie_coefficients
+from jaxink.particles.mixture import (
+    MixtureCoefficients,
+    Population,
+    mixture_coefficients,
+    mixture_matrix,
+)
 from jaxink.particles.phase_function import (
     HenyeyGreenstein,
     PhaseFunction,
@@ -154,7 +159,7 @@ def check_phase_table(layer: Layer) -> None:
     InputRefusedError
         With the layer and what is wrong.
     """
-    if layer.phase_function != "tabulated":
+    if layer.phase_table is None:
         return
     # Evaluated to numbers even if the model is made inside a function that is being compiled.
     with computing(), jax.ensure_compile_time_eval():
@@ -165,24 +170,25 @@ def check_phase_table(layer: Layer) -> None:
 
 
 def _phase_function(layer: Layer, get) -> PhaseFunction:
+    if layer.phase_table is not None:
+        kind, angles, numbers = layer.phase_table
+        if kind == "moments":
+            return TabulatedByMoments(jnp.asarray(np.array(numbers)))
+        return TabulatedByAngle(np.cos(np.deg2rad(angles)), np.array(numbers))
     if layer.phase_function == "henyey_greenstein":
         return HenyeyGreenstein(get("asymmetry_parameter"))
     if layer.phase_function == "two_term_henyey_greenstein":
         return TwoTermHenyeyGreenstein(
             get("asymmetry_parameter"), get("second_asymmetry_parameter"), get("second_weight")
         )
-    if layer.phase_function == "rayleigh":
-        return Rayleigh()
-    kind, angles, numbers = layer.phase_table
-    if kind == "moments":
-        return TabulatedByMoments(np.array(numbers))
-    return TabulatedByAngle(np.cos(np.deg2rad(angles)), np.array(numbers))
+    return Rayleigh()
 
 
 def _mie(layer: Layer, values, wavelength_nm, sizes: MieSizes) -> VolumeScattering:
     """Mie particles; equal spheres that scatter independently need no mixture."""
     name, binder_index = layer.name, values[f"{layer.name}.refractive_index"]
     weight = values.get(f"{name}.structure_factor_weight")
+    found: MieCoefficients | MixtureCoefficients
     alone = not layer.populations and layer.radius_table is None and weight is None
     if alone and f"{name}.radius_variance_ln" not in values:
         found = mie_coefficients(

@@ -1,9 +1,11 @@
 """Optics of one layer, and its delta-M truncation."""
 
+from typing import TYPE_CHECKING
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.validity import known_array, require
@@ -25,6 +27,10 @@ class ClearLayer(eqx.Module):
 
     refractive_index: Float[Array, ""] = eqx.field(converter=known_array)
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+
+    if TYPE_CHECKING:
+        # Type checkers know nothing of converters: what a user may give, here and beside.
+        def __init__(self, refractive_index: ArrayLike, optical_thickness: ArrayLike) -> None: ...
 
     def __check_init__(self):
         _require_physical(self)
@@ -51,6 +57,16 @@ class ScatteringLayer(eqx.Module):
     optical_thickness: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     single_scattering_albedo: Float[Array, ""] = eqx.field(converter=jnp.asarray)
     phase_function: PhaseFunction
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            refractive_index: ArrayLike,
+            optical_thickness: ArrayLike,
+            single_scattering_albedo: ArrayLike,
+            phase_function: PhaseFunction,
+        ) -> None: ...
 
     def __check_init__(self):
         _require_physical(self)

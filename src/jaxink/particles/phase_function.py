@@ -1,6 +1,7 @@
 """Phase functions: Henyey-Greenstein, Rayleigh, Legendre series and tables."""
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 import equinox as eqx
 import jax
@@ -59,6 +60,10 @@ class HenyeyGreenstein(PhaseFunction):
 
     asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
 
+    if TYPE_CHECKING:
+        # Type checkers know nothing of converters: what a user may give, here and below.
+        def __init__(self, asymmetry_parameter: ArrayLike) -> None: ...
+
     def __check_init__(self):
         _require_asymmetry("asymmetry_parameter", self.asymmetry_parameter)
 
@@ -85,6 +90,15 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
     asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
     second_asymmetry_parameter: Float[Array, ""] = eqx.field(converter=_as_float)
     second_weight: Float[Array, ""] = eqx.field(converter=_as_float)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            asymmetry_parameter: ArrayLike,
+            second_asymmetry_parameter: ArrayLike,
+            second_weight: ArrayLike,
+        ) -> None: ...
 
     def __check_init__(self):
         _require_asymmetry("asymmetry_parameter", self.asymmetry_parameter)

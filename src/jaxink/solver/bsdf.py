@@ -94,7 +94,8 @@ def _diffuse_bsdf(stack, directions, config, plan):
         light = smooth(response) + once
     else:
         lateral, way = stack.lateral, _known_way(stack, directions)
-        responses = jax.vmap(lambda k: solve_channels(stack, channels, k))(lateral.frequencies)
+        waves = jax.vmap(lambda k: solve_channels(stack, channels, lateral.at(k)))
+        responses = waves(lateral.frequencies)
         # Light scattered once takes only the known path.
         once = lateral.seen_directly(*way) * scattered_once(stack, channels, directions, kappa)
         light = jnp.sum(jax.vmap(smooth)(responses).T * lateral.coefficients(*way), axis=1) + once
@@ -189,7 +190,8 @@ def _share_of_orders(n_orders, degree, kappa):
 def _known_way(stack, directions):
     """Lateral displacement from the detector's axis, along and across, and the cosine of incidence."""
     indices = jnp.stack([layer.refractive_index for layer in stack.layers])[:, None]
-    ends = [*stack.scattering, *(k if k <= stack.scattering[0] else k - 1 for k in stack.rough)]
+    first = min(stack.scattering)
+    ends = [*stack.scattering, *(k if k <= first else k - 1 for k in stack.rough)]
     before, after = np.arange(len(stack.layers)) < min(ends), np.arange(len(stack.layers)) > max(ends)
 
     def ways(kappa):

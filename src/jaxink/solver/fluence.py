@@ -17,7 +17,6 @@ from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import inverse, transpose
 from jaxink.numerics.quadrature import gauss_legendre_unit
-from jaxink.optics.layers import TruncatedOptics
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import respond
 from jaxink.solver.phase_matrices import phase_matrices
@@ -25,7 +24,16 @@ from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.specular import RegularFields, attenuation
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels, put_on_channels
-from jaxink.solver.star_product import Below, RoughElement, add_diagonal, add_layer, add_rough
+from jaxink.solver.star_product import (
+    Below,
+    DiagonalBelow,
+    MixedBelow,
+    Nothing,
+    RoughElement,
+    add_diagonal,
+    add_layer,
+    add_rough,
+)
 
 # Gauss-Legendre depths of a layer. Twice as many change integrals over the depth by less than 1e-4 up to an
 # optical thickness of 30.
@@ -81,7 +89,8 @@ def _in_layer(stack, channels: StackChannels, config, kappa, k: int) -> tuple[Ar
         (*seen[::-1], channels.escape[1], channels.escape_beyond[1]),
     )
     rows = transpose(channels.grid.interpolation(kappa))
-    thickness = _optics(channels, k).optical_thickness
+    # A clear layer neither absorbs nor emits.
+    thickness = channels.scattering[k].truncated.optical_thickness
     regular = _regular(channels.fields, k, thickness)
     regular_beyond = _regular(channels.fields_beyond, k, thickness)
     found = []
@@ -89,12 +98,6 @@ def _in_layer(stack, channels: StackChannels, config, kappa, k: int) -> tuple[Ar
         smooth = (_arriving(near, far, channels.scale * slant) / channels.scale - here) / escape
         found.append((smooth @ rows) * escape_beyond + beyond)
     return tuple(found)
-
-
-def _optics(channels: StackChannels, k: int) -> TruncatedOptics:
-    optics = channels.truncated[k]
-    assert optics is not None, "a clear layer neither absorbs nor emits"
-    return optics
 
 
 class _Seen(NamedTuple):
@@ -106,7 +109,7 @@ class _Seen(NamedTuple):
 
 def _seen_from_depths(stack, channels: StackChannels, config, k: int) -> tuple[_Seen, _Seen]:
     """What lies in front of each depth of layer ``k``, and behind it, for azimuthal order 0."""
-    optics, cosine = _optics(channels, k), channels.fields.cosines[k]
+    optics, cosine = channels.scattering[k].truncated, channels.fields.cosines[k]
     safe_cosine = jnp.where(cosine > 0, cosine, 1.0)
     weight = channels.grid.etendue_weight / (stack.layers[k].refractive_index ** 2 * safe_cosine)
     a_matrix, b_matrix, _ = phase_matrices(optics, cosine, weight, 1)
@@ -117,7 +120,7 @@ def _seen_from_depths(stack, channels: StackChannels, config, k: int) -> tuple[_
     last = len(stack.layers)
     front, back = _outside(stack, channels, range(k + 1)), _outside(stack, channels, range(last, k, -1))
     # Both sides take the place of the azimuthal orders.
-    start = Below(
+    start = MixedBelow(
         jnp.concatenate([front.reflection, back.reflection]),
         jnp.concatenate([front.transmission, back.transmission]),
         False,
@@ -140,43 +143,50 @@ def _outside(stack, channels: StackChannels, interfaces: range) -> _Seen:
     ``interfaces`` are counted inwards: upwards from the front, downwards from the back.
     """
     is_front = interfaces.step > 0
-    below = Below(None, None, False)
-    if stack.backing is not None and not is_front:
-        below = _backing(stack, channels)
-    for k in interfaces:
-        if k != interfaces[0]:
-            below = _with_layer(stack, channels, k if not is_front else k - 1, below)
-        if k in channels.rough:
-            element = channels.rough[k]
-            sides = (element.above, element.below, element.down, element.up)
-            order = (1, 0, 3, 2) if is_front else (0, 1, 2, 3)
-            above, under, down, up = (sides[i][:1] for i in order)
-            below = add_rough(RoughElement(above, under, down, up, above, under, down), below)
-        else:
-            r = channels.fields.interfaces[k]
-            below = add_diagonal((r, r, 1 - r), below)
-    assert below.reflection is not None
-    assert below.transmission is not None
-    if below.reflection.ndim == 1:
+    outermost, *inner = interfaces
+    has_backing = stack.backing is not None and not is_front
+    below = _with_interface(
+        channels, outermost, is_front, _backing(stack, channels) if has_backing else Nothing()
+    )
+    for k in inner:
+        below = _with_layer(stack, channels, k if not is_front else k - 1, below)
+        below = _with_interface(channels, k, is_front, below)
+    if isinstance(below, DiagonalBelow):
         return _Seen(jnp.diag(below.reflection)[None], jnp.diag(below.transmission)[None])
     return _Seen(below.reflection, below.transmission)
 
 
-def _with_layer(stack, channels: StackChannels, k: int, below: Below) -> Below:
-    response = channels.responses[k]
-    if response is None:
-        thickness, cosine = stack.layers[k].optical_thickness, channels.fields.cosines[k]
-        dark = jnp.zeros_like(cosine)
-        return add_diagonal((dark, dark, attenuation(thickness, cosine)), below)
-    return add_layer(*response, below)
+def _with_interface(
+    channels: StackChannels, k: int, is_front: bool, below: Below
+) -> DiagonalBelow | MixedBelow:
+    """Add an interface, turned round if it belongs to what lies in front."""
+    if k not in channels.rough:
+        r = channels.fields.interfaces[k]
+        return add_diagonal((r, r, 1 - r), below)
+    element = channels.rough[k].element
+    sides = (element.above, element.below, element.down, element.up)
+    order = (1, 0, 3, 2) if is_front else (0, 1, 2, 3)
+    above, under, down, up = (sides[i][:1] for i in order)
+    return add_rough(RoughElement(above, under, down, up, above, under, down), below)
 
 
-def _backing(stack, channels: StackChannels) -> Below:
+def _with_layer(
+    stack, channels: StackChannels, k: int, below: DiagonalBelow | MixedBelow
+) -> DiagonalBelow | MixedBelow:
+    if k in channels.scattering:
+        layer = channels.scattering[k]
+        return add_layer(layer.reflection, layer.transmission, below)
+    thickness, cosine = stack.layers[k].optical_thickness, channels.fields.cosines[k]
+    dark = jnp.zeros_like(cosine)
+    return add_diagonal((dark, dark, attenuation(thickness, cosine)), below)
+
+
+def _backing(stack, channels: StackChannels) -> MixedBelow:
     """An ideally diffuse reflector, behind which nothing leaves."""
     reaches = channels.grid.squared_cosine(stack.index_back) > 0
     sent = jnp.where(reaches, jnp.sqrt(channels.grid.etendue_weight), 0.0)
     reflection = stack.backing * sent[:, None] * sent / (sent @ sent)
-    return Below(reflection[None], jnp.zeros_like(reflection)[None], False)
+    return MixedBelow(reflection[None], jnp.zeros_like(reflection)[None], False)
 
 
 def _arriving(near: _Seen, far: _Seen, counted: Float[Array, " channels"]) -> Float[Array, "depths channels"]:

@@ -16,12 +16,13 @@ Abramowitz, Stegun 1964 Handbook of Mathematical Functions, 9.1.18 and 9.1.20 (B
 """
 
 from functools import cache, partial
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from jaxink.numerics.own_derivatives import point_by_point
 from jaxink.optics.fresnel import propagating_cosine
@@ -44,7 +45,7 @@ _IN_SIN = 1 / 8, -75 / 1024, 59535 / 262144
 _ANGLE_RAD = (np.arange(32) + 0.5) * np.pi / 64
 
 
-def bessel_j0(x: Float[ArrayLike, "*shape"]) -> Float[Array, "*shape"]:
+def bessel_j0(x: Float[Array | np.ndarray, "*shape"]) -> Float[Array, "*shape"]:
     """Bessel function J0 to 1e-9."""
     is_small = x < _LARGE_PHASE
     small, large = jnp.where(is_small, x, 0.0), jnp.where(is_small, _LARGE_PHASE, x)
@@ -104,7 +105,11 @@ class LateralField(eqx.Module):
     @property
     def frequencies(self) -> Float[Array, " frequencies"]:
         """Frequencies k_j in 1/mm."""
-        return _sum_of_bessel_functions()[0] / self.detector_radius_mm
+        return jnp.asarray(_sum_of_bessel_functions()[0]) / self.detector_radius_mm
+
+    def at(self, frequency: Float[Array, ""]) -> "LateralWave":
+        """Light of one of the frequencies."""
+        return LateralWave(self, frequency)
 
     def seen_directly(self, along, across, cosine_incidence):
         """Share of the beam inside the field of view after a known displacement.
@@ -139,6 +144,24 @@ class LateralField(eqx.Module):
         columns = (x / self.detector_radius_mm for x in (along, across, self.beam_radius_mm))
         scaled = (jnp.broadcast_to(x, along.shape) for x in (*columns, cosine_incidence))
         return point_by_point(_coefficients, *scaled)
+
+
+class LateralWave(NamedTuple):
+    """Multiply scattered light of one lateral frequency in 1/mm.
+
+    The first path in and the last path out, which are known, do not belong to it.
+    """
+
+    field: LateralField
+    frequency: Float[Array, ""]
+
+    def displacements(self, cosines: Float[Array, "layers channels"]) -> Float[Array, "layers channels"]:
+        """See `LateralField.displacements`."""
+        return self.field.displacements(cosines)
+
+    def damping(self, way: Array | float) -> Array:
+        """Factor of a displacement in mm, averaged over its azimuth."""
+        return bessel_j0(self.frequency * way)
 
 
 def _coefficients(along, across, beam_radius, cosine_incidence):

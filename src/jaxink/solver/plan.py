@@ -32,13 +32,13 @@ class ChannelPlan(eqx.Module):
         Media of the lowest index, if it is fixed: a rough interface can then ignore the channels that do not
         propagate there.
     interfaces
-        Rough interfaces between the channels, None for those not computed beforehand; empty if none are.
+        Those rough interfaces that have been computed beforehand, between the channels, by position.
     """
 
     block_media: tuple[int, ...] = eqx.field(static=True)
     exposed: bool = eqx.field(static=True, default=False)
     rarest: tuple[int, ...] = eqx.field(static=True, default=())
-    interfaces: tuple[RoughInterface | None, ...] = ()
+    interfaces: dict[int, RoughInterface] = eqx.field(default_factory=dict)
 
     def grid(self, stack: Stack, config: SolverConfig) -> ChannelGrid:
         """Channels of a stack."""

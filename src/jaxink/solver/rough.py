@@ -1,5 +1,6 @@
 """Rough interfaces of a stack between its channels, and light that meets one of them once."""
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -11,66 +12,119 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
-from jaxink.solver.star_product import RoughElement
+from jaxink.solver.star_product import Diagonal, RoughElement
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
 from jaxink.surfaces.facets import FacetRule, mean_transmittance, projected_area
-from jaxink.surfaces.interface import RoughInterface, RoughSizes, rough_interface
+from jaxink.surfaces.interface import RoughInterface, RoughSizes, WaveInterface, WaveLobes, rough_interface
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
+from jaxink.surfaces.slopes import SlopeDensity
 from jaxink.surfaces.wave_face import WaveFace, wave_interface, wave_lobes
 
 
-def interface_between_channels(
-    stack: Stack, k: int, plan: ChannelPlan, config: SolverConfig
-) -> RoughInterface:
-    """The rough interface ``k``, taken from the plan if it has been computed before."""
-    if plan.interfaces and plan.interfaces[k] is not None:
-        return plan.interfaces[k]
+class FacetsOnChannels(eqx.Module):
+    """A rough interface that consists of facets, on the channels of its stack."""
+
+    element: RoughElement
+    density: SlopeDensity
+
+
+class WavesOnChannels(eqx.Module):
+    """A rough interface in wave optics, on the channels of its stack."""
+
+    element: RoughElement
+    face: WaveFace
+    lobes: WaveLobes
+
+
+def rough_on_channels(
+    stack: Stack,
+    plan: ChannelPlan,
+    config: SolverConfig,
+    grid: ChannelGrid,
+    scale: Float[Array, " channels"],
+) -> dict[int, FacetsOnChannels | WavesOnChannels]:
+    """Rough interfaces by position, taken from the plan if they have been computed before.
+
+    ``scale`` is the square root of the etendue weights of the channels, ``grid``, above 0.
+    """
+
+    def on_channels(k: int, face: SlopeDensity | WaveFace) -> FacetsOnChannels | WavesOnChannels:
+        if isinstance(face, WaveFace):
+            waves = _waves_between_channels(stack, k, face, plan, config)
+            return WavesOnChannels(_rough_element(stack, k, grid, scale, waves), face, waves.lobes)
+        facets = (
+            plan.interfaces[k]
+            if k in plan.interfaces
+            else _facets_between_channels(stack, k, face, plan, config)
+        )
+        return FacetsOnChannels(_rough_element(stack, k, grid, scale, facets), face)
+
+    return {k: on_channels(k, face) for k, face in stack.rough.items()}
+
+
+def _waves_between_channels(
+    stack: Stack, k: int, face: WaveFace, plan: ChannelPlan, config: SolverConfig
+) -> WaveInterface:
+    """The interface ``k`` in wave optics."""
     n_outer, sides = plan.n_outer(stack, k, config), stack.sides(k)
 
     def of(indices, face):
-        grid, here = plan.grid_of(indices, stack.scattering, config), tuple(indices[side] for side in sides)
-        if isinstance(face, WaveFace):
-            return wave_interface(grid, *here, face, config.n_orders, n_outer)
-        return rough_interface(grid, here, face, config.n_orders, RoughSizes(n_outer=n_outer))
+        grid = plan.grid_of(indices, stack.scattering, config)
+        return wave_interface(grid, *(indices[side] for side in sides), face, config.n_orders, n_outer)
 
-    # The indices and the face are few of the numbers of a stack, and the most expensive ones.
-    indices, face = tuple(stack.indices), stack.faces[k]
-    if isinstance(face, WaveFace):
-        # Much of it depends on one of the two alone.
-        return by_own_inputs(of, indices, face)
+    # The indices and the face are few of the numbers of a stack, and the most expensive ones. Much depends on
+    # one of the two alone.
+    return by_own_inputs(of, tuple(stack.indices), face)
+
+
+def _facets_between_channels(
+    stack: Stack, k: int, density: SlopeDensity, plan: ChannelPlan, config: SolverConfig
+) -> RoughInterface:
+    """The interface ``k`` that consists of facets."""
+    sizes, sides = RoughSizes(n_outer=plan.n_outer(stack, k, config)), stack.sides(k)
+
+    def of(both):
+        indices, density = both
+        grid, (outer, inner) = plan.grid_of(indices, stack.scattering, config), sides
+        return rough_interface(grid, (indices[outer], indices[inner]), density, config.n_orders, sizes)
+
     # Facets whose light begins or ceases to meet a second one as an index changes are steps of the sum.
     indices = differentiable_once(
-        indices,
+        tuple(stack.indices),
         f"second derivatives by a refractive index are not available: face {k} of the stack consists of "
         "facets, whose sum is not smooth in an index. Hold the indices fixed.",
     )
-    return by_own_inputs(lambda both: of(*both), (indices, face))
+    # They and the density are few of the numbers of a stack, and the most expensive ones.
+    return by_own_inputs(of, (indices, density))
 
 
-def rough_element(
+def _rough_element(
     stack: Stack,
     k: int,
     grid: ChannelGrid,
     scale: Float[Array, " channels"],
     interface: RoughInterface,
 ) -> RoughElement:
-    """The rough interface ``k`` in the basis of fluxes, with its outer side at the front or at the back.
-
-    ``scale`` is the square root of the channels' etendue weights, above 0.
-    """
+    """The rough interface ``k`` in the basis of fluxes, with its outer side at the front or at the back."""
     propagates = (grid.squared_cosine(stack.indices[side]) > 0 for side in stack.sides(k))
     interface = interface.of_fluxes(scale, *propagates)
-    total, one, regular = interface.total, interface.one, interface.regular
+    total, one = interface.total, interface.one
     entering = transpose(total.leaving)
     if stack.outer_is_front(k):
         sides = total.outer_reflection, total.inner_reflection, entering, total.leaving
         once = one.outer_reflection, one.inner_reflection, transpose(one.leaving)
-        kept = regular and (regular.outer_reflection, regular.inner_reflection, regular.leaving)
     else:
         sides = total.inner_reflection, total.outer_reflection, total.leaving, entering
         once = one.inner_reflection, one.outer_reflection, one.leaving
-        kept = regular and (regular.inner_reflection, regular.outer_reflection, regular.leaving)
-    return RoughElement(*sides, *once, kept)
+    return RoughElement(*sides, *once, _regular_seen_from_front(interface, stack.outer_is_front(k)))
+
+
+def _regular_seen_from_front(interface: RoughInterface, outer_is_front: bool) -> Diagonal | None:
+    """Regular light of an interface; None if there is none."""
+    if not isinstance(interface, WaveInterface):
+        return None
+    outer, inner = interface.regular.outer_reflection, interface.regular.inner_reflection
+    return (*((outer, inner) if outer_is_front else (inner, outer)), interface.regular.leaving)
 
 
 def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[Array, Array]:
@@ -80,24 +134,26 @@ def escape_shares(stack: Stack, fields: RegularFields, squared_cosine) -> tuple[
     grazing, where it has poles due to light that thin layers reflect back and forth many times. It is 0 if
     the light is evanescent between them, or exactly grazing.
     """
-    first, last = stack.scattering[0], stack.scattering[-1]
+    first, last = min(stack.scattering), max(stack.scattering)
     front = fields.down_from_front[first] + fields.up_from_front[last]
     back = fields.down_from_back[first] + fields.up_from_back[last]
-    if stack.rough and stack.rough[0] <= first:
-        k = stack.rough[0]
-        front = fields.arriving_from_front[k] * _crossing_share(stack, k, squared_cosine, k, k + 1)
-    if stack.rough and stack.rough[-1] > last:
-        k = stack.rough[-1]
-        back = fields.arriving_from_back[k] * _crossing_share(stack, k, squared_cosine, k + 1, k)
+    faces = stack.rough
+    if faces and min(faces) <= first:
+        k = min(faces)
+        share = _crossing_share(stack, faces[k], squared_cosine, k, k + 1)
+        front = fields.arriving_from_front[k] * share
+    if faces and max(faces) > last:
+        k = max(faces)
+        share = _crossing_share(stack, faces[k], squared_cosine, k + 1, k)
+        back = fields.arriving_from_back[k] * share
     return front, back
 
 
-def _crossing_share(stack: Stack, k: int, squared_cosine, here: int, there: int):
-    """Approximate share of light that crosses the rough interface ``k``."""
+def _crossing_share(stack: Stack, face: SlopeDensity | WaveFace, squared_cosine, here: int, there: int):
+    """Approximate share of light that crosses a rough interface."""
     cosine = propagating_cosine(squared_cosine[here])
     sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
     indices = stack.indices[here], stack.indices[there]
-    face = stack.faces[k]
     if isinstance(face, WaveFace):
         beyond = propagating_cosine(squared_cosine[there])
         return 1 - fresnel_reflectance(*indices, cosine, beyond)
@@ -122,10 +178,10 @@ def met_between_channels(element: RoughElement, fields: RegularFields, k: int) -
     )
 
 
-def met_facet(stack: Stack, k: int, paths: RegularPaths) -> Float[Array, " points"]:
+def met_facet(stack: Stack, k: int, density: SlopeDensity, paths: RegularPaths) -> Float[Array, " points"]:
     """Basic radiance per irradiance of otherwise regular light that meets one facet of interface ``k``."""
     directions, kappa, out, fields_in, fields_out = paths
-    density, front, back = stack.faces[k], stack.indices[k], stack.indices[k + 1]
+    front, back = stack.indices[k], stack.indices[k + 1]
 
     def cosines_and_areas(index):
         cosine = propagating_cosine(1 - (kappa / index) ** 2)
@@ -147,6 +203,7 @@ def met_facet(stack: Stack, k: int, paths: RegularPaths) -> Float[Array, " point
 def met_waves(
     stack: Stack,
     k: int,
+    face: WaveFace,
     paths: RegularPaths,
     factors: Float[Array, "directions 2"],
     table: BroadenedSpectrum,
@@ -156,7 +213,7 @@ def met_waves(
     ``factors`` are the `WaveLobes.factors` of the paths, and ``table`` is their table.
     """
     directions, kappa, out, fields_in, fields_out = paths
-    face, indices = stack.faces[k], stack.indices[k : k + 2]
+    indices = stack.indices[k : k + 2]
     into = directions.incidence
     cosines = [propagating_cosine(1 - (kappa / index) ** 2) for index in indices]
     safe = [jnp.where(cosine > 0, cosine, 1e-9) for cosine in cosines]

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from jaxink.optics.directions import Directions, scattering_cosines
 from jaxink.optics.layers import ScatteringLayer, TruncatedOptics
 from jaxink.solver.phase_matrices import PhaseMatrices
-from jaxink.solver.rough import met_facet, met_waves
+from jaxink.solver.rough import WavesOnChannels, met_facet, met_waves
 from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels
@@ -96,17 +96,16 @@ def scattered_once(
         jax.tree.map(lambda x, there=there: x[..., there], channels.fields_beyond)
         for there in (directions.incidence, way_out)
     )
-    paths = RegularPaths(directions, jnp.concatenate(kappa), way_out, fields_in, fields_out)
+    paths = RegularPaths(directions, jnp.concatenate(kappa), jnp.asarray(way_out), fields_in, fields_out)
     once = jnp.zeros(())
-    for k in stack.scattering:
-        once = once + _scattered_in_layer(stack.layers[k], channels.truncated[k], paths, k)
-    for k in stack.rough:
-        lobes = channels.lobes[k]
-        if lobes is not None:
-            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(lobes.factors, axis=1)
-            once = once + met_waves(stack, k, paths, factors, lobes.table)
+    for k, layer in channels.scattering.items():
+        once = once + _scattered_in_layer(layer.layer, layer.truncated, paths, k)
+    for k, face in channels.rough.items():
+        if isinstance(face, WavesOnChannels):
+            factors = channels.grid.interpolation(paths.kappa) @ jnp.stack(face.lobes.factors, axis=1)
+            once = once + met_waves(stack, k, face.face, paths, factors, face.lobes.table)
         else:
-            once = once + met_facet(stack, k, paths)
+            once = once + met_facet(stack, k, face.density, paths)
     return once
 
 

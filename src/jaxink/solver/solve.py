@@ -14,14 +14,14 @@ from jaxtyping import Array, Float
 
 from jaxink.optics.fresnel import propagating_cosine
 from jaxink.solver.config import SolverConfig
-from jaxink.solver.lateral import bessel_j0
+from jaxink.solver.lateral import LateralWave
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.rough import met_between_channels
 from jaxink.solver.single_scattering import scattered_between_channels
 from jaxink.solver.specular import FURTHEST, attenuation
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels, put_on_channels
-from jaxink.solver.star_product import Below, FromBehind, Pile
+from jaxink.solver.star_product import FromBehind, Nothing, Pile
 
 
 class StackResponse(eqx.Module):
@@ -86,73 +86,70 @@ def solve_stack(
     return channels, solve_channels(stack, channels)
 
 
-def solve_channels(
-    stack: Stack, channels: StackChannels, frequency: Float[Array, ""] | None = None
-) -> StackResponse:
+def solve_channels(stack: Stack, channels: StackChannels, wave: LateralWave | None = None) -> StackResponse:
     """Second and third step, for a stack that has been put on its channels.
 
     Parameters
     ----------
     stack, channels
         The stack and the result of `put_on_channels`.
-    frequency
-        Lateral frequency in 1/mm of the multiply scattered light, without the first path in and the last
-        path out; None for the light integrated over the sample.
+    wave
+        Lateral frequency of the multiply scattered light; None for the light integrated over the sample.
     """
-    return _without_exact_light(stack, channels, _add_layers(stack, channels, frequency))
+    return _without_exact_light(channels, _add_layers(stack, channels, wave))
 
 
-def _add_layers(stack: Stack, channels: StackChannels, frequency) -> _Whole:
+def _add_layers(stack: Stack, channels: StackChannels, wave: LateralWave | None) -> _Whole:
     """Second step: star product of all layers and interfaces, from the back to the front."""
     fields, etendue = channels.fields, channels.grid.etendue_weight
-    behind, diffuse = None, None
+    diffuse = None
     if stack.backing is not None:
-        behind = jnp.where(channels.grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
-        diffuse = FromBehind(behind, 0.0)
+        light = jnp.where(channels.grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
+        diffuse = FromBehind.of(stack.backing, light)
     # Elements diagonal in the channels are joined first.
-    pile, ways = Pile(Below(None, None, True, diffuse)), [0.0] * len(stack.layers)
-    if frequency is not None:
-        pile = pile._replace(damping=lambda way: bessel_j0(frequency * way))
-        ways = stack.lateral.displacements(fields.cosines)
+    pile = Pile(Nothing(diffuse), None if wave is None else wave.damping)
+    ways = [0.0] * len(stack.layers) if wave is None else wave.displacements(fields.cosines)
     for k in reversed(range(len(stack.layers) + 1)):
         if k in channels.rough:
-            pile = pile.with_rough(channels.rough[k])
+            pile = pile.with_rough(channels.rough[k].element)
         else:
             r = fields.interfaces[k]
             pile = pile.with_diagonal((r, r, 1 - r))
         if k == 0:
             break
-        optics, response, cosine = channels.truncated[k - 1], channels.responses[k - 1], fields.cosines[k - 1]
-        if response is None:
-            inside = attenuation(stack.layers[k - 1].optical_thickness, cosine, FURTHEST)
-            pile = pile.with_diagonal((0.0, 0.0, inside), ways[k - 1])
+        cosine = fields.cosines[k - 1]
+        if k - 1 in channels.scattering:
+            layer = channels.scattering[k - 1]
+            undeviated = attenuation(layer.truncated.optical_thickness, cosine, FURTHEST)
+            pile = pile.with_layer(layer.reflection, layer.transmission, undeviated)
         else:
-            pile = pile.with_layer(*response, attenuation(optics.optical_thickness, cosine, FURTHEST))
-    pile = pile.closed(is_front=True)
-    reflection, transmission, _, from_behind = pile.below
-    gain, returned = 0.0, 0.0
-    if stack.backing is not None:
-        sent = behind @ behind
-        gain = stack.backing / (1 - stack.backing * from_behind.returned / sent)
+            inside = attenuation(stack.layers[k - 1].optical_thickness, cosine, FURTHEST)
+            dark = jnp.zeros_like(inside)
+            pile = pile.with_diagonal((dark, dark, inside), ways[k - 1])
+    (reflection, transmission, _, from_behind), regular = pile.whole()
+    gain: Array | float = 0.0
+    returned: Array | float = 0.0
+    if from_behind is not None:
+        sent = from_behind.light @ from_behind.light
+        gain = from_behind.reflectance / (1 - from_behind.reflectance * from_behind.returned / sent)
         returned = jnp.sqrt(etendue) @ from_behind.passed / sent
-    return _Whole(reflection, transmission, (pile.regular[0], pile.regular[2]), gain, returned)
+    return _Whole(reflection, transmission, (regular[0], regular[2]), gain, returned)
 
 
-def _without_exact_light(stack: Stack, channels: StackChannels, whole: _Whole) -> StackResponse:
+def _without_exact_light(channels: StackChannels, whole: _Whole) -> StackResponse:
     """Third step: subtract what is known exactly for any direction; make the rest smooth."""
     scale, fields, grid = channels.scale, channels.fields, channels.grid
     (front, back), regular = channels.escape, whole.regular
     reflection, transmission = whole.reflection, whole.transmission
     reflected_power = (scale @ reflection[0] / scale - regular[0]) / front
     transmitted_power = (scale @ transmission[0] / scale - regular[1]) / front
-    for k, element in channels.rough.items():
-        met = met_between_channels(element, fields, k)
+    for k, face in channels.rough.items():
+        met = met_between_channels(face.element, fields, k)
         reflection, transmission = reflection - met[0], transmission - met[1]
-    once_reflected, once_transmitted = 0.0, 0.0
-    for k in reversed(stack.scattering):
-        once = scattered_between_channels(
-            stack.layers[k], channels.truncated[k], channels.phase[k], fields, k
-        )
+    once_reflected: Array | float = 0.0
+    once_transmitted: Array | float = 0.0
+    for k, layer in reversed(channels.scattering.items()):
+        once = scattered_between_channels(layer.layer, layer.truncated, layer.phase, fields, k)
         once_reflected, once_transmitted = once_reflected + once[0], once_transmitted + once[1]
     norm = scale[:, None] * scale[None, :]
     reflection = (reflection - jnp.diag(regular[0])) / norm - once_reflected

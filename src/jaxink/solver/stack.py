@@ -1,8 +1,10 @@
 """A stack of layers between two half spaces."""
 
+from typing import TYPE_CHECKING
+
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.validity import known_array
@@ -41,6 +43,18 @@ class Stack(eqx.Module):
     backing: Float[Array, ""] | None = None
     lateral: LateralField | None = None
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            layers: tuple[ClearLayer | ScatteringLayer, ...],
+            index_front: ArrayLike,
+            index_back: ArrayLike,
+            faces: tuple[SlopeDensity | WaveFace | None, ...] = (),
+            backing: Array | None = None,
+            lateral: LateralField | None = None,
+        ) -> None: ...
+
     @property
     def indices(self) -> list:
         """Refractive indices of front, layers and back."""
@@ -51,14 +65,14 @@ class Stack(eqx.Module):
         ]
 
     @property
-    def scattering(self) -> list[int]:
-        """Positions of the layers that scatter."""
-        return [k for k, layer in enumerate(self.layers) if isinstance(layer, ScatteringLayer)]
+    def scattering(self) -> dict[int, ScatteringLayer]:
+        """Layers that scatter, by ascending position."""
+        return {k: layer for k, layer in enumerate(self.layers) if isinstance(layer, ScatteringLayer)}
 
     @property
-    def rough(self) -> list[int]:
-        """Positions of the rough interfaces."""
-        return [k for k, face in enumerate(self.faces) if face is not None]
+    def rough(self) -> dict[int, SlopeDensity | WaveFace]:
+        """Rough interfaces by ascending position."""
+        return {k: face for k, face in enumerate(self.faces) if face is not None}
 
     def outer_is_front(self, interface: int) -> bool:
         """Whether regular light reaches a rough interface from its front.

@@ -11,11 +11,29 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import respond
 from jaxink.solver.phase_matrices import PhaseMatrices, phase_matrices
 from jaxink.solver.plan import ChannelPlan
-from jaxink.solver.rough import escape_shares, interface_between_channels, rough_element
+from jaxink.solver.rough import FacetsOnChannels, WavesOnChannels, escape_shares, rough_on_channels
 from jaxink.solver.specular import FURTHEST, RegularFields, regular_fields
 from jaxink.solver.stack import Stack
-from jaxink.solver.star_product import RoughElement
-from jaxink.surfaces.interface import WaveLobes
+
+
+class LayerOnChannels(eqx.Module):
+    """A scattering layer on the channels of its stack.
+
+    Parameters
+    ----------
+    layer, truncated
+        The layer, and its truncated optics.
+    phase
+        Its phase function between the channels.
+    reflection, transmission
+        See `layer_response`.
+    """
+
+    layer: ScatteringLayer
+    truncated: TruncatedOptics
+    phase: PhaseMatrices
+    reflection: Float[Array, "orders channels channels"]
+    transmission: Float[Array, "orders channels channels"]
 
 
 class StackChannels(eqx.Module):
@@ -27,14 +45,8 @@ class StackChannels(eqx.Module):
         The channels.
     scale
         Square root of their etendue weights; 1 in a block without width.
-    truncated
-        Truncated optics of each layer, None for clear layers.
-    phase
-        Phase function of each layer between the channels, None for clear layers.
-    responses
-        Reflection and transmission of each layer, see `layer_response`, None for clear layers.
-    rough, lobes
-        Rough interfaces by position, and their `RoughInterface.lobes`.
+    scattering, rough
+        Scattering layers and rough interfaces by position.
     fields, escape
         Regular light in the channels, and `escape_shares` to the front and to the back; 1 instead of 0.
     fields_beyond, escape_beyond
@@ -43,11 +55,8 @@ class StackChannels(eqx.Module):
 
     grid: ChannelGrid
     scale: Float[Array, " channels"]
-    truncated: tuple[TruncatedOptics | None, ...]
-    phase: tuple[PhaseMatrices | None, ...]
-    responses: tuple[tuple[Array, Array] | None, ...]
-    rough: dict[int, RoughElement]
-    lobes: dict[int, WaveLobes | None]
+    scattering: dict[int, LayerOnChannels]
+    rough: dict[int, FacetsOnChannels | WavesOnChannels]
     fields: RegularFields
     escape: tuple[Float[Array, " channels"], Float[Array, " channels"]]
     fields_beyond: RegularFields
@@ -59,50 +68,41 @@ def put_on_channels(
 ) -> StackChannels:
     """First step of `solve_stack`, with the same arguments."""
     grid = plan.grid(stack, config)
-    truncated = tuple(
-        delta_m(layer, config.n_moments) if isinstance(layer, ScatteringLayer) else None
-        for layer in stack.layers
-    )
-    thickness = [
-        layer.optical_thickness if optics is None else optics.optical_thickness
-        for layer, optics in zip(stack.layers, truncated, strict=True)
-    ]
+    truncated = {k: delta_m(layer, config.n_moments) for k, layer in stack.scattering.items()}
+    thickness = [truncated.get(k, layer).optical_thickness for k, layer in enumerate(stack.layers)]
     etendue = grid.etendue_weight
     indices = jnp.stack(stack.indices)
     column = indices[:, None]
     # Channels and further directions in one pass, for fewer operations to compile.
     squared = jnp.concatenate([grid.squared_cosine(column), 1 - (kappa / column) ** 2], axis=1)
     everywhere = regular_fields(indices, squared, jnp.stack(thickness), stack.kept_regular(squared), FURTHEST)
-    escape = escape_shares(stack, everywhere, squared)
+    to_front, to_back = escape_shares(stack, everywhere, squared)
     n_channels = etendue.shape[0]
     fields, fields_beyond = (
         jax.tree.map(lambda x, part=part: x[..., part], everywhere)
         for part in (slice(n_channels), slice(n_channels, None))
     )
 
-    def scattering(layer, optics, cosine):
-        if optics is None:
-            return None, None
+    def on_channels(layer, optics, cosine):
         weight = etendue / (layer.refractive_index**2 * jnp.where(cosine > 0, cosine, 1.0))
         a_matrix, b_matrix, phase = phase_matrices(optics, cosine, weight, config.n_orders)
-        return phase, respond(config.layer_method, a_matrix, b_matrix, optics.optical_thickness / 2)
+        response = respond(config.layer_method, a_matrix, b_matrix, optics.optical_thickness / 2)
+        return LayerOnChannels(layer, optics, phase, *response)
 
-    phase, responses = zip(*map(scattering, stack.layers, truncated, fields.cosines), strict=True)
+    scattering = {
+        k: on_channels(layer, truncated[k], fields.cosines[k]) for k, layer in stack.scattering.items()
+    }
     # Channels of a block between equal indices have no width and carry no light.
     scale = jnp.where(etendue > 0, jnp.sqrt(jnp.where(etendue > 0, etendue, 1.0)), 1.0)
-    interfaces = {k: interface_between_channels(stack, k, plan, config) for k in stack.rough}
     return StackChannels(
         grid=grid,
         scale=scale,
-        truncated=truncated,
-        phase=phase,
-        responses=responses,
-        rough={k: rough_element(stack, k, grid, scale, found) for k, found in interfaces.items()},
-        lobes={k: found.lobes for k, found in interfaces.items()},
+        scattering=scattering,
+        rough=rough_on_channels(stack, plan, config, grid, scale),
         fields=fields,
-        escape=tuple(_divisor(share[:n_channels]) for share in escape),
+        escape=(_divisor(to_front[:n_channels]), _divisor(to_back[:n_channels])),
         fields_beyond=fields_beyond,
-        escape_beyond=tuple(share[n_channels:] for share in escape),
+        escape_beyond=(to_front[n_channels:], to_back[n_channels:]),
     )
 
 

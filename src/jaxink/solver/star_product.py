@@ -4,22 +4,23 @@ Elements diagonal in the channels (smooth interfaces, clear layers) remain vecto
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, overload
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxink.errors import InputRefusedError
 from jaxink.numerics.linear_algebra import at_least_tiny, inverse, resolvent, transpose
 
-# The empty element: reflectance seen from above and from below, and transmittance.
-NOTHING = (0.0, 0.0, 1.0)
+# An element that is diagonal in the channels: reflectance from above and from below, and transmittance.
+Diagonal = tuple[Array, Array, Array]
 
 
-def join(upper, lower):
-    """Star product of two diagonal elements: reflectance from above and from below, transmittance."""
-    return upper if lower is NOTHING else _joined(upper, lower)
+def join(upper: Diagonal, lower: Diagonal | None) -> Diagonal:
+    """Star product of two diagonal elements, or the upper one if there is nothing below it."""
+    return upper if lower is None else _joined(upper, lower)
 
 
 # Jitted separately: traced once for all interfaces of all programs.
@@ -34,8 +35,7 @@ class RoughElement(eqx.Module):
     """A rough interface in the basis of fluxes, as seen from above and from below.
 
     ``one_above``, ``one_below`` and ``one_down`` are the parts of reflection and transmission that meet only
-    one facet. ``regular`` holds the regular reflectances of both sides and the regular transmittance, which
-    the first four include; None if there is no regular light.
+    one facet. ``regular`` is its regular light, which the first four include; None if there is none.
     """
 
     above: Float[Array, "orders channels channels"]
@@ -45,18 +45,26 @@ class RoughElement(eqx.Module):
     one_above: Float[Array, "orders channels channels"]
     one_below: Float[Array, "orders channels channels"]
     one_down: Float[Array, "orders channels channels"]
-    regular: tuple | None = None
+    regular: Diagonal | None = None
 
 
 class FromBehind(NamedTuple):
-    """What becomes of ideally diffuse light v that enters from behind (azimuthal order 0, basis of fluxes).
+    """Ideally diffuse light from a backing, and what becomes of it (azimuthal order 0, basis of fluxes).
 
-    ``passed`` is T^T v, which leaves at the front, shape ``(channels,)``; ``returned`` is v R' v, where R' is
-    the reflection seen from behind.
+    ``reflectance`` is that of the backing, and ``light``, v, is what it sends. ``passed`` is T^T v, which
+    leaves at the front, shape ``(channels,)``; ``returned`` is v R' v, where R' is the reflection seen from
+    behind.
     """
 
+    reflectance: Array
+    light: Array
     passed: Array
     returned: Array | float
+
+    @classmethod
+    def of(cls, reflectance, light) -> "FromBehind":
+        """With nothing in front of the backing."""
+        return cls(reflectance, light, light, 0.0)
 
     def after(self, under, resolved, between) -> "FromBehind":
         """The same with one more element in front, which reflects light from below by ``under``.
@@ -65,7 +73,8 @@ class FromBehind(NamedTuple):
         light that comes down to R from that above.
         """
         returned = self.passed @ _times(resolved, _times(under, self.passed))
-        return FromBehind(_times(_transpose_of(between), self.passed), self.returned + returned)
+        passed = _times(_transpose_of(between), self.passed)
+        return self._replace(passed=passed, returned=self.returned + returned)
 
 
 def _times(element, light):
@@ -80,81 +89,101 @@ def _transpose_of(element):
     return element if jnp.ndim(element) < 2 else transpose(element)
 
 
-class Below(NamedTuple):
-    """Everything below: vectors if diagonal in the channels, None if there is nothing.
+class Nothing(NamedTuple):
+    """No element below; here and beside, ``from_behind`` is None if it is not needed."""
 
-    ``from_behind`` is None if it is not needed.
-    """
+    from_behind: FromBehind | None = None
 
-    reflection: Array | None
-    transmission: Array | None
+
+class DiagonalBelow(NamedTuple):
+    """Everything below, if all of it is diagonal in the channels."""
+
+    reflection: Float[Array, " channels"]
+    transmission: Float[Array, " channels"]
+    from_behind: FromBehind | None = None
+
+
+class MixedBelow(NamedTuple):
+    """Everything below, if some of it sends light from one channel to others."""
+
+    reflection: Float[Array, "*orders channels channels"]
+    transmission: Float[Array, "*orders channels channels"]
     is_symmetric: bool
     from_behind: FromBehind | None = None
 
-    def seen_through(self, under, resolved, between) -> FromBehind | None:
-        """Light from behind with one more element in front, see `FromBehind.after`."""
-        return self.from_behind and self.from_behind.after(under, resolved, between)
+
+Below = Nothing | DiagonalBelow | MixedBelow
 
 
-def add_diagonal(element, below: Below) -> Below:
+def _seen_through(below: Below, under, resolved, between) -> FromBehind | None:
+    """Light from behind with one more element in front, see `FromBehind.after`."""
+    return below.from_behind and below.from_behind.after(under, resolved, between)
+
+
+@overload
+def add_diagonal(element: Diagonal, below: Nothing | DiagonalBelow) -> DiagonalBelow: ...
+@overload
+def add_diagonal(element: Diagonal, below: MixedBelow) -> MixedBelow: ...
+def add_diagonal(element: Diagonal, below: Below) -> DiagonalBelow | MixedBelow:
     """Add an element that is diagonal in the channels."""
-    if element is NOTHING:
-        return below
-    reflection, transmission, is_symmetric, _ = below
     above, under, t = element
-    if reflection is None:
-        return Below(above, t, True, below.seen_through(under, 1.0, t))
-    if reflection.ndim == 1:
-        resolved = 1 / at_least_tiny(1 - under * reflection)
-        above, _, through = join(element, (reflection, 0.0, transmission))
-        return Below(above, through, True, below.seen_through(under, resolved, resolved * t))
-    if is_symmetric:
-        resolved = resolvent(under, reflection)
+    if isinstance(below, Nothing):
+        return DiagonalBelow(above, t, _seen_through(below, under, 1.0, t))
+    if isinstance(below, DiagonalBelow):
+        resolved = 1 / at_least_tiny(1 - under * below.reflection)
+        return DiagonalBelow(
+            above + t**2 * resolved * below.reflection,
+            t * resolved * below.transmission,
+            _seen_through(below, under, resolved, resolved * t),
+        )
+    if below.is_symmetric:
+        resolved = resolvent(under, below.reflection)
     else:
-        resolved = inverse(jnp.eye(t.shape[0]) - under[:, None] * reflection)
+        resolved = inverse(jnp.eye(t.shape[0]) - under[:, None] * below.reflection)
     between = resolved * t
-    return Below(
-        jnp.diag(above) + t[:, None] * (reflection @ between),
-        transmission @ between,
-        is_symmetric,
-        below.seen_through(under, resolved, between),
+    return MixedBelow(
+        jnp.diag(above) + t[:, None] * (below.reflection @ between),
+        below.transmission @ between,
+        below.is_symmetric,
+        _seen_through(below, under, resolved, between),
     )
 
 
-def add_layer(layer_reflection, layer_transmission, below: Below) -> Below:
+def add_layer(layer_reflection: Array, layer_transmission: Array, below: Below) -> MixedBelow:
     """Add a scattering layer."""
-    reflection, transmission, is_symmetric, _ = below
-    if reflection is None:
-        from_behind = below.seen_through(layer_reflection, 1.0, layer_transmission)
-        return Below(layer_reflection, layer_transmission, True, from_behind)
-    if reflection.ndim == 1:
+    if isinstance(below, Nothing):
+        from_behind = _seen_through(below, layer_reflection, 1.0, layer_transmission)
+        return MixedBelow(layer_reflection, layer_transmission, True, from_behind)
+    if isinstance(below, DiagonalBelow):
         # (1 - R r)^-1 is the transpose of (1 - r R)^-1, for symmetric R.
-        resolved = transpose(resolvent(reflection, layer_reflection))
+        resolved = transpose(resolvent(below.reflection, layer_reflection))
         between = resolved @ layer_transmission
-        onward = transmission[:, None] * between
-        back = reflection[:, None] * between
+        onward = below.transmission[:, None] * between
+        back = below.reflection[:, None] * between
+        is_symmetric = True
     else:
         identity = jnp.eye(layer_reflection.shape[-1])
-        resolved = inverse(identity - layer_reflection @ reflection)
+        resolved = inverse(identity - layer_reflection @ below.reflection)
         between = resolved @ layer_transmission
-        onward, back = transmission @ between, reflection @ between
-    from_behind = below.seen_through(layer_reflection, resolved, between)
-    return Below(layer_reflection + layer_transmission @ back, onward, is_symmetric, from_behind)
+        onward, back = below.transmission @ between, below.reflection @ between
+        is_symmetric = below.is_symmetric
+    from_behind = _seen_through(below, layer_reflection, resolved, between)
+    return MixedBelow(layer_reflection + layer_transmission @ back, onward, is_symmetric, from_behind)
 
 
-def add_rough(element: RoughElement, below: Below) -> Below:
+def add_rough(element: RoughElement, below: Below) -> MixedBelow:
     """Add a rough interface."""
-    reflection, transmission, _, _ = below
-    if reflection is None:
-        from_behind = below.seen_through(element.below, 1.0, element.down)
-        return Below(element.above, element.down, False, from_behind)
-    if reflection.ndim == 1:
+    if isinstance(below, Nothing):
+        from_behind = _seen_through(below, element.below, 1.0, element.down)
+        return MixedBelow(element.above, element.down, False, from_behind)
+    reflection, transmission = below.reflection, below.transmission
+    if isinstance(below, DiagonalBelow):
         reflection, transmission = jnp.diag(reflection), jnp.diag(transmission)
     identity = jnp.eye(reflection.shape[-1])
     resolved = inverse(identity - element.below @ reflection)
     between = resolved @ element.down
-    from_behind = below.seen_through(element.below, resolved, between)
-    return Below(
+    from_behind = _seen_through(below, element.below, resolved, between)
+    return MixedBelow(
         element.above + element.up @ (reflection @ between), transmission @ between, False, from_behind
     )
 
@@ -166,27 +195,27 @@ class Pile(NamedTuple):
     ----------
     below
         Everything below the diagonal elements ``run``.
-    run
-        These elements, joined.
     damping
         Factor of a lateral displacement at one lateral frequency; None if displacements do not matter. The
         first path in and the last path out are known and left out.
+    run
+        These elements, joined; None if there are none.
     way
         Lateral displacement of one passage through ``run``. Reflections within it are so weak that only the
         first round trip counts.
     regular
-        Regular reflectances and transmittance of everything below.
+        Regular light of everything below; None if that is nothing.
     """
 
     below: Below
     damping: Callable | None = None
-    run: tuple = NOTHING
+    run: Diagonal | None = None
     way: Array | float = 0.0
-    regular: tuple = NOTHING
+    regular: Diagonal | None = None
 
-    def with_diagonal(self, element, way=0.0) -> "Pile":
+    def with_diagonal(self, element: Diagonal, way: Array | float = 0.0) -> "Pile":
         """Add a smooth interface or a clear layer."""
-        if self.damping is None or self.run is NOTHING:
+        if self.damping is None or self.run is None:
             return self._replace(run=join(element, self.run), way=self.way + way)
         (a, a_below, t), (b, b_below, u) = element, self.run
         gain = 1 / at_least_tiny(1 - a_below * b)
@@ -200,27 +229,29 @@ class Pile(NamedTuple):
         At the front, what these elements reflect themselves is left out: light from below them would lose its
         digits in the sum if they transmit little of it.
         """
-        if self.run is NOTHING:
+        if self.run is None:
             return self
         above, under, t = self.run
         if is_front:
             above = jnp.zeros_like(t)
         regular = join((above, under, t), self.regular)
+        below: Below
         if self.damping is None:
             below = add_diagonal((above, under, t), self.below)
-        elif self.below.reflection is None:
+        elif isinstance(self.below, Nothing):
             # Negative factors have no square root, which the resolvent of symmetric reflections needs.
-            from_behind = self.below.seen_through(under, 1.0, t)
-            below = Below(jnp.diag(above), jnp.diag(t), False, from_behind)
+            from_behind = _seen_through(self.below, under, 1.0, t)
+            below = MixedBelow(jnp.diag(above), jnp.diag(t), False, from_behind)
         else:
             through = t if is_front else t * self.damping(self.way)
             below = add_diagonal((above, under, through), self.below)
-        return self._replace(below=below, run=NOTHING, way=0.0, regular=regular)
+        return self._replace(below=below, run=None, way=0.0, regular=regular)
 
-    def with_layer(self, reflection, transmission, undeviated) -> "Pile":
+    def with_layer(self, reflection: Array, transmission: Array, undeviated: Array) -> "Pile":
         """Add a scattering layer; ``undeviated`` is its regular transmittance."""
         pile = self.closed()
-        regular = join((0.0, 0.0, undeviated), pile.regular)
+        dark = jnp.zeros_like(undeviated)
+        regular = join((dark, dark, undeviated), pile.regular)
         return pile._replace(below=add_layer(reflection, transmission, pile.below), regular=regular)
 
     def with_rough(self, element: RoughElement) -> "Pile":
@@ -229,3 +260,16 @@ class Pile(NamedTuple):
         nothing = jnp.zeros(element.down.shape[-1])
         regular = join(element.regular or (nothing, nothing, nothing), pile.regular)
         return pile._replace(below=add_rough(element, pile.below), regular=regular)
+
+    def whole(self) -> tuple[MixedBelow, Diagonal]:
+        """The finished stack and its regular light; see `closed` for what is left out at the front.
+
+        Raises
+        ------
+        InputRefusedError
+            If no element sends light from one channel to others.
+        """
+        pile = self.closed(is_front=True)
+        if not isinstance(pile.below, MixedBelow) or pile.regular is None:
+            raise InputRefusedError("no layer of the stack scatters; give it a ScatteringLayer.")
+        return pile.below, pile.regular

@@ -88,10 +88,10 @@ class BodySeries(eqx.Module):
         ]
         p, q, r = np.array(terms).T
         columns = (of_a[:, p] * of_b[:, q] + of_a[:, q] * of_b[:, p]) / 2 * of_c[:, r]
-        polar = (np.rad2deg(np.arccos(x)) for x in (a, b))
+        theta_i_deg, theta_o_deg = (np.rad2deg(np.arccos(x)) for x in (a, b))
         shape = (_DEGREE + 1, _DEGREE + 1, _ORDER + 1)
-        place = tuple(np.ravel_multi_index(one, shape) for one in ((p, q, r), (q, p, r)))
-        return cls(*polar, np.rad2deg(phi), np.linalg.pinv(columns, 1e-10), place)
+        place = np.ravel_multi_index((p, q, r), shape), np.ravel_multi_index((q, p, r), shape)
+        return cls(theta_i_deg, theta_o_deg, np.rad2deg(phi), np.linalg.pinv(columns, 1e-10), place)
 
     def coefficients(self, bsdf: Float[Array, " directions"]) -> Coefficients:
         """Coefficients of the series, from the BSDF in the directions of the series in 1/sr."""
@@ -119,7 +119,7 @@ class Mirror(eqx.Module):
         Coefficients of Legendre polynomials, of one body or of one for each cosine.
     """
 
-    series: Float[ArrayLike, "*bodies degrees"]
+    series: Float[Array | np.ndarray, "*bodies degrees"]
 
     @classmethod
     def through(

@@ -63,6 +63,6 @@ def rows_of_samples(
     series = series * jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], kappa, 1.0)
     series = jnp.concatenate([series * weight for weight in weights])
     samples = list(_at_samples(grid, kappa))
-    rows = [jnp.einsum("mrq,krq->mrk", series, polynomials) @ c for polynomials, c in samples]
-    rows = jnp.concatenate(rows, axis=-1).reshape(len(weights), n_orders, kappa.shape[0], -1)
+    blocks = [jnp.einsum("mrq,krq->mrk", series, polynomials) @ c for polynomials, c in samples]
+    rows = jnp.concatenate(blocks, axis=-1).reshape(len(weights), n_orders, kappa.shape[0], -1)
     return rows / jnp.where((jnp.arange(n_orders) % 2 == 1)[:, None, None], grid.kappa, 1.0)

@@ -81,7 +81,8 @@ class FacetExchange(eqx.Module):
             on_facets = _on_facets(plane, mirror, resolved)
             return jnp.maximum(on_facets - once, 0.0), _diffuse_mean(on_facets)
 
-        return cls(*jax.lax.map(at, (coefficients, mirrors)), strength)
+        loss, albedo = jax.lax.map(at, (coefficients, mirrors))
+        return cls(loss, albedo, strength)
 
     def at(self, theta_deg: Float[ArrayLike, "2 pairs"], body: Int[ArrayLike, " pairs"]):
         """BSDF of light that met more than one facet, from the polar angles in and out, 1/sr."""

@@ -85,12 +85,12 @@ def _visible(cosine, sine, critical, density: SlopeDensity, rule: FacetRule, pla
     reach = jnp.arcsinh(places.largest_slope / scale)
     # At these slopes, facets begin to turn away, and begin or cease to reflect totally.
     horizon = jnp.abs(cosine) / sine
-    kinks = [horizon]
+    slopes = [horizon]
     if critical is not None:
         towards, beside = critical, jnp.sqrt(1 - critical**2)
         turned = jnp.abs(cosine * towards + sine * beside)
-        kinks.append(jnp.abs(sine * towards - cosine * beside) / jnp.maximum(turned, 1e-9))
-    kinks = jnp.minimum(jnp.arcsinh(jnp.sort(jnp.stack(kinks), axis=0) / scale), reach)
+        slopes.append(jnp.abs(sine * towards - cosine * beside) / jnp.maximum(turned, 1e-9))
+    kinks = jnp.minimum(jnp.arcsinh(jnp.sort(jnp.stack(slopes), axis=0) / scale), reach)
     zero = jnp.zeros_like(cosine)
     ends = [zero, *kinks, zero + reach]
     v, step = _panels(ends, rule.slopes // (len(ends) - 1))
@@ -147,9 +147,9 @@ def views(
     """
     # Facets seen at a smaller cosine reflect totally; practically 0 without total reflection.
     critical = jnp.sqrt(jnp.maximum(1 - (index_there / index_here) ** 2, 1e-16))
-    critical = critical if rule.total_reflection else None
     places = jax.lax.stop_gradient(density) if are_held else density
-    slope, azimuth, weight = _visible(cosine, sine, critical, density, rule, places)
+    at = critical if rule.total_reflection else None
+    slope, azimuth, weight = _visible(cosine, sine, at, density, rule, places)
     up = 1 / jnp.sqrt(1 + slope**2)
     normal = jnp.stack([slope * up * jnp.cos(azimuth), slope * up * jnp.sin(azimuth), up])
     receiver = jnp.stack([sine, jnp.zeros_like(sine), cosine])[:, :, None]

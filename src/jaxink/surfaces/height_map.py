@@ -93,7 +93,7 @@ class SlopeStatistics:
     anisotropy: float
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, init=False)
 class HeightMap:
     """Measured heights of an isotropic surface; mean and tilt are removed.
 
@@ -102,14 +102,14 @@ class HeightMap:
     heights_um
         Shape ``(rows, columns)``, or ``(points,)`` for a profile.
     pitch_um
-        Distance between neighbouring heights: one number, or one along y (rows) and one along x (columns).
+        Distance between neighbouring heights along y (rows) and along x (columns); one number for both.
     """
 
-    heights_um: Real[np.ndarray, "..."]
-    pitch_um: float | tuple[float, float]
+    heights_um: Float[np.ndarray, "..."]
+    pitch_um: tuple[float, ...]
 
-    def __post_init__(self):
-        heights = np.array(self.heights_um, float)
+    def __init__(self, heights_um: Real[np.ndarray, "..."], pitch_um: float | tuple[float, ...]):
+        heights = np.array(heights_um, float)
         if heights.ndim not in (1, 2) or min(heights.shape) < _FEWEST_HEIGHTS:
             raise InputRefusedError(
                 f"heights_um has shape {heights.shape}; it must have two axes (a map) or one (a profile) of "
@@ -125,9 +125,9 @@ class HeightMap:
                 f"heights_um has a height of {np.abs(heights).max():g} um; heights must be at most "
                 f"{_LARGEST_HEIGHT_UM:g} um."
             )
-        pitch = np.broadcast_to(np.asarray(self.pitch_um, float), heights.ndim)
+        pitch = np.broadcast_to(np.asarray(pitch_um, float), heights.ndim)
         if not np.all((pitch > 0) & np.isfinite(pitch)):
-            raise InputRefusedError(f"pitch_um is {self.pitch_um}; it must be above 0.")
+            raise InputRefusedError(f"pitch_um is {pitch_um}; it must be above 0.")
         axes = np.meshgrid(*(np.linspace(-1, 1, n) for n in heights.shape), indexing="ij")
         plane = np.stack([np.ones(heights.size), *(axis.ravel() for axis in axes)], axis=1)
         tilt = plane @ np.linalg.lstsq(plane, heights.ravel(), rcond=None)[0]
@@ -203,14 +203,14 @@ class HeightMap:
             raise InputRefusedError("heights_um is flat; a slope density needs a map with slopes.")
         fine = np.linspace(0, largest, _SLOPE_BINS + 1)
         counts = np.histogram(slope, fine)[0]
-        edges, held = [0.0], 0
+        ends_of_bins, held = [0.0], 0
         for count, end in zip(counts, fine[1:], strict=True):
             held += count
             if held >= _FEWEST_PER_BIN:
-                edges.append(end)
+                ends_of_bins.append(end)
                 held = 0
         # The remainder is added to the last bin.
-        edges = np.array([*edges[:-1], largest])
+        edges = np.array([*ends_of_bins[:-1], largest])
         areas = np.pi * np.diff(edges**2)
         density = np.histogram(slope, edges)[0] / areas
         # The mean over a ring belongs to its centre in area, not in slope.
@@ -222,7 +222,8 @@ class HeightMap:
             (logarithm[-1] - logarithm[-2]) / (centres[-1] - centres[-2]) * (largest - centres[-1]),
         ]
         nodes = np.concatenate([[0.0], centres, [largest]])
-        return TabulatedSlopes(1.0, nodes, np.concatenate([ends[:1], logarithm, ends[1:]]))
+        logarithms = np.concatenate([ends[:1], logarithm, ends[1:]])
+        return TabulatedSlopes(jnp.asarray(1.0), jnp.asarray(nodes), jnp.asarray(logarithms))
 
     def power_spectrum(self) -> TabulatedSpectrum:
         """Isotropic power spectral density, from the inverse extent to half the sampling rate.

@@ -10,6 +10,7 @@ on the four hemispheres of directions (either medium, towards the surface or awa
 one facet has sharp lobes and is computed for all azimuthal orders; the rest is smooth and needs few.
 """
 
+import dataclasses
 from collections.abc import Callable
 from functools import partial
 
@@ -79,24 +80,15 @@ class RoughInterface(eqx.Module):
         Light that meets one facet.
     several
         Light that meets several, which has only low azimuthal orders.
-    regular
-        Fraction of the power of each channel that remains regular, shape ``(channels,)``, or None.
-    lobes
-        Lobes in wave optics; None for facets.
     """
 
     one: RoughResponse
     several: RoughResponse
-    regular: RoughResponse | None = None
-    lobes: WaveLobes | None = None
 
     @property
     def total(self) -> RoughResponse:
         """All light."""
-        total = jax.tree.map(lambda one, more: one.at[: more.shape[0]].add(more), self.one, self.several)
-        if self.regular is None:
-            return total
-        return jax.tree.map(lambda matrix, share: matrix + jnp.diag(share), total, self.regular)
+        return jax.tree.map(lambda one, more: one.at[: more.shape[0]].add(more), self.one, self.several)
 
     def of_fluxes(self, scale: Float[Array, " channels"], outer, inner) -> "RoughInterface":
         """The interface in the basis of fluxes, in which no light of any channel is lost.
@@ -113,7 +105,7 @@ class RoughInterface(eqx.Module):
             Whether each channel propagates on the outer and on the inner side.
         """
         one, several = jax.tree.map(lambda matrix: scale[:, None] * matrix / scale, (self.one, self.several))
-        total = RoughInterface(one, several, self.regular).total
+        total = dataclasses.replace(self, one=one, several=several).total
         outer, inner = jnp.where(outer, scale, 0.0), jnp.where(inner, scale, 0.0)
 
         def missing(matrix, column_sums, leaving):
@@ -129,7 +121,27 @@ class RoughInterface(eqx.Module):
             to_leaving,
         )
         one = jax.tree.map(lambda matrix, addition: matrix.at[0].add(addition), one, additions)
-        return RoughInterface(one, several, self.regular, self.lobes)
+        return dataclasses.replace(self, one=one, several=several)
+
+
+class WaveInterface(RoughInterface):
+    """A rough interface in wave optics, which leaves some of the light regular.
+
+    Parameters
+    ----------
+    regular
+        Fraction of the power of each channel that remains regular, shape ``(channels,)``.
+    lobes
+        Its lobes.
+    """
+
+    regular: RoughResponse
+    lobes: WaveLobes
+
+    @property
+    def total(self) -> RoughResponse:
+        """All light."""
+        return jax.tree.map(lambda matrix, share: matrix + jnp.diag(share), super().total, self.regular)
 
 
 class RoughSizes(eqx.Module):

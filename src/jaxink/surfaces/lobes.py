@@ -18,7 +18,7 @@ def _facets_with(squared_across, along, density: SlopeDensity):
 
 
 def reflected_lobe(
-    index: tuple[Float[ArrayLike, ""], Float[ArrayLike, ""]],
+    index: tuple[Float[Array, ""] | float, Float[Array, ""] | float],
     cosine_out: Float[Array, " points"],
     cosine_in: Float[Array, " points"],
     azimuth_rad: Float[ArrayLike, " points"],
@@ -50,7 +50,7 @@ def reflected_lobe(
 
 
 def transmitted_lobe(
-    index: tuple[Float[ArrayLike, ""], Float[ArrayLike, ""]],
+    index: tuple[Float[Array, ""] | float, Float[Array, ""] | float],
     cosine_out: Float[Array, " points"],
     cosine_in: Float[Array, " points"],
     azimuth_rad: Float[ArrayLike, " points"],

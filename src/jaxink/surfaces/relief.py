@@ -51,7 +51,8 @@ class Pairs(NamedTuple):
     def cosine_between(self) -> Float[Array, "*pairs"]:
         """Cosine of the angle between the two directions."""
         sine_in, sine_out = self.sines
-        return self.cosine_in * self.cosine_out + sine_in * sine_out * jnp.cos(self.azimuth_rad)
+        of_cosines = self.cosine_in * self.cosine_out
+        return jnp.asarray(of_cosines + sine_in * sine_out * jnp.cos(self.azimuth_rad))
 
 
 class Facets(NamedTuple):

@@ -160,7 +160,7 @@ def slope_density(law: str | SlopeLaw, sigma_deg) -> AnalyticSlopes:
 
 def gaussian_slopes(slope_variance: Float[ArrayLike, ""]) -> AnalyticSlopes:
     """Gaussian density (Beckmann) of a variance along each axis."""
-    return AnalyticSlopes(slope_variance, LAWS["beckmann"])
+    return AnalyticSlopes(jnp.asarray(slope_variance), LAWS["beckmann"])
 
 
 def law_name(density: SlopeDensity) -> str:

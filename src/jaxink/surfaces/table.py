@@ -131,12 +131,15 @@ def mixture_table(
     sizes: RoughSizes,
 ) -> MixtureTable:
     """Tabulate a rough interface with two densities over the ranges of their angles; see `rough_table`."""
-    tables = []
-    for density in densities:
+
+    def table(density: Density) -> tuple[RoughTable[FacetResponse], CoarseChannels]:
         program = _programs(n_orders, sizes, grid.nodes_per_block, grid.exposed, True)
         *leaves, cosines, to_fine, from_fine = program(grid, indices, *_law_and_nodes(density))
-        tables.append(RoughTable(FacetResponse(RoughResponse(*leaves[:3]), *leaves[3:]), density[1]))
-    return MixtureTable(*tables, CoarseChannels(cosines, to_fine, from_fine))
+        response = FacetResponse(RoughResponse(*leaves[:3]), *leaves[3:])
+        return RoughTable(response, density[1]), CoarseChannels(cosines, to_fine, from_fine)
+
+    (first, coarse), (second, _) = map(table, densities)
+    return MixtureTable(first, second, coarse)
 
 
 def _law_and_nodes(density: Density):

@@ -118,5 +118,5 @@ def tabulated_spectrum(
             f"density_um4 of a tabulated spectrum is {density[bad[0]]:g} at {frequency[bad[0]]:g} per um; "
             "it must be above 0 and finite."
         )
-    unit = TabulatedSpectrum(1.0, np.log(frequency), np.log(density))
+    unit = TabulatedSpectrum(jnp.asarray(1.0), jnp.asarray(np.log(frequency)), jnp.asarray(np.log(density)))
     return eqx.tree_at(lambda s: s.height_variance_um2, unit, unit._norm)

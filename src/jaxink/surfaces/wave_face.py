@@ -17,7 +17,7 @@ from jaxtyping import Array, ArrayLike, Float
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
-from jaxink.surfaces.interface import RoughInterface, RoughResponse, WaveLobes
+from jaxink.surfaces.interface import RoughResponse, WaveInterface, WaveLobes
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_rows import lobe_kernel, row_in_block, typical_lobe_width
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
@@ -96,7 +96,7 @@ def wave_interface(
     face: WaveFace,
     n_orders: int,
     n_outer: int | None = None,
-) -> RoughInterface:
+) -> WaveInterface:
     """Reflection and transmission of an interface in wave optics between channels, with its regular light.
 
     Power is conserved as described at the top of this module.
@@ -121,8 +121,8 @@ def wave_interface(
     safe = jnp.where(exists > 0, jnp.stack(cosines), 0.5)
     matrices = _raw_matrices(grid, index, safe, face, table, n_orders, n_outer or exists.shape[1])
     receiver, source = exists[jnp.array([0, 1, 0, 1])], exists[jnp.array([0, 1, 1, 0])]
-    *raw, entering = receiver[:, None, :, None] * jnp.stack(matrices) * source[:, None, None, :]
-    raw = RoughResponse(*raw)
+    *others, entering = receiver[:, None, :, None] * jnp.stack(matrices) * source[:, None, None, :]
+    raw = RoughResponse(*others)
     fresnel = fresnel_reflectance(index_outer, index_inner, *cosines)
     shares = fresnel * inside[0], fresnel * inside[1], (1 - fresnel) * inside[0] * inside[1]
     kept = kept_regular(face, (index_outer, index_inner), cosines)
@@ -135,7 +135,7 @@ def wave_interface(
         at_outer[:, None] * raw.leaving * at_inner,
     )
     none = jax.tree.map(lambda matrix: matrix[:0], one)
-    return RoughInterface(one, none, RoughResponse(*regular), WaveLobes((at_outer, at_inner), table))
+    return WaveInterface(one, none, RoughResponse(*regular), WaveLobes((at_outer, at_inner), table))
 
 
 def _scales(raw: RoughResponse, entering, regular, inside):

@@ -1,7 +1,6 @@
 """Power balance at an interface in wave optics, and criteria for the validity of the theory."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
@@ -80,7 +79,8 @@ class PowerBalance(eqx.Module):
     @property
     def total(self) -> Float[Array, ""]:
         """Total fraction that leaves, not renormalised; 1 for an exact theory."""
-        return sum(jax.tree.leaves(self))
+        regular = self.regular_reflected + self.regular_transmitted
+        return regular + self.scattered_reflected + self.scattered_transmitted
 
 
 def balance(surface: WaveSurface, cosine_in: Float[ArrayLike, ""]) -> PowerBalance:

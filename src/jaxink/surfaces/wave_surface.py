@@ -79,8 +79,8 @@ def phase_per_height(
 
 def spatial_frequency(
     surface: WaveSurface,
-    kappa_out: Float[ArrayLike, "*#shape"],
-    kappa_in: Float[ArrayLike, "*#shape"],
+    kappa_out: Float[Array, "*#shape"],
+    kappa_in: Float[Array, "*#shape"],
     azimuth_rad: Float[ArrayLike, "*#shape"],
 ) -> Float[Array, "*shape"]:
     """Spatial frequency, 1/um, above 0, that scatters light from one direction into another.

@@ -35,9 +35,10 @@ def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     noise = noise_of(data, sample.noise)
     objective = make_objective(data, fixed, "chi_square", setup.config, noise)
     search = _in_order_of(objective, found.last)
-    if search is None or search.triangle is None or search.gradient is None:
+    if search is None:
         return fit(data, sample, options, follow)
-    errors = covariance(search.triangle, search.unit, search.gradient)
+    end = search.derivatives
+    errors = covariance(end.triangle, search.unit, end.gradient)
     return assemble(data, fixed, options, noise, objective, Found(search, errors, (search,)))
 
 
@@ -51,13 +52,12 @@ def _in_order_of(objective: Objective, last: Stage) -> Search | None:
     if not all(np.array_equal(getattr(scale, name), getattr(objective.scale, name)) for name in fields):
         return None
     order = [names.index(name) for name in objective.free]
-    assert search.triangle is not None
-    assert search.gradient is not None
+    end = search.derivatives
     return dataclasses.replace(
         search,
         start=search.start[order],
         unit=search.unit[order],
-        triangle=np.linalg.qr(search.triangle[:, order])[1],
-        gradient=search.gradient[order],
+        triangle=np.linalg.qr(end.triangle[:, order])[1],
+        gradient=end.gradient[order],
         path=dataclasses.replace(search.path, unit=search.path.unit[:, order]),
     )

@@ -63,7 +63,9 @@ def further_measurements(
     item = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     columns = np.concatenate(parts).T
     time = data.reading_order
-    scene = Scene.of(*columns, np.append(time[used], time.max() + 1 + np.arange(sum(item > 0))))
+    row = np.append(time[used], time.max() + 1 + np.arange(sum(item > 0)))
+    theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side = columns
+    scene = Scene.of(theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, side, row)
 
     def bench(refit, bsdf, sigma):
         values = (*columns[:4], columns[4] > 0.5, bsdf)

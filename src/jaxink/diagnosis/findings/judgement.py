@@ -76,7 +76,8 @@ def is_met(
 ) -> bool:
     """Whether a residual is consistent with noise, or below the accuracy of the noise."""
     figures = summary.fitted
-    if figures.probability is None:
+    # Without degrees of freedom there is neither.
+    if figures.probability is None or figures.reduced_chi_square is None:
         return True
     within = figures.reduced_chi_square < policy.sigma_tolerance**2
     return within or (figures.probability >= policy.noise_p and not is_ordered(structure, policy, shape))

@@ -104,8 +104,8 @@ def _figures(data: GonioData, predicted, whitened, n_parameters: int, noise_free
         found.rmsd_absolute_pi,
         found.rmsd_relative,
         found.relative_rms,
-        found.chi_square,
-        found.degrees_of_freedom,
+        float(np.sum(whitened**2)),
+        len(whitened) - n_parameters,
         found.reduced_chi_square,
         found.probability,
     )

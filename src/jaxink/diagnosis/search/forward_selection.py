@@ -17,7 +17,7 @@ from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage, by_program
-from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.step import Addition, Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.effects import Effect, invalidity
 from jaxink.numerics.progress import StepOf
@@ -32,7 +32,7 @@ class ForwardSelection:
     n_points: int
     cross_validation: CrossValidation
 
-    def next_step(self, screening: Screening, with_pairs: bool, is_quiet: bool) -> Step | None:
+    def next_step(self, screening: Screening, with_pairs: bool, is_quiet: bool) -> Addition | None:
         """The first class of candidates that passes all tests, or None; `screening` collects the refits.
 
         `with_pairs`: there is room for a second effect, so candidates are also judged together with a second
@@ -90,7 +90,7 @@ class ForwardSelection:
         is_lost = stage.is_far and not self._is_enough(screening, {})
         share = policy.own_program_share_far if is_lost else policy.own_program_share
         worth = [n for n in own if promise[n] >= share * likely][: policy.most_own_programs]
-        programs: dict[str, list[str]] = {}
+        programs: dict[str | None, list[str]] = {}
         for name in worth:
             programs.setdefault(directions[name][0].effect.program, []).append(name)
         total = len(shared) + len(worth)
@@ -136,7 +136,8 @@ class ForwardSelection:
         names = [n for n, found in screening.directions.items() if found[0].effect.changes_particles]
         names = [name for name in names if self._has_room(stage, screening.directions[name])]
         for number, name in enumerate(names, start=1):
-            lowest = min(done.solution.chi_square for done in (stage, *screening.refits.values()))
+            solutions = stage.solution, *(refit.solution for refit in screening.refits.values())
+            lowest = min(solution.chi_square for solution in solutions)
             freedom = max(self.n_points - len(stage.free) - 1, 1)
             if float(chdtrc(freedom, lowest)) >= self.options.level:
                 return
@@ -159,7 +160,8 @@ class ForwardSelection:
         if not stage.setup.allowance.permits(Task.REFIT, [name]):
             return
         # A copy: others may be added meanwhile.
-        lowest = min(done.solution.chi_square for done in (stage, *list(refits.values())))
+        solutions = stage.solution, *(refit.solution for refit in list(refits.values()))
+        lowest = min(solution.chi_square for solution in solutions)
         stage.setup.follow(f"refit with {name}", StepOf(len(refits) + 1, total), lowest)
         found = best_refit(stage, screening.directions[name])
         if found is not None:
@@ -222,7 +224,7 @@ class ForwardSelection:
         ends = [r.solution.chi_square + r.penalty(n) + refit.penalty(n) for r in found]
         return min(ends, default=np.inf)
 
-    def _accepted(self, screening: Screening, reach: dict[str, float]) -> Step | None:
+    def _accepted(self, screening: Screening, reach: dict[str, float]) -> Addition | None:
         """The first class of refits that passes all tests.
 
         If two effects are present, the best single one is often a third that mimics both. Unless one effect
@@ -259,7 +261,8 @@ class ForwardSelection:
                 return None
             if gain.improves:
                 with screening.stage.setup.failures.sparing("the end of the refit with {}", best.effect.name):
-                    return Step.of(screening, converged(screening.stage, best), members, gain)
+                    end = converged(screening.stage, best)
+                    return Addition(Step.of(screening, end, members, gain), end)
             elif gain.gains.size:
                 tried |= set(members)
         return None

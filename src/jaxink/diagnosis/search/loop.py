@@ -16,7 +16,7 @@ from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.setup import MODEL, Setup
 from jaxink.diagnosis.search.single_cause import single_cause
 from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.step import Addition, Screening, Step
 from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
@@ -110,10 +110,10 @@ def search_effects(
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
-        step = selection.next_step(screenings[-1], room > 1, is_quiet) if room > 0 else None
-        if step is None:
+        added = selection.next_step(screenings[-1], room > 1, is_quiet) if room > 0 else None
+        if added is None:
             break
-        accepted = _without_superfluous(stage, step, len(points))
+        step, accepted = added.step, _without_superfluous(stage, added, len(points))
         left, ahead = stage, None
         with failures.sparing(MODEL, step.effect):
             ahead = Stage(setup, accepted.effects, accepted.values, accepted.bench)
@@ -128,12 +128,12 @@ def search_effects(
                 structure = _structure(stage, points)
         left.release(kept=stage.bench)
     if len(steps) > 1 and not allowance.is_over:
-        alone: Step | None = None
+        alone: Addition | None = None
         with failures.sparing("the comparison of several effects with a single one", ""):
             alone = single_cause(screenings[0], stage, steps, cross_validation, len(points))
-        if alone is not None and alone.refit is not None:
-            stage = Stage(setup, (alone.form,), alone.refit.solution.values, alone.refit.bench)
-            structure, steps = _structure(stage, points), [alone]
+        if alone is not None:
+            stage = Stage(setup, (alone.step.form,), alone.refit.solution.values, alone.refit.bench)
+            structure, steps = _structure(stage, points), [alone.step]
     if len(steps) > 1:
         steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
     return SearchResult(
@@ -216,10 +216,10 @@ def _is_quiet(stage: Stage, structure: StructureResult, level: float) -> bool:
     return is_noise or stage.is_within_own_error
 
 
-def _without_superfluous(stage: Stage, step: Step, n_points: int) -> _Accepted:
+def _without_superfluous(stage: Stage, added: Addition, n_points: int) -> _Accepted:
     """Effects found so far, without one that the last step made unnecessary."""
-    refit = step.refit
-    effects = (*stage.accepted, step.form)
+    refit = added.refit
+    effects = (*stage.accepted, added.step.form)
     for effect in stage.accepted:
         if not stage.setup.allowance.permits(Task.COMPARISON, [effect.name]):
             break

@@ -80,8 +80,8 @@ class Refit:
 def estimates(bench: Workbench, solution: Solution) -> dict[str, Estimate]:
     """Each free parameter of a solution with its standard error."""
     n = len(solution.free)
-    search = solution.search
-    spread = covariance(search.triangle[:, :n], search.unit[:n], search.gradient[:n])
+    search, end = solution.search, solution.search.derivatives
+    spread = covariance(end.triangle[:, :n], search.unit[:n], end.gradient[:n])
     spread = spread.for_noise_of(bench.noise_freedom)
     slope = bench.scale_of(solution.free).slope(search.unit[:n])
     sigma = np.where(spread.held, np.nan, spread.deviation * np.abs(slope)).tolist()

@@ -10,7 +10,7 @@ from jaxink.diagnosis.search.candidate_refits import converged, polished, refit_
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.refit import Refit, penalty
 from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.step import Screening, Step
+from jaxink.diagnosis.search.step import Addition, Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.effects import invalidity
 from jaxink.numerics.progress import StepOf
@@ -18,7 +18,7 @@ from jaxink.numerics.progress import StepOf
 
 def single_cause(
     screening: Screening, last: Stage, steps: list[Step], cross_validation: CrossValidation, n_points: int
-) -> Step | None:
+) -> Addition | None:
     """The effect that explains the data alone as well as several do, or None.
 
     Parameters
@@ -70,4 +70,5 @@ def single_cause(
     gain = cross_validation.gain(stage, best)
     if gain is None or not gain.improves:
         return None
-    return Step.of(screening, converged(stage, best), members, gain)
+    end = converged(stage, best)
+    return Addition(Step.of(screening, end, members, gain), end)

@@ -40,7 +40,7 @@ class _Fitted(NamedTuple):
     """A fit, and programs compiled in the meantime."""
 
     solution: Solution
-    made: dict[str, Future]
+    made: dict[str | None, Future]
 
 
 class Stage:
@@ -90,7 +90,7 @@ class Stage:
     ):
         self.setup = setup if bench is None else setup.without_candidates()
         self.accepted = accepted
-        self._own: dict[str, Workbench] = {}
+        self._own: dict[str | None, Workbench] = {}
         self.refits: dict[Effect, Refit] = {}
         names = tuple(candidate.name for candidate in self.setup.catalogue)
         sound = self.setup.failures.in_parts(partial(self._fit, values, bench), names, MODEL)
@@ -119,7 +119,7 @@ class Stage:
         """-1, 0 or 1 for each free parameter, as in `prepare_screen`."""
         n = len(self.free)
         search = self.solution.search
-        unit, triangle = search.unit[:n], search.triangle[:, :n]
+        unit, triangle = search.unit[:n], search.derivatives.triangle[:, :n]
         sigma = np.sqrt(np.diag(np.linalg.pinv(triangle.T @ triangle, hermitian=True)))
         near = np.minimum(sigma, 0.25)
         return np.where(unit <= near * _NEAR_BOUND, -1, np.where(unit >= 1 - near * _NEAR_BOUND, 1, 0))
@@ -172,7 +172,7 @@ class Stage:
         task = Task.REPETITION if self.accepted else Task.SCREEN
         return self.setup.allowance.permits(task, () if self.accepted else (e.name for e in effects))
 
-    def _programs(self) -> dict[str, list[Effect]]:
+    def _programs(self) -> dict[str | None, list[Effect]]:
         """Screened effects with programs of their own, by program."""
         own = [e for e in self.listed.forms if e.own_program and e.is_screened]
         programs = by_program(own)

@@ -1,7 +1,7 @@
 """Records of a search: screens with the subsequent refits, and effects that were added."""
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
 
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
@@ -104,3 +104,10 @@ class Step:
         values = {**self.terms, first: self.shown}
         errors = {**self.term_errors, first: self.standard_error}
         return in_numbers(self.form, values, errors, difference=is_constant)
+
+
+class Addition(NamedTuple):
+    """A step of a search that goes on, with the refit that it goes on from."""
+
+    step: Step
+    refit: Refit

@@ -317,19 +317,17 @@ class Workbench:
 
     def jacobian(self, values: dict[str, float], free: tuple[str, ...]) -> Linearisation:
         """Derivatives with respect to some parameters, all others at given values."""
-        residual = None
         # Priors apply to the first slots, so every batch begins with the declared sample's parameters.
         fixed = self.base_free
         rest = [n for n in free if n not in fixed]
         room = self.n_slots - len(fixed)
         batches = [tuple(rest[i : i + room]) for i in range(0, max(len(rest), 1), room)]
         found: dict[str, np.ndarray] = {}
-        for batch in batches:
-            names = (*fixed, *batch)
-            jacobian, residual = self.linearised(values, names).derivatives
-            found |= zip(names, jacobian.T, strict=True)
+        each = [self.linearised(values, (*fixed, *batch)).derivatives for batch in batches]
+        for batch, one in zip(batches, each, strict=True):
+            found |= zip((*fixed, *batch), one.jacobian.T, strict=True)
         columns = [found[name] for name in free]
-        return Linearisation(np.stack(columns, axis=1), residual)
+        return Linearisation(np.stack(columns, axis=1), each[-1].residual)
 
     def whiten(
         self, predicted: Float[np.ndarray, " points"], change: Float[np.ndarray, " points"]

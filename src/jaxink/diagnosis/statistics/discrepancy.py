@@ -80,12 +80,12 @@ def smooth_part(
     cone = TangentCone.of(jacobian, at_bound)
     projection = cone.projection(cone.active(residual[None, :])[0])
     vectors = np.vstack([residual[None, :], options.noise(residual.size)])
-    gains, modes = [], []
+    each, modes = [], []
     for length in _LENGTHS_DEG:
         mode = _modes(points, length, projection)
         modes.append(mode)
-        gains.append(_likelihood_gain((vectors @ mode.vectors) ** 2, mode.square))
-    gains = np.stack(gains, axis=1)
+        each.append(_likelihood_gain((vectors @ mode.vectors) ** 2, mode.square))
+    gains = np.stack(each, axis=1)
     best = gains.max(axis=(1, 2))
     p_value = (1 + int(np.sum(best[1:] >= best[0]))) / (1 + options.n_bootstrap)
     left = projection.remove(residual)[: len(points)]

@@ -6,7 +6,7 @@ which is sharp there for smooth grids.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, overload
 
 import numpy as np
 from jaxtyping import Float
@@ -128,6 +128,10 @@ class NullLaw:
         )
 
 
+@overload
+def admissible(scores: Float[np.ndarray, "*shape"], sign: int) -> Float[np.ndarray, "*shape"]: ...
+@overload
+def admissible(scores: float, sign: int) -> float: ...
 def admissible(scores: Float[np.ndarray, "*shape"] | float, sign: int) -> Float[np.ndarray, "*shape"] | float:
     """Scores z, positive in the direction that the strength may take; absolute values if it may take both."""
     return np.abs(scores) if sign == 0 else sign * scores

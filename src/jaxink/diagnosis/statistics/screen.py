@@ -118,7 +118,7 @@ class PreparedScreen:
             scores[members] = residuals[members] @ self._view(active).left.unit
         raw = np.full((len(residuals), len(self.candidates)), np.nan)
         for position, part in enumerate(self._columns.slices):
-            law = self._significance.laws[position]
+            law = self._significance.laws.get(position)
             if law is not None:
                 best = best_admissible(scores[:, part], law.sign)
                 raw[:, position] = self._significance.p_values(law, best)

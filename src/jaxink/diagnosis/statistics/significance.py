@@ -22,7 +22,7 @@ class Significance:
     Parameters
     ----------
     laws
-        Of the candidates; None if not testable.
+        Of the testable candidates, by position.
     critical_z
         |z| at which each is detected; nan if not testable.
     smallest_p
@@ -32,7 +32,7 @@ class Significance:
         normal deviates of equal probability.
     """
 
-    laws: tuple[NullLaw | None, ...]
+    laws: dict[int, NullLaw]
     critical_z: tuple[float, ...]
     smallest_p: Float[np.ndarray, " draws"]
     noise_freedom: float = np.inf
@@ -53,24 +53,25 @@ class Significance:
         The correlation of the columns has 0 on the diagonal for untestable ones; `is_exact` means that no
         parameter is at a bound, so that a single column needs no draws.
         """
-        laws, smallest = [], np.ones(len(scores))
-        for candidate, part in zip(candidates, slices, strict=True):
+        laws: dict[int, NullLaw] = {}
+        smallest = np.ones(len(scores))
+        for position, (candidate, part) in enumerate(zip(candidates, slices, strict=True)):
             kept = np.flatnonzero(np.diag(correlation)[part] > 0) + part.start
             if kept.size == 0:
-                laws.append(None)
                 continue
             statistic = best_admissible(scores[:, kept], candidate.sign)
             links = tree_links(correlation[np.ix_(kept, kept)], candidate.sign)
             draws = np.zeros(0) if is_exact and kept.size == 1 else np.sort(statistic)
-            laws.append(NullLaw(candidate.sign, links, draws))
-            smallest = np.minimum(smallest, laws[-1].p_value(statistic))
+            laws[position] = NullLaw(candidate.sign, links, draws)
+            smallest = np.minimum(smallest, laws[position].p_value(statistic))
         smallest = np.sort(smallest)
         count = int(np.floor(level * (smallest.size + 1)))
         threshold = float(smallest[count - 1])
         critical = tuple(
-            np.nan if law is None else _student(law.critical(threshold), noise_freedom) for law in laws
+            _student(laws[k].critical(threshold), noise_freedom) if k in laws else np.nan
+            for k in range(len(candidates))
         )
-        return cls(tuple(laws), critical, smallest, noise_freedom)
+        return cls(laws, critical, smallest, noise_freedom)
 
     def adjusted(self, p: Float[np.ndarray, "*shape"] | float) -> Float[np.ndarray, "*shape"] | float:
         """Family-wise adjusted p: probability that any candidate has a p this small if none is present."""

@@ -1,6 +1,7 @@
 """Statistics of serial and spatial correlation of residuals, and their null laws."""
 
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -83,6 +84,12 @@ class NullStatistic:
         )
 
 
+@overload
+def share_as_large(
+    ascending: Float[np.ndarray, " draws"], values: Float[np.ndarray, "*shape"], own: int = 0
+) -> Float[np.ndarray, "*shape"]: ...
+@overload
+def share_as_large(ascending: Float[np.ndarray, " draws"], values: float, own: int = 0) -> float: ...
 def share_as_large(
     ascending: Float[np.ndarray, " draws"], values: Float[np.ndarray, "*shape"] | float, own: int = 0
 ) -> Float[np.ndarray, "*shape"] | float:
