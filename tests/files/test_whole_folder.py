@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from jaxink.errors import InputRefusedError
-from jaxink.files import exchange
 from jaxink.files.exchange import settle
 from jaxink.files.staging import left_over, staged_in
 from jaxink.files.writing import whole_folder, written_whole
@@ -28,7 +27,6 @@ OLD = {
 NEW = {"result.json": "new", "result.nc": "new", "figures/a.png": "new", "notes.txt": "mine"}
 WRITTEN = {name: text for name, text in NEW.items() if text == "new"}
 MINE = {"mine/data.csv": "mine"}
-linux = pytest.mark.skipif(exchange._rename is None, reason="the system cannot exchange two folders")
 
 
 def put(folder, files):
@@ -52,21 +50,15 @@ def replace(out):
         put(folder, WRITTEN)
 
 
-@pytest.fixture(params=["exchanged", "without exchange", "own folder", "worked in", "mounted"])
+@pytest.fixture(params=["alone", "own folder", "worked in"])
 def out(request, tmp_path, monkeypatch):
-    """An old result beside the user's own files, for each way in which a folder is replaced."""
-    if request.param == "exchanged" and exchange._rename is None:
-        pytest.skip("the system cannot exchange two folders")
+    """An old result beside the user's own files."""
     out = tmp_path / "place" / "out"
     put(out, OLD)
-    if request.param == "without exchange":
-        monkeypatch.setattr(exchange, "_rename", None)
-    elif request.param == "own folder":
+    if request.param == "own folder":
         put(out, MINE)
     elif request.param == "worked in":
         monkeypatch.chdir(out)
-    elif request.param == "mounted":
-        monkeypatch.setattr("os.path.ismount", lambda path: Path(path) == out)
     return out
 
 
@@ -85,7 +77,6 @@ def count_renames(monkeypatch, fail_at, for_good=False):
 
     for name in ("rename", "replace"):
         monkeypatch.setattr(os, name, counted(getattr(os, name)))
-    monkeypatch.setattr(exchange, "_exchange", counted(exchange._exchange))
     return done
 
 
@@ -146,8 +137,7 @@ def test_an_interruption_between_two_renames_is_taken_back(tmp_path, monkeypatch
 
 
 KILLED = """
-import ctypes, os, signal, sys
-from jaxink.files import exchange
+import os, signal, sys
 from jaxink.files.writing import whole_folder
 
 out, kill_at, when = sys.argv[1], int(sys.argv[2]), sys.argv[3]
@@ -166,7 +156,6 @@ def step(plain):
     return stepped
 
 os.rename, os.replace = step(os.rename), step(os.replace)
-exchange._exchange = step(exchange._exchange)
 with whole_folder(out, ("figures", "simplex")) as folder:
     (folder / "figures").mkdir()
     for name in ("result.json", "result.nc", "figures/a.png"):
@@ -180,17 +169,6 @@ def killed(out, at, when):
     done = subprocess.run(arguments, timeout=60, check=False, capture_output=True, text=True)
     assert done.returncode in (0, -signal.SIGKILL), done.stderr
     return done.returncode != 0
-
-
-@linux
-@pytest.mark.parametrize("when", ["before", "after"])
-def test_a_kill_leaves_the_old_folder_or_the_new_one(when, tmp_path):
-    put(tmp_path / "out", OLD)
-    assert killed(tmp_path / "out", 1, when)
-    assert tree(tmp_path / "out") == (OLD if when == "before" else NEW)
-    # The hidden folder of the killed run goes with the next.
-    replace(tmp_path / "out")
-    assert tree(tmp_path) == {f"out/{name}": text for name, text in NEW.items()}
 
 
 @pytest.mark.parametrize("at", range(1, 9))
@@ -250,19 +228,11 @@ def test_a_folder_that_another_run_made_meanwhile_is_replaced(tmp_path):
     assert tree(tmp_path / "out") == NEW
 
 
-@linux
-def test_what_comes_into_the_old_folder_at_the_last_moment_is_not_lost(tmp_path, monkeypatch):
+def test_what_comes_into_the_folder_meanwhile_is_not_lost(tmp_path):
     put(tmp_path / "out", OLD)
-    plain = exchange._exchange
-
-    def late(new, out):
-        (out / "late.txt").write_text("mine")
-        (out / "saved").write_text("mine, again")
-        os.replace(out / "saved", out / "notes.txt")
-        plain(new, out)
-
-    monkeypatch.setattr(exchange, "_exchange", late)
-    replace(tmp_path / "out")
+    with whole_folder(tmp_path / "out", OWNED) as folder:
+        put(folder, WRITTEN)
+        put(tmp_path / "out", {"late.txt": "mine", "notes.txt": "mine, again"})
     assert tree(tmp_path / "out") == NEW | {"late.txt": "mine", "notes.txt": "mine, again"}
 
 

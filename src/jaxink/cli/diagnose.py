@@ -11,10 +11,9 @@ from jaxink.cli import session
 from jaxink.cli.fit import input_words
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text
-from jaxink.files.result_folder import CORRECTED, DECLARED, UNFINISHED, require_not_replaced
+from jaxink.files.result_folder import UNFINISHED, require_not_replaced
 from jaxink.files.writing import require_folder
 from jaxink.numerics.failures import Failures
-from jaxink.plots import FIGURE_FOLDER
 
 
 def run_diagnose(
@@ -33,7 +32,7 @@ def run_diagnose(
     ``choices`` are fields of `DiagnosisOptions`, ``columns`` keywords of `jaxink.read`; ``output`` is
     ``tables``, ``json`` or ``quiet``. ``is_resumed``: go on from what a stopped one left in ``out``.
     """
-    require_folder(out, (FIGURE_FOLDER, DECLARED, CORRECTED))
+    require_folder(out)
     require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()

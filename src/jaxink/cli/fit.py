@@ -39,7 +39,7 @@ def run_fit(
     ``options`` are fields of `FitOptions`, ``columns`` keywords of `jaxink.read`, ``formats`` those of the
     figures, ``drawn_nm`` the wavelengths of their scans; ``output`` is ``tables``, ``json`` or ``quiet``.
     """
-    require_folder(out, OWNED)
+    require_folder(out)
     require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     if drawn_nm:

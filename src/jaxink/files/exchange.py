@@ -1,12 +1,10 @@
 """Replacing the contents of a folder by those of a staged one; no failure leaves the exchange half done.
 
-If the system and the folder allow it, the old and the new folder are exchanged in one step. Otherwise the
-entries are moved one by one; this is undone after an error, and completed by `settle` after a kill. A rename
-first makes the new folder ``decided`` in a staging folder inside the old one; the old entries then go to
-``old`` beside it, and the decided ones take their places. ``removed`` lists old entries without successor.
+The entries are moved one by one; this is undone after an error, and completed by `settle` after a kill. A
+rename first makes the new folder ``decided`` in a staging folder inside the old one; the old entries then go
+to ``old`` beside it, and the decided ones take their places. ``removed`` lists old entries without successor.
 """
 
-import ctypes
 import errno
 import os
 import shutil
@@ -16,9 +14,6 @@ from pathlib import Path
 from jaxink.files.staging import DECIDED, alone_in, left_over, staged_in
 
 _OLD, _REMOVED, _TAKEN_BACK = "old", "removed", "taken back"
-_AT_WORKING_FOLDER = -100
-_RENAME_EXCHANGE = 2
-_rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None) if os.name == "posix" else None
 
 
 def take_place(new: Path, out: Path, owned: set[str]) -> None:
@@ -27,7 +22,7 @@ def take_place(new: Path, out: Path, owned: set[str]) -> None:
     Parameters
     ----------
     new
-        The new folder, staged in a place chosen by `must_stay`.
+        The new folder, staged in the same file system.
     out
         The folder to replace, which need not exist; no symbolic links in its path. Entries with other names
         remain.
@@ -38,22 +33,7 @@ def take_place(new: Path, out: Path, owned: set[str]) -> None:
         return
     written = set(os.listdir(new))
     with alone_in(out):
-        if new.parent.parent == out or not _is_exchanged(new, out, written | owned):
-            _move_in(new, out, owned - written)
-
-
-def must_stay(out: Path, replaced: set[str]) -> bool:
-    """Whether an existing folder cannot be exchanged, so that new contents are staged inside it.
-
-    This is the case if the system cannot exchange folders, the folder is a mount point, its parent is not
-    writable, it contains this process's working folder, or it has subfolders that are not in `replaced`.
-    """
-    if _rename is None or os.path.ismount(out) or not os.access(out.parent, os.W_OK | os.X_OK):
-        return True
-    with suppress(OSError):
-        if Path.cwd().is_relative_to(out):
-            return True
-    return any(entry.is_dir(follow_symlinks=False) for entry in _others(out, replaced))
+        _move_in(new, out, owned - written)
 
 
 def settle(folder: str | Path) -> None:
@@ -80,57 +60,6 @@ def _is_taken(new: Path, out: Path) -> bool:
                 folder.rmdir()
         raise
     return True
-
-
-def _is_exchanged(new: Path, out: Path, replaced: set[str]) -> bool:
-    """Link the old folder's other entries into the new one and exchange them; False if that is impossible."""
-    linked: list[Path] = []
-    try:
-        for entry in _others(out, replaced):
-            os.link(entry.path, new / entry.name, follow_symlinks=False)
-            linked.append(new / entry.name)
-        _make_alike(new, out)
-        _exchange(new, out)
-    except OSError as problem:
-        for link in linked:
-            link.unlink()
-        if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EIO):
-            raise
-        return False
-    # Entries that the user added to the old folder between the two steps.
-    for entry in _others(new, replaced):
-        with suppress(OSError):
-            if not _is_same(Path(entry.path), out / entry.name):
-                os.replace(entry.path, out / entry.name)
-    return True
-
-
-def _others(folder: Path, replaced: set[str]) -> list[os.DirEntry]:
-    return [entry for entry in os.scandir(folder) if entry.name not in replaced]
-
-
-def _make_alike(new: Path, out: Path) -> None:
-    """Copy owner and permissions of the old folder."""
-    there, here = out.stat(), new.stat()
-    if (there.st_uid, there.st_gid) != (here.st_uid, here.st_gid):
-        os.chown(new, there.st_uid, there.st_gid)
-    shutil.copystat(out, new)
-    os.utime(new)
-
-
-def _is_same(first: Path, second: Path) -> bool:
-    try:
-        return os.path.samestat(first.lstat(), second.lstat())
-    except FileNotFoundError:
-        return False
-
-
-def _exchange(first: Path, second: Path) -> None:
-    if _rename is None:
-        raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
-    paths = [os.fsencode(path) for path in (first, second)]
-    if _rename(_AT_WORKING_FOLDER, paths[0], _AT_WORKING_FOLDER, paths[1], _RENAME_EXCHANGE):
-        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
 
 
 def _move_in(new: Path, out: Path, removed: set[str]) -> None:

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from jaxink.errors import InputRefusedError
-from jaxink.files.exchange import must_stay, settle, take_place
+from jaxink.files.exchange import settle, take_place
 from jaxink.files.reading import shown_path
 from jaxink.files.staging import staged_in, synced
 
@@ -51,8 +51,8 @@ def whole_folder(out: str | Path, owned: Collection[str] = ()) -> Iterator[Path]
         If writing fails; ``out`` is then as it was.
     """
     with _one_sentence(out):
-        real, place = _places(Path(out), owned)
-        for folder in {place, real}:
+        real, place = _places(Path(out))
+        for folder in {place, real, real.parent}:
             settle(folder)
         with staged_in(place) as stage:
             new = stage / "new"
@@ -71,9 +71,9 @@ def require_file(path: Path) -> None:
         pass
 
 
-def require_folder(out: Path, owned: Collection[str] = ()) -> None:
+def require_folder(out: Path) -> None:
     """Reject a folder that `whole_folder` could not write, before anything is computed for it."""
-    with _one_sentence(out), staged_in(_places(out, owned)[1]):
+    with _one_sentence(out), staged_in(_places(out)[1]):
         pass
 
 
@@ -104,7 +104,7 @@ def _folder_of(path: Path) -> Path:
     return folder
 
 
-def _places(out: Path, owned: Collection[str]) -> tuple[Path, Path]:
+def _places(out: Path) -> tuple[Path, Path]:
     """The folder with symbolic links resolved, and an existing one in the same file system for staging."""
     if out.is_symlink() and not out.exists():
         raise InputRefusedError(
@@ -119,8 +119,7 @@ def _places(out: Path, owned: Collection[str]) -> tuple[Path, Path]:
     if not place.is_dir():
         raise InputRefusedError(f"{out}: {place} is a file, not a folder; choose another folder.")
     _require_writable(place, out)
-    is_beside = place == real and not must_stay(real, set(owned))
-    return real, real.parent if is_beside else place
+    return real, place
 
 
 def _is_there(path: Path) -> bool:
