@@ -15,7 +15,7 @@ def fitted() -> None:
     data.mask.sum(), data.used_directions[0].mean()
     sample = jaxink.load_sample("sample.toml")
     assert_type(sample, jaxink.Sample)
-    result = jaxink.fit(data, sample, jaxink.FitOptions(method="gradient", n_starts=3))
+    result = jaxink.fit(data, sample, jaxink.FitOptions(method="gradient", starts=3))
     assert_type(result, jaxink.FitResult)
     assert_type(jaxink.fit(["R.csv", "T.csv"], "sample.toml"), jaxink.FitResult)
     assert_type(result.merit.chi_square, float | None)

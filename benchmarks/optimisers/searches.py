@@ -52,9 +52,9 @@ class Bench:
         posed, start = self.posed, self.starts[number]
         engine = GradientSearch(posed.objective)
         self.compiled.prepare(start, jacobian=True)
-        kept, whole = scan(engine, start, posed.rugged, within=Budget(BUDGET))
-        line = _line(whole, Effort())
-        return line | {"method": "scan", "start": number, "starts": [_short(unit) for unit in kept]}
+        found = scan(engine, start, posed.rugged, within=Budget(BUDGET))
+        line = _line(found.whole, Effort())
+        return line | {"method": "scan", "start": number, "starts": [_short(unit) for unit in found.starts]}
 
     def search(self, method: str, number: int, scanned: dict | None) -> dict:
         """Search by a method from a start, or from the starts that a scan has found."""

@@ -99,7 +99,7 @@ def _both_faces(one: Problem) -> Found:
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     (rugged,) = (i for i, p in enumerate(free) if p.multimodal)
     engine = GradientSearch(objective)
-    starts, whole = scan(engine, first, rugged)
+    starts, whole, *_ = scan(engine, first, rugged)
     searches = [engine.run(start) for start in starts]
     best = min(searches, key=lambda s: s.loss)
     for _ in range(_MOST_REFINEMENTS):

@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import time
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -174,14 +175,38 @@ class GradientSearch:
         return search(method, self.compiled, start, within, progress, held, own)
 
 
+class Scan(NamedTuple):
+    """What a scan has found.
+
+    Parameters
+    ----------
+    starts
+        Where to search: the lowest minima among its values, unit variables.
+    whole
+        All of it as one search.
+    direct
+        The search of all parameters that came first.
+    minima
+        Fits at the values of the scan that are lower than those at the neighbouring ones, lowest first.
+    distance
+        Other minima are further away along the scanned unit variable.
+    """
+
+    starts: list[np.ndarray]
+    whole: Search
+    direct: Search
+    minima: tuple[Search, ...]
+    distance: float
+
+
 def scan(
     engine: GradientSearch,
     first: np.ndarray,
     position: int,
     progress: Callable[[int, float], None] | None = None,
     within: Budget | None = None,
-) -> tuple[list[np.ndarray], Search]:
-    """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
+) -> Scan:
+    """Find starts at the lowest minima along a parameter whose misfit has many.
 
     A search of all parameters from the start values comes first: it costs little, often ends in the right
     minimum, and leaves a good one where a limit cuts the scan short. Then all other parameters are fitted at
@@ -224,10 +249,12 @@ def scan(
     loss = np.where(np.isfinite(loss), loss, np.inf)
     padded = np.concatenate([[np.inf], loss, [np.inf]])
     minima = [i for i in found if loss[i] <= min(padded[i], padded[i + 2])]
-    ends = [found[i] for i in sorted(minima, key=lambda i: (loss[i], i))[:_SCAN_KEPT]]
+    lowest = tuple(found[i] for i in sorted(minima, key=lambda i: (loss[i], i)))
+    ends = list(lowest[:_SCAN_KEPT])
     if not ends or direct.loss < ends[0].loss:
         ends.insert(0, direct)
-    return [end.unit for end in ends], together("scan", every, ends[0])
+    whole = together("scan", every, ends[0])
+    return Scan([end.unit for end in ends], whole, direct, lowest, 1.5 * float(grid[1]))
 
 
 def _fitted(

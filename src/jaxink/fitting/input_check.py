@@ -329,7 +329,7 @@ class _Check:
         if not is_thorough:
             return GradientSearch(objective, _JACOBIANS).run(start, held)
         engine = GradientSearch(objective.tabulated(), _JACOBIANS)
-        starts, _ = scan(engine, start, objective.free.index(self.rugged[0]))
+        starts = scan(engine, start, objective.free.index(self.rugged[0])).starts
         searches = [engine.run(there, held) for there in starts]
         return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
 
