@@ -18,7 +18,8 @@ import jaxink
 from benchmarks.validation.published.judgement import inside, loss_at, misfits, truth_values, with_values
 from benchmarks.validation.published.problems import EVERYTHING, NAMES, WHITE, Problem, problem, variants
 from jaxink.fitting import FitOptions
-from jaxink.fitting.gradient import GradientSearch, scan
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.scanning import scan
 from jaxink.fitting.uncertainty import covariance
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample, parse_sample, sample_text

@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import Found, assemble
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.endings import Ending
-from jaxink.fitting.gradient import GradientSearch, scan, starts, together
+from jaxink.fitting.gradient import GradientSearch, starts, together
 from jaxink.fitting.inputs import prepare_data, read_inputs
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.method import search
@@ -19,6 +19,7 @@ from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
+from jaxink.fitting.scanning import scan
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing, release_programs
