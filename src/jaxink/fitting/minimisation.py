@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from jaxink.effects import Scene, settled
@@ -14,6 +15,7 @@ from jaxink.fitting.endings import Ending
 from jaxink.fitting.gradient import GradientSearch, starts, together
 from jaxink.fitting.inputs import prepare_data, read_inputs
 from jaxink.fitting.limits import Budget
+from jaxink.fitting.many import searches_at_once
 from jaxink.fitting.method import search
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.options import FitOptions
@@ -37,6 +39,8 @@ _LOWER = 1e-3
 _MOST_LOWER_MINIMA = 3
 # The resolution converges after one refinement, unless the solution moves far.
 _MOST_REFINEMENTS = 2
+# Stacks of all searches that an accelerator makes at once.
+_STACKS_AT_ONCE = 1024
 
 
 def fit(
@@ -146,14 +150,37 @@ def _search(
         points, scans, n_scanned = made.starts + points[1:], (made.whole,), len(made.starts)
         endings.append(Ending(made.direct, is_start=True))
         endings += [Ending(passed, scanned=(position, made.distance)) for passed in made.minima]
-    compiled, searches = CompiledObjective(objective), []
-    for number, start in enumerate(points):
+    compiled, searches = CompiledObjective(objective), list[Search]()
+    declared = max(n_scanned, 1)
+    at_once = _at_once(objective, options, len(points) - declared)
+    for number, start in enumerate(points if at_once is None else points[:declared]):
         follow = _named(progress, f"start {number + 1}")
         searches.append(search(options.make_method(), compiled, start, budget, follow))
         endings.append(Ending(searches[-1], is_start=number >= n_scanned))
         if budget.is_spent(searches[-1].loss):
             break
+    if at_once is not None:
+        follow = _named(progress, "random starts")
+        many = searches_at_once(compiled, points[declared:], at_once, progress=follow)
+        endings += [Ending(found, is_start=True) for found in many]
+        searches += many
+        best = _lowest(searches, sample)
+        if any(best is found for found in many):
+            # The method itself, which leaves bounds far from the minimum, has the last word.
+            searches.append(search(options.make_method(), compiled, best.unit, budget, follow))
+            endings.append(Ending(searches[-1]))
     return searches, scans, tuple(endings)
+
+
+def _at_once(objective: Objective, options: FitOptions, n_random: int) -> int | None:
+    """How many searches from random starts run at once; None: one after the other."""
+    limits = options.limits(len(objective.measured))
+    if options.method != "gradient" or not limits.is_open or limits.goal_loss is not None or n_random < 2:
+        return None
+    # Nothing is gained on a processor: a batch takes as long as its members, and its program half a minute.
+    if jax.default_backend() == "cpu":
+        return None
+    return min(max(_STACKS_AT_ONCE // objective.model.n_stacks, 1), n_random)
 
 
 def _lowest(searches: list[Search], sample: Sample) -> Search:
