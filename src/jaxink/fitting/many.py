@@ -60,6 +60,7 @@ class _Programs:
                 "loss_start": first,
                 "loss": search.here.loss,
                 "steps": steps,
+                "rows": jnp.asarray(shapes[0].shape[0]),
                 "decrement": search.decrement,
                 "triangle": search.here.triangle,
                 "gradient": search.here.gradient,
@@ -130,7 +131,7 @@ def searches_at_once(
 def _search(start: np.ndarray, row: dict[str, Any], seconds: float, compile_seconds: float) -> Search:
     steps, loss_start, loss = int(row["steps"]), float(row["loss_start"]), float(row["loss"])
     outcome = _OUTCOMES[Status(int(row["status"]))]
-    freedom = max(len(row["predicted"]) - len(start), 1)
+    freedom = max(int(row["rows"]) - len(start), 1)
     if outcome is Outcome.STALLED and row["decrement"] <= DECREMENT * loss / freedom:
         outcome = Outcome.CONVERGED
     path = SearchPath(
