@@ -41,7 +41,7 @@ def described() -> jaxink.Sample:
 
 
 def fitted(data: jaxink.GonioData, sample: jaxink.Sample) -> jaxink.FitResult:
-    result = jaxink.fit(data, sample, jaxink.FitOptions(method="gradient", n_starts=3))
+    result = jaxink.fit(data, sample, jaxink.FitOptions(method="gradient", starts=3))
     assert_type(result, jaxink.FitResult)
     assert_type(jaxink.fit(["R.csv", "T.csv"], "sample.toml"), jaxink.FitResult)
     assert_type(jaxink.load_result("result"), jaxink.FitResult)

@@ -7,31 +7,14 @@ interrupted and continued; remove lines to repeat them. With --page, no search i
 """
 
 import argparse
-import json
 import time
-from pathlib import Path
 
+from benchmarks.optimisers.kept import keep, kept
 from benchmarks.optimisers.page import write
 from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import N_STARTS, Bench
 from jaxink.fitting.methods import METHODS
 from jaxink.numerics.precision import computing, release_programs
-
-RESULTS = Path(__file__).parent / "results"
-
-
-def kept(name: str) -> list[dict]:
-    """Lines of a problem."""
-    file = RESULTS / f"{name}.jsonl"
-    if not file.exists():
-        return []
-    return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
-
-
-def _keep(name: str, line: dict) -> None:
-    RESULTS.mkdir(exist_ok=True)
-    with (RESULTS / f"{name}.jsonl").open("a", encoding="utf-8") as file:
-        file.write(json.dumps(line, allow_nan=False) + "\n")
 
 
 class OutOfTime(Exception):  # noqa: N818 - it ends the run, and is no error
@@ -59,7 +42,7 @@ def make_missing(name: str, pose, methods: list[str], numbers: range, ends: floa
     for number in numbers:
         if rugged is not None and number not in scans:
             scans[number] = bench.scan(number) | {"rugged": rugged}
-            _keep(name, scans[number])
+            keep(name, scans[number])
         for method in methods:
             for scanned in (False, True) if rugged is not None else (False,):
                 if (method, scanned, number) in done:
@@ -67,7 +50,7 @@ def make_missing(name: str, pose, methods: list[str], numbers: range, ends: floa
                 if time.monotonic() > ends:
                     raise OutOfTime
                 line = bench.search(method, number, scans[number] if scanned else None)
-                _keep(name, line | {"rugged": rugged})
+                keep(name, line | {"rugged": rugged})
         print(f"{name}: start {number + 1}", flush=True)
 
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from jaxink.fitting.methods import METHODS
 
+# Of intervals: 95 %.
+_NORMAL_QUANTILE = 1.959964
 # A search has reached the best known minimum if its loss is within this share of the best one.
 WITHIN = 0.01
 _SAME = 1e-6
@@ -141,6 +143,25 @@ class Judged:
         for line in self.searches[variant].values():
             reached = effort_at(line, self.target, measure)
             yield np.inf if reached is None else reached
+
+
+def wilson(reached: int, of: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of the probability behind a share.
+
+    References
+    ----------
+    Wilson 1927 J. Am. Stat. Assoc. 22, 209.
+    """
+    z, share = _NORMAL_QUANTILE, reached / of
+    middle = (share + z**2 / (2 * of)) / (1 + z**2 / of)
+    half = z / (1 + z**2 / of) * np.sqrt(share * (1 - share) / of + z**2 / (4 * of**2))
+    return max(float(middle - half), 0.0), min(float(middle + half), 1.0)
+
+
+def share_words(reached: int, of: int) -> str:
+    """A share with its interval, such as ``3 of 20 (5-36 %)``."""
+    low, high = wilson(reached, of)
+    return f"{reached} of {of} ({100 * low:.0f}-{100 * high:.0f} %)"
 
 
 def effort_at(line: dict, loss: float, measure: Callable[[list], float]) -> float | None:

@@ -4,9 +4,9 @@ import statistics
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from benchmarks.optimisers import agreement
+from benchmarks.optimisers import agreement, at_once, scans
 from benchmarks.optimisers.figures import draw
-from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at
+from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at, share_words
 from benchmarks.optimisers.problems import PRINTED, Posed
 from benchmarks.optimisers.searches import BUDGET, N_STARTS
 from benchmarks.pages import filled, machine, page_path, table, write_page
@@ -30,6 +30,7 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         _FOLDER / "page.md.in",
         machine=machine(),
         n_starts=N_STARTS,
+        starts=starts_sentence(kept),
         evaluations=BUDGET.evaluations,
         seconds=BUDGET.seconds,
         overview=overview(judged),
@@ -38,11 +39,49 @@ def write(kept: Mapping[str, list[dict]], pose: Mapping[str, Callable[[], Posed]
         figures=figures(judged),
         within=100 * WITHIN,
         jacobians=jacobians_to_best(judged),
+        scans=scans.of_kept(),
+        at_once=at_once.of_kept(),
         agreement=agreement.of_kept(),
         sensitive=agreement.sensitive(),
         sections="\n\n".join(section(one) for one in judged),
     )
     write_page("optimisers.md", text)
+
+
+def starts_sentence(kept: Mapping[str, list[dict]]) -> str:
+    """From how many starts the methods have searched.
+
+    Parameters
+    ----------
+    kept
+        Lines of each problem.
+    """
+    starts: dict[str, dict[tuple[str, bool], set[int]]] = {}
+    for name, lines in kept.items():
+        for line in lines:
+            if line["method"] != "scan":
+                variants = starts.setdefault(name, {})
+                variants.setdefault((line["method"], line["scan"]), set()).add(line["start"])
+    complete = [name for name, made in starts.items() if min(map(len, made.values())) >= N_STARTS]
+    rest = [name for name in starts if name not in complete]
+    every = sum(len(numbers) for made in starts.values() for numbers in made.values())
+    words = f"{every} searches are kept: from all {N_STARTS} starts by all methods on {len(complete)} of "
+    words += f"{len(starts)} problems ({', '.join(f'`{name}`' for name in complete)})"
+    if not rest:
+        return f"{words}."
+
+    def fewest(mine: bool) -> int:
+        return min(
+            len(numbers)
+            for name in rest
+            for (method, _), numbers in starts[name].items()
+            if (method in ("gradient", "simplex")) is mine
+        )
+
+    return (
+        f"{words}; on the others from at least {fewest(True)} by the gradient method and the simplex, and "
+        f"from at least {fewest(False)} by the other methods. Each share is of the searches that there are."
+    )
 
 
 def overview(judged: list[Judged]) -> str:
@@ -81,7 +120,7 @@ def jacobians_to_best(judged: list[Judged]) -> str:
             efforts = (effort_at(line, one.target, lambda entry: entry[1]) for line in lines)
             reached = [effort for effort in efforts if effort is not None]
             median = f"{statistics.median(reached):g}" if reached else "never"
-            row.append(median if len(reached) == len(lines) else f"{median} ({len(reached)} of {len(lines)})")
+            row.append(f"{median}, {share_words(len(reached), len(lines))}")
         rows.append(row)
     return table(["problem", *methods], rows)
 
@@ -145,7 +184,7 @@ def section(one: Judged) -> str:
             [
                 f"**{variant.title}**" if variant == one.default else variant.title,
                 _share(one, variant),
-                f"{converged} of {len(lines)}",
+                share_words(converged, len(lines)),
                 _median(one, variant, "evaluations", 0),
                 _median(one, variant, "jacobians", 0),
                 _median(one, variant, "seconds", 2),
@@ -172,8 +211,7 @@ def _ratio(one: Judged, variant: Variant) -> float:
 
 
 def _share(one: Judged, variant: Variant) -> str:
-    reached, of = one.share(variant)
-    return f"{reached} of {of}"
+    return share_words(*one.share(variant))
 
 
 def _median(one: Judged, variant: Variant, key: str, digits: int) -> str:

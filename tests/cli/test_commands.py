@@ -65,7 +65,7 @@ def test_json_is_the_result_file(run, tmp_path):
         (("--accuracy", "2"), "accuracy"),
         (("--layer-method", "mie"), "layer_method"),
         (("--profile", "some"), "profile"),
-        (("--starts", "0"), "n_starts"),
+        (("--starts", "0"), "starts"),
     ],
     ids=["objective", "accuracy", "layer method", "profile", "starts"],
 )

@@ -29,7 +29,7 @@ for call in (
     lambda: jaxink.DiagnosisOptions(n_bootstrap=250.5),
     lambda: jaxink.DiagnosisOptions(level="5 %"),
     lambda: jaxink.DiagnosisOptions(catalogue=("blur",)),
-    lambda: jaxink.FitOptions(n_starts=True),
+    lambda: jaxink.FitOptions(starts=True),
     lambda: jaxink.FitOptions(accuracy="high"),
     lambda: jaxink.FitOptions(config=16),
     lambda: jaxink.ink_table(data),
@@ -52,7 +52,7 @@ NAMED = (
     "n_bootstrap",
     "level",
     "blur",
-    "n_starts",
+    "starts",
     "accuracy",
 )
 NAMED += ("config", "source", "options", "wavelengths_nm", "ink.thickness_um", "jaxink.read")
@@ -78,9 +78,9 @@ def test_another_kind_of_argument(told):
         (jaxink.DiagnosisOptions, {"max_parameters": 0}, "max_parameters"),
         (jaxink.DiagnosisOptions, {"n_bootstrap": 100}, "n_bootstrap"),
         (jaxink.DiagnosisOptions, {"level": 0.9}, "level"),
-        (jaxink.FitOptions, {"n_starts": 10**11}, "n_starts"),
+        (jaxink.FitOptions, {"starts": 10**11}, "starts"),
         (jaxink.DiagnosisOptions, {"n_bootstrap": 10**14}, "n_bootstrap"),
-        (jaxink.FitOptions, {"n_starts": 0}, "n_starts"),
+        (jaxink.FitOptions, {"starts": 0}, "starts"),
         (jaxink.SolverConfig, {"n_orders": 0}, "n_orders"),
     ],
 )

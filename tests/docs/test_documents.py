@@ -213,6 +213,7 @@ LEAVES = {
     "searches[].start",
     "searches[].values",
     "searches[].path.values",
+    "minima.found[].values",
     "sample.parameters[].prior",
     "sample.parameters[].smoothness",
     "sample.layers[].roughness",

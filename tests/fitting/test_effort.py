@@ -66,7 +66,7 @@ def test_what_did_not_move_is_said(inputs, example_result, coarse):
 
 
 def test_a_start_that_no_other_search_betters_is_called_that(inputs, example_result, coarse, told):
-    options = jaxink.FitOptions(config=coarse, profile="none", n_starts=2)
+    options = jaxink.FitOptions(config=coarse, profile="none", starts=2)
     found = jaxink.fit(inputs[0], example_result.sample, options)
     # The second search moved, though it led to nothing better.
     assert found.searches[1].start != pytest.approx(found.searches[1].values)

@@ -18,7 +18,8 @@ import jaxink
 from benchmarks.validation.published.judgement import inside, loss_at, misfits, truth_values, with_values
 from benchmarks.validation.published.problems import EVERYTHING, NAMES, WHITE, Problem, problem, variants
 from jaxink.fitting import FitOptions
-from jaxink.fitting.gradient import GradientSearch, scan
+from jaxink.fitting.gradient import GradientSearch
+from jaxink.fitting.scanning import scan
 from jaxink.fitting.uncertainty import covariance
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample, parse_sample, sample_text
@@ -99,7 +100,7 @@ def _both_faces(one: Problem) -> Found:
     first = objective.scale.to_unit(np.array([p.value for p in free]))
     (rugged,) = (i for i, p in enumerate(free) if p.multimodal)
     engine = GradientSearch(objective)
-    starts, whole = scan(engine, first, rugged)
+    starts, whole, *_ = scan(engine, first, rugged)
     searches = [engine.run(start) for start in starts]
     best = min(searches, key=lambda s: s.loss)
     for _ in range(_MOST_REFINEMENTS):

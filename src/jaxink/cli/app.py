@@ -106,7 +106,8 @@ def fit(
         int,
         typer.Option(
             metavar="N",
-            help="Number of starts: the sample file's values, then random ones.",
+            help="Number of starts: the sample file's values, then random ones. The result tells how many "
+            "of them end in which minimum.",
         ),
     ] = 1,
     scan: Annotated[
@@ -173,7 +174,7 @@ def fit(
         options = {
             "method": method,
             "objective": objective,
-            "n_starts": starts,
+            "starts": starts,
             "scan": scan,
             "max_steps": max_steps,
             "max_evaluations": max_evaluations,

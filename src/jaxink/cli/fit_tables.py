@@ -9,6 +9,7 @@ from rich.cells import cell_len
 from rich.console import Console, JustifyMethod
 from rich.table import Table
 
+from jaxink.fitting.minima import OVER_MINIMA
 from jaxink.fitting.mistake import rejected, rejection
 from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
 from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
@@ -16,6 +17,7 @@ from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wave
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
     from jaxink.fitting.fitted_parameters import FittedParameter
+    from jaxink.fitting.minima import Minima
     from jaxink.fitting.result import SearchSummary
     from jaxink.report import NextStep
 
@@ -69,6 +71,9 @@ def show_result(
         show_lines(to, "Shape of the residual", [result.residual_shape.sentence])
     show_lines(to, "Noise", [result.noise_sentence])
     show_lines(to, "Searches", search_lines(result))
+    if result.minima is not None and result.minima.is_told:
+        to.print(minima_table(result.minima))
+        show_lines(to, "", [result.minima.sentence])
     show_lines(to, "Notes", result.notes)
     show_lines(to, "Mistakes in the input", mistake_lines(result))
     show_files(to, files)
@@ -113,6 +118,7 @@ def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool =
         "nm",
         _value_head(errors_hold),
         "rel.",
+        "over minima",
         "start",
         "min",
         "max",
@@ -120,9 +126,8 @@ def parameter_table(parameters: Sequence["FittedParameter"], errors_hold: bool =
         "flag",
     ]
     words = ("parameter", "tie", "flag")
-    shown = [
-        i for i, head in enumerate(heads) if head not in ("nm", "tie", "flag") or any(r[i] for r in rows)
-    ]
+    at_times = ("nm", "over minima", "tie", "flag")
+    shown = [i for i, head in enumerate(heads) if head not in at_times or any(r[i] for r in rows)]
     if not errors_hold:
         shown.remove(heads.index("rel."))
     table = plain_table("")
@@ -140,12 +145,13 @@ def _value_head(errors_hold: bool) -> str:
 def _parameter_row(p: "FittedParameter") -> list[str]:
     name, _, wavelength_nm = p.name.partition("@")
     if not p.free:
-        return [name, wavelength_nm, plain(p.value), "", "", "", "", p.tie or "", p.flag]
+        return [name, wavelength_nm, plain(p.value), "", "", "", "", "", p.tie or "", p.flag]
     errors = [f(p.value, p.standard_error) for f in (with_uncertainty, relative_error)]
     return [
         name,
         wavelength_nm,
         *errors,
+        p.over_minima_words,
         *(plain(v) for v in (p.start, p.minimum, p.maximum)),
         "",
         p.flag,
@@ -163,6 +169,8 @@ def parameter_notes(result: "FitResult") -> list[str]:
                 f"{p.name}: {interval(low, high)}{open_end} by profile likelihood "
                 f"({DELTA_CHI_SQUARE} < 1, all other parameters refitted)."
             )
+    if any(p.over_minima for p in result.parameters.values()):
+        lines.append(OVER_MINIMA)
     if any(p.flag == "not determined" for p in result.parameters.values()):
         lines.append("not determined: the data do not constrain the parameter within its range.")
     if any(p.standard_error is not None for p in result.parameters.values()):
@@ -305,6 +313,18 @@ def search_lines(result: "FitResult") -> list[str]:
         evaluations = sum(s.evaluations for s in result.searches)
         lines.append(f"in all: {jacobians} Jacobians, {evaluations} evaluations; {_seconds(result)}")
     return lines
+
+
+def minima_table(minima: "Minima") -> Table:
+    """The lowest minima that were found."""
+    rows = minima.table()
+    table = plain_table(rows.title)
+    for i, head in enumerate(rows.heads):
+        # Names of parameters are long.
+        add_column(table, head.replace(".", ".\n").replace(" this", "\nthis"), i in rows.text_columns)
+    for row in rows.rows:
+        table.add_row(*row)
+    return table
 
 
 def _seconds(effort: "FitResult | SearchSummary") -> str:

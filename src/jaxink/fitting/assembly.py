@@ -10,10 +10,12 @@ import numpy as np
 from jaxink.display.brief import counted
 from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
+from jaxink.fitting.endings import Ending, minima_of, noise_scale
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.methods import METHODS
 from jaxink.fitting.mie_check import mie_check
+from jaxink.fitting.minima import Minima
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
@@ -35,8 +37,6 @@ from jaxink.sample import Parameter, Sample
 from jaxink.solver.layer_response import layer_method
 
 _PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
-# A minimum this much higher in chi-square is three standard errors away.
-_RIVAL_RISE = 9.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,6 +53,8 @@ class Found:
         All single searches.
     series
         The scan and the profiles, the searches of each combined into one.
+    endings
+        Where searches ended, to be sorted into minima; empty if nothing is to be said of these.
     profiles
         Chi-square along the weakly determined parameters.
     n_not_profiled
@@ -65,6 +67,7 @@ class Found:
     errors: Covariance | None
     searches: tuple[Search, ...]
     series: tuple[Search, ...] = ()
+    endings: tuple[Ending, ...] = ()
     profiles: tuple[Profile, ...] = ()
     n_not_profiled: int = 0
     failures: Failures = dataclasses.field(default_factory=Failures)
@@ -96,6 +99,12 @@ def assemble(
     derived: tuple[DerivedQuantity, ...] = ()
     with found.failures.sparing("the calculation of derived quantities", ""):
         derived = _derived(objective, best, errors)
+    minima: Minima | None = None
+    if found.endings:
+        with found.failures.sparing("the list of minima", ""):
+            rows = len(objective.measured) + len(objective.prior_mean)
+            scale = noise_scale(best.loss, max(rows - len(free), 1), options.objective == "chi_square")
+            minima = minima_of(found.endings, best, scale, objective.numbers)
     said = [failure.sentence for failure in found.failures.found]
     if polarisation is not None:
         said.insert(0, polarisation.sentence)
@@ -112,7 +121,7 @@ def assemble(
         outcome=best.outcome,
         parameters=FittedParameters.of(
             tuple(
-                _row(p, float(values[p.name]), float(start[p.name]), objective, found)
+                _row(p, float(values[p.name]), float(start[p.name]), objective, found, minima)
                 for p in sample.parameters.values()
             )
         ),
@@ -132,9 +141,15 @@ def assemble(
         solver=dataclasses.asdict(config) | {"layer_method": layer_method(config.layer_method)},
         versions={name: installed_version(name) for name in _PACKAGES},
         seed=options.seed,
-        notes=(*data.notes, *_notes(sample, objective, options, found), *_rivals(objective, found), *said),
+        notes=(
+            *data.notes,
+            *_notes(sample, objective, options, found),
+            *(minima.rivals(options.objective == "chi_square") if minima is not None else ()),
+            *said,
+        ),
         neglected_polarisation=polarisation,
         mie_check=check,
+        minima=minima,
     )
 
 
@@ -150,7 +165,12 @@ def _physical(objective: Objective, position: int, unit: float, best: Search) ->
 
 
 def _row(
-    parameter: Parameter, value: float, start: float, objective: Objective, found: Found
+    parameter: Parameter,
+    value: float,
+    start: float,
+    objective: Objective,
+    found: Found,
+    minima: Minima | None,
 ) -> FittedParameter:
     name = parameter.name
     row = FittedParameter(
@@ -164,7 +184,10 @@ def _row(
         free=parameter.free,
         tie=parameter.tie,
     )
-    return _judged(row, objective.free.index(name), objective, found) if parameter.free else row
+    if not parameter.free:
+        return row
+    row = _judged(row, objective.free.index(name), objective, found)
+    return dataclasses.replace(row, over_minima=minima.spread(name) if minima is not None else None)
 
 
 def _judged(row: FittedParameter, position: int, objective: Objective, found: Found) -> FittedParameter:
@@ -303,23 +326,3 @@ def _unmoved(found: Found) -> str:
         f"The start values are the best found: {others} search{'es' * (others != 1)} from elsewhere ended "
         "no lower."
     )
-
-
-def _rivals(objective: Objective, found: Found) -> list[str]:
-    """Other minima that the data can hardly distinguish from the best one."""
-    best, errors = found.best, found.errors
-    if errors is None:
-        return []
-    notes, distinct = [], [best.unit]
-    reach = 3 * np.where(np.isfinite(errors.deviation), errors.deviation, 1.0) + 1e-3
-    for search in sorted(found.searches, key=lambda s: s.loss):
-        if not search.loss < best.loss + _RIVAL_RISE:
-            break
-        if all(np.any(np.abs(search.unit - unit) > reach) for unit in distinct):
-            distinct.append(search.unit)
-            at = ", ".join(f"{n} = {v:.5g}" for n, v in objective.numbers(search.unit).items())
-            notes.append(
-                f"Another minimum is only {search.loss - best.loss:.2g} higher in chi-square, at {at}; "
-                "the data hardly distinguish the two."
-            )
-    return notes

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from jaxink.display.brief import brief_repr
 from jaxink.display.card import CardTable
 from jaxink.display.named_rows import NamedRows
-from jaxink.numerics.digits import plain, relative_error, with_uncertainty
+from jaxink.numerics.digits import interval, plain, relative_error, with_uncertainty
 
 if TYPE_CHECKING:
     import pandas
@@ -37,6 +37,9 @@ class FittedParameter:
         Empty, or: ``at lower bound``, ``at upper bound``, ``not determined``, ``open below``, ``open above``.
     interval
         Where chi-square increases by less than 1 with all others refitted; None if not computed.
+    over_minima
+        Range of the values at all minima that the data do not exclude, see `FitResult.minima`; None if this
+        is the only one.
     """
 
     name: str
@@ -50,8 +53,14 @@ class FittedParameter:
     tie: str | None = None
     flag: str = ""
     interval: tuple[float, float] | None = None
+    over_minima: tuple[float, float] | None = None
 
     __repr__ = brief_repr
+
+    @property
+    def over_minima_words(self) -> str:
+        """The range over the minima; empty if there is one minimum."""
+        return "" if self.over_minima is None else interval(*self.over_minima)
 
 
 class FittedParameters(NamedRows[FittedParameter]):
@@ -69,17 +78,22 @@ class FittedParameters(NamedRows[FittedParameter]):
 
     def table(self) -> CardTable:
         """Free parameters with their standard errors in units of the last digits, then the others."""
-        heads = ["parameter", "value(s.e.)", "unit", "rel. s.e.", "start", "minimum", "maximum", "remark"]
+        heads = ["parameter", "value(s.e.)", "unit", "rel. s.e."]
+        # Beside the standard errors, which know of one minimum only.
+        several = any(p.over_minima for p in self.values())
+        heads += [*(["over minima"] if several else []), "start", "minimum", "maximum", "remark"]
         rows = []
         for p in sorted(self.values(), key=lambda row: not row.free):
             if p.free:
                 texts = [with_uncertainty(p.value, p.standard_error), p.unit]
                 texts += [relative_error(p.value, p.standard_error)]
+                texts += [p.over_minima_words] if several else []
                 rows.append([p.name, *texts, *map(plain, (p.start, p.minimum, p.maximum)), p.flag])
             else:
                 remark = f"tied: {p.tie}" if p.tie else "fixed"
-                rows.append([p.name, plain(p.value), p.unit, "", "", "", "", remark])
-        return CardTable(heads, rows, (0, 2, 7))
+                blank = [""] * (len(heads) - 4)
+                rows.append([p.name, plain(p.value), p.unit, *blank, remark])
+        return CardTable(heads, rows, (0, 2, len(heads) - 1))
 
 
 @dataclasses.dataclass(frozen=True)

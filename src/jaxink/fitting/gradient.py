@@ -1,4 +1,4 @@
-"""Gradient-based fit: bounded Levenberg-Marquardt, and a scan along a parameter with many minima."""
+"""Gradient-based fit: bounded Levenberg-Marquardt, from one start or several."""
 
 import copy
 import dataclasses
@@ -19,12 +19,8 @@ from jaxink.fitting.stepped_search import descend, is_prepared, prepare
 from jaxink.fitting.watched import LimitReached, WatchedObjective
 from jaxink.numerics.threads import in_threads
 
-# Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
-_SCAN_VALUES = 48
-_DIRECT_JACOBIANS, _SCAN_JACOBIANS, _ANEW_JACOBIANS = 50, 10, 20
-_SCAN_KEPT = 3
-# A scan only ranks the values: their losses need not be exact.
-_SCAN_DECREMENT = 0.1
+# As of `DECREMENT`, of a search that only prepares another one.
+_ROUGH_DECREMENT = 0.1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -98,7 +94,7 @@ class Gradient(Descent):
         share = np.where(low, 0.75, 0.25)
         there = np.where(low | high, lower + share * (upper - lower), end)
         box = np.where(low | high, there, lower), np.where(low | high, there, upper)
-        held, _ = descend(watched.linearised, there, *box, _SCAN_DECREMENT, watched.step)
+        held, _ = descend(watched.linearised, there, *box, _ROUGH_DECREMENT, watched.step)
         super().descend(watched, held.unit)
 
 
@@ -172,75 +168,6 @@ class GradientSearch:
         own = Limits(steps=max_jacobians or self.max_jacobians)
         method = Descent(decrement=decrement, damping=damping)
         return search(method, self.compiled, start, within, progress, held, own)
-
-
-def scan(
-    engine: GradientSearch,
-    first: np.ndarray,
-    position: int,
-    progress: Callable[[int, float], None] | None = None,
-    within: Budget | None = None,
-) -> tuple[list[np.ndarray], Search]:
-    """Starts at the lowest minima along a parameter whose misfit has many, and the scan as one search.
-
-    A search of all parameters from the start values comes first: it costs little, often ends in the right
-    minimum, and leaves a good one where a limit cuts the scan short. Then all other parameters are fitted at
-    each value of the scanned one, starting from the solution at the previous value, up the range and down
-    again. A fit that ends at a bound is made anew: from the start values on the way up, from the middle of
-    the ranges on the way down. There are up to `_SCAN_KEPT` starts, lowest first, after the end of the first
-    search where that is lower; the search ends at the lowest.
-
-    Parameters
-    ----------
-    engine
-        The search.
-    first
-        Start values, scaled to [0, 1].
-    position
-        The parameter to scan.
-    progress
-        Called with the number of the value and the loss there.
-    within
-        Limits of the fit that the scan belongs to; it ends where they are reached.
-    """
-    grid = np.linspace(0.0, 1.0, _SCAN_VALUES)
-    found: dict[int, Search] = {}
-    direct = engine.run(first, max_jacobians=_DIRECT_JACOBIANS, within=within)
-    every: list[Search] = [direct]
-    at = first
-    for number, i in enumerate([*range(_SCAN_VALUES), *reversed(range(_SCAN_VALUES))]):
-        if within is not None and within.is_spent(min(search.loss for search in every)):
-            break
-        anew = first if number < _SCAN_VALUES else np.full_like(first, 0.5)
-        tried = _fitted(engine, at, anew, {position: float(grid[i])}, within)
-        every += tried
-        here = min(tried, key=lambda search: search.loss)
-        at = here.unit if np.isfinite(here.loss) else first
-        if i not in found or here.loss < found[i].loss:
-            found[i] = here
-        if progress is not None:
-            progress(number + 1, here.loss)
-    loss = np.array([found[i].loss if i in found else np.inf for i in range(_SCAN_VALUES)])
-    loss = np.where(np.isfinite(loss), loss, np.inf)
-    padded = np.concatenate([[np.inf], loss, [np.inf]])
-    minima = [i for i in found if loss[i] <= min(padded[i], padded[i + 2])]
-    ends = [found[i] for i in sorted(minima, key=lambda i: (loss[i], i))[:_SCAN_KEPT]]
-    if not ends or direct.loss < ends[0].loss:
-        ends.insert(0, direct)
-    return [end.unit for end in ends], together("scan", every, ends[0])
-
-
-def _fitted(
-    engine: GradientSearch, at: np.ndarray, anew: np.ndarray, held: dict[int, float], within: Budget | None
-) -> list[Search]:
-    """Fit at one value of a scan, and once more from elsewhere if that ends at a bound."""
-    found = engine.run(at, held, None, _SCAN_JACOBIANS, within, _SCAN_DECREMENT)
-    others = np.delete(found.unit, list(held))
-    inside = np.all((others > 0) & (others < 1))
-    if inside or (within is not None and within.is_spent(found.loss)):
-        return [found]
-    # A sweep that has run into a bound may stay there and miss the minima beyond it.
-    return [found, engine.run(anew, held, None, _ANEW_JACOBIANS, within, _SCAN_DECREMENT)]
 
 
 def together(method: str, every: Sequence[Search], end: Search) -> Search:

@@ -10,7 +10,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.exclusion import without
-from jaxink.fitting.gradient import GradientSearch, scan
+from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.hypotheses import (
     ANGLES_EXCHANGED,
     LIT_FROM_OTHER_SIDE,
@@ -27,6 +27,7 @@ from jaxink.fitting.objective import Objective, make_objective, weights_of
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.refitted_hypothesis import RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.result import FitResult
+from jaxink.fitting.scanning import scan
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise
 from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.measurement.balance import balances
@@ -329,7 +330,7 @@ class _Check:
         if not is_thorough:
             return GradientSearch(objective, _JACOBIANS).run(start, held)
         engine = GradientSearch(objective.tabulated(), _JACOBIANS)
-        starts, _ = scan(engine, start, objective.free.index(self.rugged[0]))
+        starts = scan(engine, start, objective.free.index(self.rugged[0])).starts
         searches = [engine.run(there, held) for there in starts]
         return min(searches, key=lambda s: s.loss if np.isfinite(s.loss) else np.inf)
 

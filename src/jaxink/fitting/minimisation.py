@@ -4,20 +4,24 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from jaxink.effects import Scene, settled
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.assembly import Found, assemble
 from jaxink.fitting.compiled import CompiledObjective
-from jaxink.fitting.gradient import GradientSearch, scan, starts, together
+from jaxink.fitting.endings import Ending
+from jaxink.fitting.gradient import GradientSearch, starts, together
 from jaxink.fitting.inputs import prepare_data, read_inputs
 from jaxink.fitting.limits import Budget
+from jaxink.fitting.many import searches_at_once
 from jaxink.fitting.method import search
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
+from jaxink.fitting.scanning import scan
 from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.measurement import GonioData, noise_of
 from jaxink.numerics.precision import computing, release_programs
@@ -35,6 +39,8 @@ _LOWER = 1e-3
 _MOST_LOWER_MINIMA = 3
 # The resolution converges after one refinement, unless the solution moves far.
 _MOST_REFINEMENTS = 2
+# Stacks of all searches that an accelerator makes at once.
+_STACKS_AT_ONCE = 1024
 
 
 def fit(
@@ -92,20 +98,27 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
 
     objective = objective_at(options.config)
     budget = Budget(options.limits(len(objective.measured)))
-    searches, scans = _search(objective, sample, options, budget, progress)
-    best = _lowest(searches, sample)
+    searches, scans, endings = _search(objective, sample, options, budget, progress)
+    best = ended = _lowest(searches, sample)
+    shift = 0.0
     for _ in range(_MOST_REFINEMENTS):
         config = _larger_sizes(objective, best, options)
         if config is None or budget.is_spent(best.loss):
             break
         objective = objective_at(config)
         method, follow = options.make_method().near_solution, _named(progress, "refinement")
-        best = search(method, CompiledObjective(objective), best.unit, budget, follow)
-        searches.append(_lowest([best], sample))
+        refined = _lowest([search(method, CompiledObjective(objective), best.unit, budget, follow)], sample)
+        best, shift = refined, shift + refined.loss - best.loss
+        searches.append(best)
     # At a goal, which is no minimum, the covariance says nothing about the distance from one.
     at_minimum = best.outcome is not Outcome.GOAL
     errors = _covariance(best) if options.objective == "chi_square" and at_minimum else None
-    found = Found(best, errors, tuple(searches), scans)
+    # The best ending as refined; the others are as far from it as they were at their own resolution.
+    endings = tuple(
+        dataclasses.replace(e, search=best) if e.search is ended else dataclasses.replace(e, shift=shift)
+        for e in endings
+    )
+    found = Found(best, errors, tuple(searches), scans, endings)
     # A search that a limit ended has no minimum to follow chi-square from.
     if errors is not None and options.profile != "none" and best.outcome.converged:
         found = _with_profiles(GradientSearch(objective), objective.free, found, options.profile, progress)
@@ -124,22 +137,50 @@ def _larger_sizes(objective: Objective, best: Search, options: FitOptions) -> So
 
 def _search(
     objective: Objective, sample: Sample, options: FitOptions, budget: Budget, progress: Progress
-) -> tuple[list[Search], tuple[Search, ...]]:
-    """Search from several starts: the searches, and the scan, if any, as one."""
+) -> tuple[list[Search], tuple[Search, ...], tuple[Ending, ...]]:
+    """Search from several starts: the searches; the scan, if any, as one; and where everything ended."""
     free = sample.parameters.free
     first = objective.scale.to_unit(np.array([p.value for p in free]))
-    points, scans = starts(first, options.n_starts, options.seed), tuple[Search, ...]()
+    points, scans = starts(first, options.starts, options.seed), tuple[Search, ...]()
+    endings, n_scanned = list[Ending](), 0
     rugged = [i for i, p in enumerate(free) if p.multimodal]
     if rugged and options.scans_first:
-        more, whole = scan(GradientSearch(objective), first, rugged[0], _named(progress, "scan"), budget)
-        points, scans = more + points[1:], (whole,)
-    compiled, searches = CompiledObjective(objective), []
-    for number, start in enumerate(points):
+        position = rugged[0]
+        made = scan(GradientSearch(objective), first, position, _named(progress, "scan"), budget)
+        points, scans, n_scanned = made.starts + points[1:], (made.whole,), len(made.starts)
+        endings.append(Ending(made.direct, is_start=True))
+        endings += [Ending(passed, scanned=(position, made.distance)) for passed in made.minima]
+    compiled, searches = CompiledObjective(objective), list[Search]()
+    declared = max(n_scanned, 1)
+    at_once = _at_once(objective, options, len(points) - declared)
+    for number, start in enumerate(points if at_once is None else points[:declared]):
         follow = _named(progress, f"start {number + 1}")
         searches.append(search(options.make_method(), compiled, start, budget, follow))
+        endings.append(Ending(searches[-1], is_start=number >= n_scanned))
         if budget.is_spent(searches[-1].loss):
             break
-    return searches, scans
+    if at_once is not None:
+        follow = _named(progress, "random starts")
+        many = searches_at_once(compiled, points[declared:], at_once, progress=follow)
+        endings += [Ending(found, is_start=True) for found in many]
+        searches += many
+        best = _lowest(searches, sample)
+        if any(best is found for found in many):
+            # The method itself, which leaves bounds far from the minimum, has the last word.
+            searches.append(search(options.make_method(), compiled, best.unit, budget, follow))
+            endings.append(Ending(searches[-1]))
+    return searches, scans, tuple(endings)
+
+
+def _at_once(objective: Objective, options: FitOptions, n_random: int) -> int | None:
+    """How many searches from random starts run at once; None: one after the other."""
+    limits = options.limits(len(objective.measured))
+    if options.method != "gradient" or not limits.is_open or limits.goal_loss is not None or n_random < 2:
+        return None
+    # Nothing is gained on a processor: a batch takes as long as its members, and its program half a minute.
+    if jax.default_backend() == "cpu":
+        return None
+    return min(max(_STACKS_AT_ONCE // objective.model.n_stacks, 1), n_random)
 
 
 def _lowest(searches: list[Search], sample: Sample) -> Search:
@@ -184,7 +225,8 @@ def _with_profiles(
         found = dataclasses.replace(found, searches=(*found.searches, improved))
         if improved.loss >= found.best.loss:
             break
-        found = dataclasses.replace(found, best=improved, errors=_covariance(improved))
+        endings = *found.endings, Ending(found.best)
+        found = dataclasses.replace(found, best=improved, errors=_covariance(improved), endings=endings)
     series = (together("profile", along, found.best),) if along else ()
     return dataclasses.replace(
         found, profiles=profiles, n_not_profiled=len(others), series=(*found.series, *series)

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms, Point
+from jaxink.fitting.differentiable import differentiable
 from jaxink.fitting.limits import Limits
 from jaxink.fitting.method import Method
 from jaxink.fitting.outcome import Outcome
@@ -37,18 +38,7 @@ class _Programs:
         self._static_state = None
         self.is_ready = False
 
-        @jax.custom_jvp
-        def in_box(unit, given):
-            return programs.traced_alone(given[0], unit)
-
-        @in_box.defjvp
-        def _(primals, tangents):
-            # The Jacobian as one matrix: optimistix linearises once and applies the result several times;
-            # the tangent program would otherwise be traced and compiled each time.
-            unit, (arrays, colouring) = primals
-            residual, predicted, slopes = programs.traced_with_slopes(arrays, unit, colouring.seeds)
-            nothing = np.zeros(predicted.shape)
-            return (residual, predicted), (colouring.expand(slopes) @ tangents[0], nothing)
+        in_box = differentiable(programs)
 
         def function(x, given):
             residual, predicted = in_box(_unit(x), given)

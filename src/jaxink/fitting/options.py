@@ -23,8 +23,9 @@ class FitOptions:
         optimistix, are for comparison; their names are the keys of `jaxink.fitting.METHODS`.
     objective
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
-    n_starts
-        Number of starts: that of the sample, and random ones.
+    starts
+        Number of starts: that of the sample, and random ones. The result tells how many of them ended in
+        which minimum.
     scan
         Whether to scan a free parameter along which the misfit has many minima (the particle radius) by the
         gradient method, and to start from the lowest ones instead of the sample's own start. None: before
@@ -57,7 +58,7 @@ class FitOptions:
 
     method: str = "gradient"
     objective: str = "chi_square"
-    n_starts: int = 1
+    starts: int = 1
     scan: bool | None = None
     max_steps: int | None = None
     max_evaluations: int | None = None
@@ -78,7 +79,7 @@ class FitOptions:
         ):
             require_one_of(name, getattr(self, name), allowed)
         require_accuracy(self.accuracy)
-        require_integer("n_starts", self.n_starts, 1, 10_000)
+        require_integer("starts", self.starts, 1, 10_000)
         require_integer("seed", self.seed, 0)
         for name in ("max_steps", "max_evaluations"):
             if getattr(self, name) is not None:

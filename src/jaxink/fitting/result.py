@@ -20,6 +20,7 @@ from jaxink.fitting.deviation import Deviation, deviation, deviation_of_scan
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
+from jaxink.fitting.minima import Minima
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
 from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
@@ -227,6 +228,8 @@ class FitResult(SavedInFolder, Presented):
         functions say nothing of it.
     mie_check
         The Mie series beside that of another program; None without Mie particles.
+    minima
+        The distinct minima that were found; None if the fit did not end in one, or in an older result.
     """
 
     json_file: ClassVar[str] = RESULT_FILE
@@ -255,6 +258,7 @@ class FitResult(SavedInFolder, Presented):
     mistakes: tuple[Mistake, ...] = ()
     neglected_polarisation: NeglectedPolarisation | None = None
     mie_check: MieCheck | None = None
+    minima: Minima | None = None
 
     @cached_property
     def result_id(self) -> str:
@@ -426,6 +430,7 @@ class FitResult(SavedInFolder, Presented):
             self.merit,
             self.deviation,
             self.verdict,
+            self.minima,
             (self.noise_sentence, *self.notes),
         )
 

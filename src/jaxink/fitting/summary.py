@@ -7,6 +7,7 @@ from jaxink.display.card import Card, CardTable
 from jaxink.fitting.deviation import Deviation
 from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.fitting.merit import Merit
+from jaxink.fitting.minima import Minima
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.verdict import FitVerdict
 from jaxink.measurement import GonioData
@@ -21,13 +22,14 @@ def fit_card(
     merit: Merit,
     deviation: Deviation | None,
     verdict: FitVerdict,
+    minima: Minima | None,
     remarks: Sequence[str],
 ) -> Card:
     """Card of a fit.
 
     Parameters
     ----------
-    data, outcome, parameters, merit, deviation, verdict
+    data, outcome, parameters, merit, deviation, verdict, minima
         As in the result.
     what
         Method and objective.
@@ -41,9 +43,10 @@ def fit_card(
     if not verdict.standard_errors_hold:
         heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
         table = dataclasses.replace(table, heads=heads)
-    return Card(
-        title, (verdict.sentence, ended, f"{used}."), (table, merit_table(merit, deviation)), tuple(remarks)
-    )
+    tables, said = [table, merit_table(merit, deviation)], tuple(remarks)
+    if minima is not None and minima.is_told:
+        tables, said = [*tables, minima.table()], (minima.sentence, *said)
+    return Card(title, (verdict.sentence, ended, f"{used}."), tables, said)
 
 
 def misfit_words(merit: Merit, deviation: Deviation | None) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from jaxink.display.html import paragraph, table
+from jaxink.fitting.minima import OVER_MINIMA
 from jaxink.fitting.mistake import rejected, rejection
 from jaxink.fitting.summary import merit_table
 from jaxink.numerics.digits import percent, plain, rounded, with_uncertainty
@@ -24,6 +25,7 @@ from jaxink.report.sections import measured_words, missing_parts
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
+    from jaxink.fitting.minima import Minima
 
 OVERVIEW = "overview"
 SPECTRUM = "spectrum"
@@ -143,6 +145,8 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
     yield html.section("Misfit by scan", _scans(result))
     if result.correlation_names:
         yield html.section("Correlations", html.bullets(_correlations(result)))
+    if result.minima is not None and result.minima.is_told:
+        yield html.section("Minima", *_minima(result.minima))
     if result.residual_shape is not None:
         yield html.section("Shape of the residual", paragraph(result.residual_shape.sentence))
     if result.mistakes:
@@ -178,6 +182,8 @@ def _parameter_notes(result: "FitResult") -> Iterator[str]:
     yield "s.e.: standard error in units of the last digits, 1.234(5) = 1.234 +- 0.005."
     if not result.verdict.standard_errors_hold:
         yield "These standard errors are meaningless: they assume that the model fits."
+    if any(p.over_minima for p in result.parameters.values()):
+        yield OVER_MINIMA
     for p in result.parameters.values():
         if p.interval is not None:
             low, high = p.interval
@@ -210,6 +216,12 @@ def _correlations(result: "FitResult") -> list[str]:
     strong = sorted((p for p in pairs if abs(p[0]) > _STRONG), key=lambda pair: -abs(pair[0]))
     lines = [f"{one} and {other}: {value:+.3f}" for value, one, other in strong]
     return lines or [f"No correlation exceeds {_STRONG:g}."]
+
+
+def _minima(minima: "Minima") -> Iterator[str]:
+    rows = minima.table()
+    yield paragraph(minima.sentence)
+    yield html.tables(rows.heads, rows.rows, rows.text_columns)
 
 
 def _searches(result: "FitResult") -> str:

@@ -28,7 +28,7 @@ def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     setup, solution = found.setup, found.last.solution
     sample = declare(setup.sample, found.last.accepted, solution.values)
     options = dataclasses.replace(
-        found.options.fit, n_starts=1, scan=False, profile="none", config=setup.config
+        found.options.fit, starts=1, scan=False, profile="none", config=setup.config
     )
     data = prepare_data(found.fit.data, sample)
     fixed = settled(sample, setup.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
