@@ -57,7 +57,7 @@ def left_over(folder: Path) -> Iterator[Path]:
 
 def _is_own(entry: os.DirEntry) -> bool:
     """In a shared folder, somebody else could fake a leftover."""
-    return os.name != "posix" or entry.stat(follow_symlinks=False).st_uid == os.geteuid()
+    return not hasattr(os, "geteuid") or entry.stat(follow_symlinks=False).st_uid == os.geteuid()
 
 
 def _if_dead(path: Path) -> Iterator[Path]:
