@@ -26,7 +26,7 @@ class SearchPolicy:
         Largest lag of the Ljung-Box statistic.
     quiet_level
         Significance level of the screen, in place of that of the options, if all tests find the residual
-        consistent with noise: of so many tests, one is passed by chance now and then.
+        consistent with noise (`noise_p`): of so many tests, one is passed by chance now and then.
     largest_degenerate_fraction
         Screen: above this degenerate fraction a candidate is hardly testable.
     limit_multiples

@@ -103,14 +103,15 @@ def search_effects(
     # Effects that make each other unnecessary must not alternate forever.
     for _ in range(2 * options.max_effects + 1):
         follow("screen", len(steps) + 1, stage.solution.chi_square)
-        is_quiet = _is_quiet(stage, structure, options.level)
-        if steps and is_quiet:
+        if steps and _is_quiet(stage, structure, options.level):
             break
         if steps and not allowance.permits(Task.REPETITION):
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
-        added = selection.next_step(screenings[-1], room > 1, is_quiet) if room > 0 else None
+        # What the verdict calls noise is explained by none but the clearest effects.
+        is_noise = _is_quiet(stage, structure, options.policy.noise_p)
+        added = selection.next_step(screenings[-1], room > 1, is_noise) if room > 0 else None
         if added is None:
             break
         step, accepted = added.step, _without_superfluous(stage, added, len(points))
