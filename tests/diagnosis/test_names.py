@@ -11,6 +11,7 @@ from jaxink.diagnosis import DiagnosisOptions, Points, SearchPolicy, Testability
 from jaxink.diagnosis.findings.input_mistake import beside_mistakes, explains_all
 from jaxink.diagnosis.findings.summary import Figures
 from jaxink.diagnosis.findings.verdict import Verdict
+from jaxink.diagnosis.search import loop
 from jaxink.diagnosis.search.allowance import Allowance
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.loop import search_effects
@@ -46,6 +47,21 @@ def test_a_weak_effect_in_a_residual_of_noise_needs_more_evidence():
     assert 0.001 < row.p_adjusted < 0.05
     assert strict.verdict.code is VerdictCode.NO_MISFIT
     assert lenient.verdict.effects == ("stray_light",)
+
+
+@pytest.mark.parametrize(("p_value", "names"), [(0.01, ()), (5e-4, ("stray_light",))])
+def test_a_weak_effect_is_named_only_where_the_verdict_calls_the_residual_ordered(
+    p_value, names, monkeypatch
+):
+    plain = loop._structure
+
+    def told(stage, points):
+        return dataclasses.replace(plain(stage, points), p_value=1.0 if stage.accepted else p_value)
+
+    monkeypatch.setattr(loop, "_structure", told)
+    measured = drawn((StrayLight(),), {"stray_light.level_per_sr": 9e-4}, 31)
+    found = diagnose(measured, parse_sample(SAMPLE), options(StrayLight, AngleOffset))
+    assert tuple(step.effect for step in found.steps) == names
 
 
 def test_what_is_hardly_testable_is_refitted_where_nothing_else_explains_the_data():
