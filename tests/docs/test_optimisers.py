@@ -11,7 +11,7 @@ from benchmarks.optimisers.kept import RESULTS, kept
 from benchmarks.optimisers.page import starts_sentence
 from benchmarks.optimisers.plain import plain_problem
 
-PAGE = Path(__file__).parents[2] / "docs" / "optimisers.md"
+PAGE = Path(__file__).parents[2] / "docs" / "validation" / "optimisers.md"
 
 
 @pytest.mark.parametrize(

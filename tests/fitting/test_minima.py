@@ -30,6 +30,7 @@ particle_index = 2.3
 particle_absorption_index = 2e-4
 [noise]
 relative = 0.003
+scan_relative = 0
 floor_per_sr = 1e-4
 """
 
