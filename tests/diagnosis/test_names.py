@@ -17,6 +17,7 @@ from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.rival_minima import rival_minima
 from jaxink.diagnosis.search.single_cause import single_cause
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
@@ -25,7 +26,7 @@ from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.effects.geometry import ThinPatches
 from jaxink.effects.instrument import AngleOffset, Gain, Nonlinearity, StrayLight
 from jaxink.fitting.mistake import Mistake
-from jaxink.fitting.outcome import Search
+from jaxink.fitting.outcome import Outcome, Search
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing
 from jaxink.sample import parse_sample
@@ -62,6 +63,22 @@ def test_a_weak_effect_is_named_only_where_the_verdict_calls_the_residual_ordere
     measured = drawn((StrayLight(),), {"stray_light.level_per_sr": 9e-4}, 31)
     found = diagnose(measured, parse_sample(SAMPLE), options(StrayLight, AngleOffset))
     assert tuple(step.effect for step in found.steps) == names
+
+
+def test_the_corrected_model_is_fitted_from_the_minima_of_the_declared_one():
+    """A minimum counts if the search has converged in it."""
+    ends = {100.0: (7.0, Outcome.CONVERGED), 200.0: (5.0, Outcome.CONVERGED), 300.0: (4.0, Outcome.MAX_STEPS)}
+
+    def fitted(values, free, max_jacobians):
+        chi_square, outcome = ends[values["radius"]]
+        assert (values["strength"], free) == (0.5, ("radius", "strength"))
+        return Mock(spec=Solution, chi_square=chi_square, search=Mock(outcome=outcome), values=values)
+
+    here = Mock(values={"radius": 150.0, "strength": 0.5}, free=("radius", "strength"))
+    setup = Mock(rivals=tuple({"radius": radius} for radius in ends), policy=SearchPolicy())
+    stage = Mock(spec=Stage, setup=setup, solution=here, bench=Mock(fit=fitted), accepted=())
+    found = rival_minima(stage)
+    assert [one.chi_square for one in found] == [5.0, 7.0]
 
 
 def test_what_is_hardly_testable_is_refitted_where_nothing_else_explains_the_data():

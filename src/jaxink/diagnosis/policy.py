@@ -42,6 +42,9 @@ class SearchPolicy:
     rival_minima
         Refits of effects of the particles: number of other minima of the declared fit from which they start,
         too, where its misfit has several along a parameter.
+    lower_minimum
+        The corrected model is fitted from these minima, too; it goes to one that is this much lower in
+        chi-square.
     scanned_sizes, scan_jacobians, scanned_kept
         Refits of effects of the particles, if nothing explains the data at minima of the declared model:
         number of sizes of particles at which the others are fitted, by so many Jacobians, and of the best
@@ -122,6 +125,7 @@ class SearchPolicy:
     far_reduced_chi_square: float = 3.0
     refit_starts: int = 2
     rival_minima: int = 2
+    lower_minimum: float = 0.1
     scanned_sizes: int = 24
     scan_jacobians: int = 5
     scanned_kept: int = 3

@@ -61,6 +61,8 @@ class Found:
         Number of weakly determined parameters that were left out because there are too many.
     failures
         Parts of the fit that failed after its searches.
+    is_from_search
+        Whether the values of the sample are themselves the end of a search.
     """
 
     best: Search
@@ -71,6 +73,7 @@ class Found:
     profiles: tuple[Profile, ...] = ()
     n_not_profiled: int = 0
     failures: Failures = dataclasses.field(default_factory=Failures)
+    is_from_search: bool = False
 
 
 def assemble(
@@ -305,7 +308,7 @@ def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Fou
         )
     # Compared with the sample's start: a search may have continued from the end of another one.
     first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
-    if np.allclose(found.best.unit, first):
+    if not found.is_from_search and np.allclose(found.best.unit, first):
         notes.append(_unmoved(found))
     if found.n_not_profiled:
         notes.append(

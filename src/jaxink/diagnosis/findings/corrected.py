@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 
 from jaxink.diagnosis.search.loop import SearchResult
-from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import declare, settled
 from jaxink.fitting import FitResult, fit
 from jaxink.fitting.assembly import Found, assemble
+from jaxink.fitting.endings import Ending
 from jaxink.fitting.inputs import prepare_data
 from jaxink.fitting.objective import Objective, make_objective
 from jaxink.fitting.outcome import Search
@@ -34,20 +35,23 @@ def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     fixed = settled(sample, setup.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
     noise = noise_of(data, sample.noise)
     objective = make_objective(data, fixed, "chi_square", setup.config, noise)
-    search = _in_order_of(objective, found.last)
+    search, bench = _in_order_of(objective, solution, found.last.bench), found.last.bench
     if search is None:
         return fit(data, sample, options, follow)
     end = search.derivatives
     errors = covariance(end.triangle, search.unit, end.gradient)
-    return assemble(data, fixed, options, noise, objective, Found(search, errors, (search,)))
+    others = (_in_order_of(objective, rival, bench) for rival in found.rivals)
+    endings = (Ending(search, is_start=True), *(Ending(other) for other in others if other is not None))
+    ended = Found(search, errors, (search,), endings=endings, is_from_search=True)
+    return assemble(data, fixed, options, noise, objective, ended)
 
 
-def _in_order_of(objective: Objective, last: Stage) -> Search | None:
-    """The last search with its variables in the order of an objective; None if they are not the same."""
-    search, names = last.solution.search, last.solution.free
+def _in_order_of(objective: Objective, solution: Solution, bench: Workbench) -> Search | None:
+    """A search with its variables in the order of an objective; None if they are not the same."""
+    search, names = solution.search, solution.free
     if set(names) != set(objective.free):
         return None
-    scale = last.bench.scale_of(objective.free)
+    scale = bench.scale_of(objective.free)
     fields = (field.name for field in dataclasses.fields(scale))
     if not all(np.array_equal(getattr(scale, name), getattr(objective.scale, name)) for name in fields):
         return None

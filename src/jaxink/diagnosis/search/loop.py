@@ -13,6 +13,7 @@ from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
+from jaxink.diagnosis.search.rival_minima import rival_minima
 from jaxink.diagnosis.search.setup import MODEL, Setup
 from jaxink.diagnosis.search.single_cause import single_cause
 from jaxink.diagnosis.search.stage import Stage
@@ -55,6 +56,8 @@ class SearchResult:
         All screens, that of the declared model first.
     structure_before, structure_after
         Tests for structure in the residuals of the first and of the last model.
+    rivals
+        Other minima of the last model, lowest first.
     """
 
     options: DiagnosisOptions
@@ -68,6 +71,7 @@ class SearchResult:
     screenings: tuple[Screening, ...]
     structure_before: StructureResult
     structure_after: StructureResult
+    rivals: tuple[Solution, ...]
 
 
 class _Accepted(NamedTuple):
@@ -135,6 +139,15 @@ def search_effects(
         if alone is not None:
             stage = Stage(setup, (alone.step.form,), alone.refit.solution.values, alone.refit.bench)
             structure, steps = _structure(stage, points), [alone.step]
+    rivals: tuple[Solution, ...] = ()
+    if steps and not allowance.is_over:
+        with failures.sparing("the search for other minima of the corrected model", ""):
+            rivals = rival_minima(stage)
+        if rivals and rivals[0].chi_square < stage.solution.chi_square - options.policy.lower_minimum:
+            lower, bench = rivals[0], stage.bench
+            with failures.sparing("the lower minimum of the corrected model", ""):
+                stage = Stage(setup, stage.accepted, lower.values, bench)
+                structure = _structure(stage, points)
     if len(steps) > 1:
         steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
     return SearchResult(
@@ -149,6 +162,7 @@ def search_effects(
         screenings=tuple(screenings),
         structure_before=structure_before,
         structure_after=structure,
+        rivals=rivals,
     )
 
 
