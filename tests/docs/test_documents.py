@@ -71,6 +71,12 @@ def test_links_lead_somewhere(path):
         assert target.startswith("https://") or ((ROOT / path).parent / target).exists(), target
 
 
+def test_every_page_is_listed():
+    listed = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    for page in ROOT.glob("docs/*/*.md"):
+        assert f"]({page.relative_to(ROOT / 'docs').as_posix()})" in listed, page
+
+
 def test_exit_codes_are_those_of_the_command(told):
     from jaxink.cli import app, session
 
