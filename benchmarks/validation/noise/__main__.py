@@ -10,6 +10,7 @@ from benchmarks.pages import filled, table, write_page
 from benchmarks.validation.noise.coverage import RESULTS as COVERAGE
 from benchmarks.validation.noise.false_alarms import RESULTS as ALARMS
 from benchmarks.validation.noise.unstated import RESULTS as UNSTATED
+from benchmarks.validation.noise.unstated import stated
 from jaxink.data import SIMULATED_TRUTH
 
 _PERCENT = 100
@@ -81,6 +82,7 @@ def is_false(found: dict) -> bool:
 def main() -> None:
     """Write the page."""
     coverage, files, alarms = (json.loads(path.read_text()) for path in (COVERAGE, UNSTATED, ALARMS))
+    files = {name: found | {"stated": stated(name)} for name, found in files.items()}
     compared = {name: found for name, found in files.items() if found["stated"]}
     alike = sum(told(found["stated"]) == told(found["unstated"]) for found in compared.values())
     page = filled(

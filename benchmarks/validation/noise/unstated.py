@@ -35,6 +35,12 @@ def write_bare(name: str, target: Path) -> None:
         writer.writerows(rows)
 
 
+def stated(name: str) -> dict | None:
+    """Verdict with the stated noise, as of the kept report; None if there is none."""
+    report = REPORTS / f"{name}.json"
+    return brief(read_report(report)) if report.exists() else None
+
+
 def has_one_wavelength(name: str) -> bool:
     """Whether a measurement has a single wavelength."""
     with data_file(name).open(newline="") as file:
@@ -69,11 +75,9 @@ def main(asked: list[str]) -> None:
     """Diagnose what is asked for or missing, and keep what is found."""
     kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     for name in asked or [name for name in names() if name not in kept and has_one_wavelength(name)]:
-        stated = REPORTS / f"{name}.json"
         kept[name] = {
             "true": [EFFECT_OF[key] for key in truth_of(name)["effects"]],
             "unstated": diagnose(name),
-            "stated": brief(read_report(stated)) if stated.exists() else None,
         }
         print(name, kept[name]["unstated"]["code"], kept[name]["unstated"]["effects"], flush=True)
         RESULTS.write_text(json.dumps(dict(sorted(kept.items())), indent=1) + "\n")
