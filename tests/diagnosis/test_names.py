@@ -81,6 +81,21 @@ def test_the_corrected_model_is_fitted_from_the_minima_of_the_declared_one():
     assert [one.chi_square for one in found] == [5.0, 7.0]
 
 
+def test_a_lower_minimum_is_taken_with_its_numbers_and_the_other_one_is_kept(monkeypatch):
+    measured = drawn((AngleOffset(),), {"angle_offset.angle_deg": 0.6}, 32)
+    plain = diagnose(measured, parse_sample(SAMPLE), options(AngleOffset))
+    monkeypatch.setattr(loop, "rival_minima", lambda stage: (stage.solution,))
+    # Every minimum counts as lower, the same one, too.
+    found = diagnose(
+        measured, parse_sample(SAMPLE), options(AngleOffset, policy=SearchPolicy(lower_minimum=-1.0))
+    )
+    (step,), (before,) = found.steps, plain.steps
+    assert step.strength == found.corrected["angle_offset.angle_deg"].value
+    assert step.strength == pytest.approx(before.strength, rel=1e-4)
+    assert step.standard_error == pytest.approx(before.standard_error, rel=1e-3)
+    assert found.corrected.minima.starts == 1
+
+
 def test_what_is_hardly_testable_is_refitted_where_nothing_else_explains_the_data():
     measured = drawn((AngleOffset(),), {"angle_offset.angle_deg": 0.6}, 32)
     found = diagnose(measured, parse_sample(SAMPLE), options(Gain))

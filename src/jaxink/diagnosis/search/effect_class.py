@@ -4,7 +4,7 @@ import dataclasses
 
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import best_refit, polished
-from jaxink.diagnosis.search.refit import Refit, estimates
+from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Step
@@ -18,7 +18,6 @@ def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: in
         return step
     others = tuple(e for e in last.accepted if e != step.form)
     terms = tuple(term.name for term in step.form.terms)
-    found = estimates(last.bench, last.solution)
     without: Stage | None = None
     with setup.failures.sparing("the fit of all other effects without {}", step.effect):
         without = Stage(setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
@@ -45,11 +44,5 @@ def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: in
         or r.penalised(n_points) > own.penalised(n_points)
     ]
     close.sort(key=lambda r: -r.penalised(n_points))
-    return dataclasses.replace(
-        step,
-        members=(step.effect, *(r.effect.name for r in close)),
-        strength=own.strength,
-        standard_error=found[step.form.strength.name].standard_error,
-        terms={name: found[name].value for name in terms},
-        term_errors={name: found[name].standard_error for name in terms},
-    )
+    members = (step.effect, *(r.effect.name for r in close))
+    return dataclasses.replace(step.with_numbers_of(own), members=members)

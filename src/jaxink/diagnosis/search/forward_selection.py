@@ -136,8 +136,7 @@ class ForwardSelection:
         names = [n for n, found in screening.directions.items() if found[0].effect.changes_particles]
         names = [name for name in names if self._has_room(stage, screening.directions[name])]
         for number, name in enumerate(names, start=1):
-            solutions = stage.solution, *(refit.solution for refit in screening.refits.values())
-            lowest = min(solution.chi_square for solution in solutions)
+            lowest = screening.lowest_chi_square
             freedom = max(self.n_points - len(stage.free) - 1, 1)
             if float(chdtrc(freedom, lowest)) >= self.options.level:
                 return
@@ -159,10 +158,8 @@ class ForwardSelection:
         stage, refits = screening.stage, screening.refits
         if not stage.setup.allowance.permits(Task.REFIT, [name]):
             return
-        # A copy: others may be added meanwhile.
-        solutions = stage.solution, *(refit.solution for refit in list(refits.values()))
-        lowest = min(solution.chi_square for solution in solutions)
-        stage.setup.follow(f"refit with {name}", StepOf(len(refits) + 1, total), lowest)
+        step = StepOf(len(refits) + 1, total)
+        stage.setup.follow(f"refit with {name}", step, screening.lowest_chi_square)
         found = best_refit(stage, screening.directions[name])
         if found is not None:
             refits[name] = found

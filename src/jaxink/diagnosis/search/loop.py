@@ -13,6 +13,7 @@ from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
+from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.rival_minima import rival_minima
 from jaxink.diagnosis.search.setup import MODEL, Setup
 from jaxink.diagnosis.search.single_cause import single_cause
@@ -144,10 +145,11 @@ def search_effects(
         with failures.sparing("the search for other minima of the corrected model", ""):
             rivals = rival_minima(stage)
         if rivals and rivals[0].chi_square < stage.solution.chi_square - options.policy.lower_minimum:
-            lower, bench = rivals[0], stage.bench
+            left = stage
             with failures.sparing("the lower minimum of the corrected model", ""):
-                stage = Stage(setup, stage.accepted, lower.values, bench)
-                structure = _structure(stage, points)
+                stage = Stage(setup, left.accepted, rivals[0].values, left.bench)
+                structure, rivals = _structure(stage, points), (*rivals, left.solution)
+                steps = [_at(stage, step, first.solution.chi_square) for step in steps]
     if len(steps) > 1:
         steps = [with_class_beside_others(setup, stage, step, len(points)) for step in steps]
     return SearchResult(
@@ -163,6 +165,14 @@ def search_effects(
         structure_before=structure_before,
         structure_after=structure,
         rivals=rivals,
+    )
+
+
+def _at(stage: Stage, step: Step, chi_square_before: float) -> Step:
+    """A step with the numbers that its effect has in a stage."""
+    solution = stage.solution
+    return step.with_numbers_of(
+        Refit(step.form, solution, stage.bench, chi_square_before - solution.chi_square)
     )
 
 

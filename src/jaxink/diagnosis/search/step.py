@@ -28,6 +28,12 @@ class Screening:
         directions = stage.directions()
         return cls(stage, directions, stage.screened(directions))
 
+    @property
+    def lowest_chi_square(self) -> float:
+        """Of the stage and of its refits so far, to which threads may be adding others."""
+        refits = [refit.solution.chi_square for refit in list(self.refits.values())]
+        return min([self.stage.solution.chi_square, *refits])
+
 
 @dataclasses.dataclass(frozen=True)
 class Step:
@@ -71,7 +77,7 @@ class Step:
         cls, screening: Screening, best: Refit, members: tuple[str, ...], held_out_gain: HeldOutGain
     ) -> "Step":
         """The step that adds the effect of a refit."""
-        effect, found = best.effect, best.estimates()
+        effect = best.effect
         return cls(
             effect=effect.name,
             form=effect,
@@ -79,13 +85,14 @@ class Step:
             predicted_delta_chi_square=screening.result[effect.name].predicted_delta_chi_square,
             actual_delta_chi_square=best.delta_chi_square,
             held_out_gain=held_out_gain,
-            strength=best.strength,
-            standard_error=found[effect.strength.name].standard_error,
             unit=effect.strength.unit,
-            terms={t.name: found[t.name].value for t in effect.terms},
-            term_errors={t.name: found[t.name].standard_error for t in effect.terms},
             refit=best,
+            **_numbers(best),
         )
+
+    def with_numbers_of(self, refit: Refit) -> "Step":
+        """The step with the numbers of another fit of its effect."""
+        return dataclasses.replace(self, **_numbers(refit))
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process gets: without the refit, whose compiled programs belong to this one."""
@@ -104,6 +111,17 @@ class Step:
         values = {**self.terms, first: self.shown}
         errors = {**self.term_errors, first: self.standard_error}
         return in_numbers(self.form, values, errors, difference=is_constant)
+
+
+def _numbers(refit: Refit) -> dict[str, Any]:
+    """The fields of a step that tell the values of its effect."""
+    found, effect = refit.estimates(), refit.effect
+    return {
+        "strength": refit.strength,
+        "standard_error": found[effect.strength.name].standard_error,
+        "terms": {t.name: found[t.name].value for t in effect.terms},
+        "term_errors": {t.name: found[t.name].standard_error for t in effect.terms},
+    }
 
 
 class Addition(NamedTuple):
