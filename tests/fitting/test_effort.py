@@ -5,7 +5,6 @@ import dataclasses
 import pytest
 
 import jaxink
-from jaxink.data import simulated_example
 from jaxink.fitting.method import search as search_from
 
 UNMOVED = "No parameter moved from its start value."
@@ -23,12 +22,6 @@ def ran(monkeypatch):
     for module in ("gradient", "minimisation"):
         monkeypatch.setattr(f"jaxink.fitting.{module}.search", recorded)
     return searches
-
-
-@pytest.fixture(scope="module")
-def inputs():
-    data, sample = simulated_example()
-    return jaxink.read(data), jaxink.load_sample(sample)
 
 
 def test_scan_and_profiles_count(inputs, coarse, ran):

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-from importlib.resources import files
 
 import jax
 import numpy as np
@@ -19,15 +18,6 @@ TRUTH = {
     "ink.asymmetry_parameter": 0.6,
 }
 REDUCED_OPTICAL_THICKNESS = 95.0 * 0.4 * 0.08
-
-
-@pytest.fixture(scope="module")
-def inputs():
-    folder = files("jaxink.data")
-    return (
-        jaxink.read(str(folder / "simulated_plate_and_ink.csv")),
-        jaxink.load_sample(str(folder / "simulated_plate_and_ink.toml")),
-    )
 
 
 @pytest.fixture(scope="module")

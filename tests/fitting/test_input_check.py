@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.data import simulated_example
 from jaxink.fitting import Mistake, check_input
 from jaxink.fitting.hypotheses import OF_DATA, OF_SIGMA, of_lengths, source_is_scanned
 from jaxink.fitting.input_check import _Check, too_much_power
@@ -19,12 +18,6 @@ from tests.samples import PRINTED_INK, UNMATCHED
 @pytest.fixture
 def coarsely(monkeypatch, coarse):
     monkeypatch.setattr("jaxink.model.forward.model_sizes", lambda *_: coarse)
-
-
-@pytest.fixture(scope="module")
-def inputs():
-    data, sample = simulated_example()
-    return jaxink.read(data), jaxink.load_sample(sample)
 
 
 def cosine(data):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.data import simulated_example
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import Descent, starts
 from jaxink.fitting.inputs import prepare_data
@@ -13,12 +12,6 @@ from jaxink.fitting.many import searches_at_once
 from jaxink.fitting.method import search
 from jaxink.fitting.outcome import Outcome
 from jaxink.numerics.precision import computing
-
-
-@pytest.fixture(scope="module")
-def inputs():
-    data, sample = simulated_example()
-    return jaxink.read(data), jaxink.load_sample(sample)
 
 
 @pytest.fixture(scope="module")

@@ -6,19 +6,12 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.data import simulated_example
 from jaxink.fitting import METHODS, Outcome
 
 # Ends where its simplex, or its linear model, is small, wherever that is.
 ENDS_ANYWHERE = ("cobyla", "optimistix_nelder_mead")
 # Take thousands of evaluations.
 SLOW = ("differential_evolution",)
-
-
-@pytest.fixture(scope="module")
-def inputs():
-    data, sample = simulated_example()
-    return jaxink.read(data), jaxink.load_sample(sample)
 
 
 @pytest.fixture(scope="module")

@@ -193,8 +193,8 @@ def main() -> None:
 `jaxink diagnose` was run on every **simulated** measurement with only the declared file
 (`python -m benchmarks.validation.simulated.diagnosis`, {machine()}; reports in
 benchmarks/validation/simulated/reports). Strengths are compared if the simulation and the catalogue
-(diagnosis.md) define the effect in the same way; for `lateral_loss` these are the diameters of beam and
-field. Parameters are in the order of the sample file.
+([diagnosis](../manual/diagnosis.md)) define the effect in the same way; for `lateral_loss` these are the
+diameters of beam and field. Parameters are in the order of the sample file.
 
 The strength of `rough_ink` is the angle of the density that was chosen. If `undeclared_rough_surface` ends at
 GGX facets (reduced chi-square 1.043), this is a rival minimum: the Cauchy facets of the simulation fit better

@@ -2,8 +2,9 @@
 
 from jaxink.sample import Sample
 
-# Root mean squares. The share of light seen in a limited field is off by so much (time-to-answer.md); of
-# facets, an allowance below what photons followed one by one resolve (docs/validation/monte-carlo.md).
+# Root mean squares. The share of light seen in a limited field is off by so much
+# (docs/validation/time-to-answer.md); of facets, an allowance below what photons followed one by one resolve
+# (docs/validation/monte-carlo.md).
 _OF_FACETS, _OF_LATERAL_LOSS = 1e-3, 2.5e-3
 
 

@@ -1,9 +1,9 @@
 """Resolution for a given accuracy, from the phase functions and the geometry of a stack.
 
-What limits each number was measured with Henyey-Greenstein layers, see accuracy.md. Moments: those
-that delta-M drops, weighted by the remaining light scattered into the forward peak. Streams: a block resolves
-polynomials in the cosine of about two degrees per stream, over the part of the quarter circle that it covers.
-Azimuthal orders: fewer if refraction keeps the light away from grazing.
+What limits each number was measured with Henyey-Greenstein layers, see docs/validation/accuracy.md. Moments:
+those that delta-M drops, weighted by the remaining light scattered into the forward peak. Streams: a block
+resolves polynomials in the cosine of about two degrees per stream, over the part of the quarter circle that
+it covers. Azimuthal orders: fewer if refraction keeps the light away from grazing.
 """
 
 import math
