@@ -187,7 +187,7 @@ def test_without_reciprocal_pairs_scans_have_their_usual_repeatability():
     data = simulated(0.005)
     noise = noise_of(data.replace(is_transmission=~data.is_transmission), Noise())
     assert noise.scan_relative == USUAL_SCAN_RELATIVE
-    assert "0.2% is allowed for it" in noise.origin
+    assert "scans repeat is taken as usual" in noise.origin
 
 
 def test_transmission_has_no_reciprocal_partner():

@@ -112,7 +112,7 @@ def _stated(sigma_per_sr: Float[np.ndarray, " points"], origin: str, declared: N
     """Stated noise of the points, with the factor of a scan that is declared or usual."""
     if declared.scan_relative is not None:
         return FitNoise(sigma_per_sr, declared.scan_relative, origin)
-    origin += f"; a common factor of each scan is not stated, and {USUAL_SCAN_RELATIVE:.1%} is allowed for"
+    origin += "; how well scans repeat is not stated, and taken as usual"
     return FitNoise(sigma_per_sr, USUAL_SCAN_RELATIVE, origin)
 
 
@@ -135,7 +135,7 @@ def _estimated(data: GonioData, scan_relative: float | None) -> FitNoise:
     # Reciprocal pairs contain the factors of their scans, if any.
     if scan_relative is None and factor == 0 and estimate.adopted != "reciprocal":
         factor = USUAL_SCAN_RELATIVE
-        origin += f" {factor:.1%} is allowed for it."
+        origin += " How well scans repeat is taken as usual."
     return FitNoise(relative * np.abs(bsdf), factor, origin, level=estimate.level)
 
 
