@@ -15,8 +15,8 @@ from jaxink.measurement.pairs import direction_groups
 
 # A residual is not consistent with noise if the probability of its chi-square is below this.
 LEAST_PROBABILITY = 1e-3
-# No lamp and no detector repeat better from scan to scan. Where the noise of points is stated and that of
-# scans is not, this is allowed for, so that no cause is named for it.
+# Few goniometers repeat better from scan to scan. Where the noise of points is stated and that of scans is
+# not, this is allowed for, so that a diagnosis does not name an effect for it.
 USUAL_SCAN_RELATIVE = 0.002
 # Factor to which stated standard deviations are trusted: a residual that exceeds them by less is no misfit.
 SIGMA_TOLERANCE = 1.1
