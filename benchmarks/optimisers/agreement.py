@@ -9,24 +9,23 @@ they differ, the first one searches once more, from starts moved by rounding: ho
 
 import argparse
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.checkouts import tell, told
 from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import N_STARTS, SEED, Bench
-from benchmarks.pages import table
+from benchmarks.pages import REPOSITORY, table
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.method import search
 from jaxink.fitting.methods import METHODS
 from jaxink.numerics.precision import computing
 
 KEPT = Path(__file__).with_suffix(".json")
-HERE = Path(__file__).parents[2]
+MODULE = "benchmarks.optimisers.agreement"
 # Of a search; no limit of time, so that both make the same number.
 LIMITS = Limits(evaluations=2000)
 # Of the starts, to see what rounding does to a search.
@@ -41,17 +40,7 @@ def _search(name: str, moved: float, first: int, last: int) -> None:
             start = bench.starts[number] * (1 - moved)
             found = search(METHODS["gradient"](SEED), bench.compiled, start, Budget(LIMITS))
             line = {"loss": found.loss, "jacobians": found.jacobians, "seconds": round(found.run_seconds, 4)}
-            print("line", json.dumps(line | {"outcome": found.outcome.name.lower()}), flush=True)
-
-
-def _searched(checkout: Path, name: str, moved: float, first: int, last: int) -> list[dict]:
-    """The searches of a problem by the method of a checkout, from starts moved by a relative amount."""
-    module = "benchmarks.optimisers.agreement"
-    environment = os.environ | {"PYTHONPATH": f"{checkout / 'src'}{os.pathsep}{HERE}"}
-    command = [sys.executable, "-m", module, "--work", name, *map(str, (moved, first, last))]
-    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, text=True, cwd=HERE)
-    lines = [line.removeprefix("line ") for line in done.stdout.splitlines() if line.startswith("line ")]
-    return [json.loads(line) for line in lines]
+            tell(line | {"outcome": found.outcome.name.lower()})
 
 
 def compared(before: list[dict], now: list[dict]) -> dict[str, Any]:
@@ -123,14 +112,14 @@ def main() -> None:
         lines = kept.setdefault(name, {"before": [], "now": []})
         for version, checkout, moved in (
             ("before", asked.before, 0.0),
-            ("now", HERE, 0.0),
+            ("now", REPOSITORY, 0.0),
             ("moved", asked.before, _ROUNDING),
         ):
             if version == "moved" and agrees(compared(lines["before"], lines["now"])):
                 continue
             known = lines.setdefault(version, [])
             if len(known) < asked.starts:
-                known += _searched(checkout, name, moved, len(known), asked.starts)
+                known += told(checkout, MODULE, "--work", name, moved, len(known), asked.starts)
             if version != "before":
                 print(name, version, compared(lines["before"], known), flush=True)
         KEPT.write_text(json.dumps(kept, indent=1) + "\n")

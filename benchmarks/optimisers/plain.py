@@ -15,9 +15,7 @@ from jaxtyping import Float
 
 from benchmarks.optimisers.kept import kept
 from benchmarks.optimisers.problems import Posed, problems
-from benchmarks.optimisers.searches import N_STARTS, SEED
-from jaxink.fitting.compiled import CompiledObjective
-from jaxink.fitting.gradient import starts
+from benchmarks.optimisers.searches import Bench
 from jaxink.numerics.precision import computing
 
 
@@ -37,12 +35,10 @@ class PlainProblem:
     def __init__(self, name: str, posed: Posed, lines: list[dict]):
         self.name = name
         with computing():
-            self._compiled = CompiledObjective(posed.objective)
-        free = posed.sample.parameters.free
-        self.parameters: tuple[str, ...] = tuple(p.name for p in free)
-        first = posed.objective.scale.to_unit(np.array([p.value for p in free]))
-        self.starts: list[np.ndarray] = starts(first, N_STARTS + 1, SEED)[1:]
-        self.lower, self.upper = np.zeros(len(free)), np.ones(len(free))
+            bench = Bench(posed)
+        self._compiled, self.starts = bench.compiled, bench.starts
+        self.parameters: tuple[str, ...] = posed.objective.free
+        self.lower, self.upper = np.zeros(len(self.parameters)), np.ones(len(self.parameters))
         self.multimodal = posed.rugged
         self._ended = min(
             (line for line in lines if line["method"] != "scan" and line["loss"] is not None),

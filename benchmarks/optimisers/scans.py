@@ -8,8 +8,6 @@ leads, without limits. The checkouts take turns, problem by problem, each in a p
 
 import argparse
 import json
-import os
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -17,16 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.checkouts import tell, told
 from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import SEED, Bench
-from benchmarks.pages import table
+from benchmarks.pages import REPOSITORY, table
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.method import search
 from jaxink.fitting.methods import METHODS
 from jaxink.numerics.precision import computing
 
 KEPT = Path(__file__).with_suffix(".json")
-HERE = Path(__file__).parents[2]
+MODULE = "benchmarks.optimisers.scans"
 _STARTS = (0, 4)
 
 
@@ -48,14 +47,7 @@ def _made(name: str, numbers: list[int]) -> None:
             ends = [search(METHODS["gradient"](SEED), bench.compiled, np.array(start)) for start in starts]
             best = min(ends, key=lambda end: end.loss)
             line = {"jacobians": whole.jacobians, "seconds": round(seconds, 3), "loss": best.loss}
-            print("line", json.dumps({"start": number} | line | {"outcome": best.outcome.code}), flush=True)
-
-
-def _of_checkout(checkout: Path, name: str, numbers: list[int]) -> list[dict]:
-    environment = os.environ | {"PYTHONPATH": f"{checkout / 'src'}{os.pathsep}{HERE}"}
-    command = [sys.executable, "-m", "benchmarks.optimisers.scans", "--work", name, *map(str, numbers)]
-    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, text=True, cwd=HERE)
-    return [json.loads(line[5:]) for line in done.stdout.splitlines() if line.startswith("line ")]
+            tell({"start": number} | line | {"outcome": best.outcome.code})
 
 
 def of_kept() -> str:
@@ -96,8 +88,8 @@ def main() -> None:
         if problems()[name]().rugged is None:
             continue
         kept[name] = {
-            version: _of_checkout(checkout, name, asked.starts)
-            for version, checkout in (("before", asked.before), ("now", HERE))
+            version: told(checkout, MODULE, "--work", name, *asked.starts)
+            for version, checkout in (("before", asked.before), ("now", REPOSITORY))
         }
         print(name, kept[name], flush=True)
         KEPT.write_text(json.dumps(kept, indent=1) + "\n")

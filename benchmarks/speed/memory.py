@@ -8,9 +8,6 @@ sample. Another checkout of jaxink does the same in a process of its own.
 
 import argparse
 import json
-import os
-import subprocess
-import sys
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
@@ -18,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 import jaxink
-from benchmarks.pages import machine, table, write_section
+from benchmarks.checkouts import started
+from benchmarks.pages import REPOSITORY, machine, table, write_section
 from benchmarks.simulated_data import data_file, declared_text
 
 KEPT = Path(__file__).with_suffix(".json")
-HERE = Path(jaxink.__file__).parents[2]
 PAGE, MARK = "time-to-answer.md", "made by python -m benchmarks.speed.memory"
 NAME, STRIDE, ACCURACY = "plain_hg", 9, 1e-2
 SHOWN = 1, 2, 3, 5, 10, 15, 20, 30
@@ -83,17 +80,15 @@ def main() -> None:
         work(asked.kind, asked.number)
         return
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    for version, checkout in ({"before": asked.before} if asked.before else {}) | {"now": HERE}.items():
-        environment = os.environ | {"PYTHONPATH": f"{checkout / 'src'}:{HERE}"}
-        command = [sys.executable, "-m", "benchmarks.speed.memory", "--work", asked.kind]
-        command += ["--number", str(asked.number)]
+    for version, checkout in ({"before": asked.before} if asked.before else {}) | {"now": REPOSITORY}.items():
+        words, variables = ("--work", asked.kind, "--number", asked.number), dict[str, str]()
         rows: list[dict[str, float]] = []
         with ExitStack() as closing:
             if asked.kind == "unlike":
                 # Nothing stored: what has been traced stays in memory, too.
-                environment["JAXINK_CACHE_DIR"] = closing.enter_context(tempfile.TemporaryDirectory())
+                variables["JAXINK_CACHE_DIR"] = closing.enter_context(tempfile.TemporaryDirectory())
             made = closing.enter_context(
-                subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=HERE)
+                started(checkout, "benchmarks.speed.memory", *words, variables=variables)
             )
             assert made.stdout is not None
             for line in made.stdout:

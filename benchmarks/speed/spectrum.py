@@ -7,8 +7,6 @@ Two checkouts take turns, each in a process of its own, which waits while the ot
 
 import argparse
 import json
-import os
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -16,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 import jaxink
-from benchmarks.pages import machine, table, write_section
+from benchmarks.checkouts import started
+from benchmarks.pages import REPOSITORY, machine, table, write_section
 
 KEPT = Path(__file__).with_suffix(".json")
-HERE = Path(jaxink.__file__).parents[2]
 PAGE, MARK = "time-to-answer.md", "made by python -m benchmarks.speed.spectrum"
 COUNTS = 6, 12, 25, 50
 INCIDENCES_DEG, VIEWS_DEG = (0.0, 30.0, 60.0), np.arange(-75.0, 76.0, 15.0)
@@ -79,14 +77,6 @@ def work() -> None:
             print(float(np.median(times)), flush=True)
 
 
-def _started(checkout: Path) -> subprocess.Popen:
-    environment = os.environ | {"PYTHONPATH": f"{checkout / 'src'}:{HERE}"}
-    command = [sys.executable, "-m", "benchmarks.speed.spectrum", "--work"]
-    return subprocess.Popen(
-        command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=HERE
-    )
-
-
 def main() -> None:
     """Time both versions, keep the medians, and write the section."""
     parser = argparse.ArgumentParser()
@@ -98,7 +88,10 @@ def main() -> None:
         work()
         return
     versions = {"before": asked.before} if asked.before else {}
-    running = {name: _started(checkout) for name, checkout in (versions | {"now": HERE}).items()}
+    running = {
+        name: started(checkout, "benchmarks.speed.spectrum", "--work")
+        for name, checkout in (versions | {"now": REPOSITORY}).items()
+    }
     kept: dict = {"machine": machine(), "rounds": asked.rounds, "seconds": {}}
     for n in COUNTS:
         found: dict[str, list[float]] = {name: [] for name in running}
