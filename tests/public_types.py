@@ -137,6 +137,6 @@ def in_batches() -> None:
 
 
 def refused(sample: jaxink.Sample) -> None:
-    jaxink.fit("measurement.csv", sample, method="simplex")  # type: ignore[call-arg]
+    jaxink.fit("measurement.csv", sample, method="simplex")  # type: ignore[call-overload]
     jaxink.load_sample(3)  # type: ignore[arg-type]
     sample.title = "frozen"  # type: ignore[misc]

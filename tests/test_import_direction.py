@@ -20,7 +20,7 @@ FLOORS = (
     ("surfaces",),
     # Surfaces turn a measured height map that a sample names into a few numbers.
     ("sample",),
-    ("data", "solver"),
+    ("data", "projects", "solver"),
     ("model",),
     ("effects",),
     ("fitting",),

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import jaxink
+from benchmarks.optimisers.both_faces import of_both_faces
 from benchmarks.pages import REPOSITORY
 from benchmarks.simulated_data import data_file
 from benchmarks.validation.measured.diagnosis import SAMPLES
@@ -68,8 +69,13 @@ def _simulated(name: str) -> Posed:
 
 def _published(name: str, scans: str) -> Posed:
     one = problem(name, scans)
-    fine = one.objective()
-    return Posed(one.objective(fine.model.sizes({}, ACCURACY)), one.sample)
+
+    def objective(config: SolverConfig | None) -> Objective:
+        if len(one.measurements) > 1:
+            return of_both_faces(one, config)
+        return make_objective(one.data, one.sample, one.kind, config)
+
+    return Posed(objective(objective(None).model.sizes({}, ACCURACY)), one.sample)
 
 
 def _measured_folder() -> Path:

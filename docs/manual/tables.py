@@ -9,6 +9,7 @@ from pathlib import Path
 
 from jaxink.batches import plan_schema
 from jaxink.effects import CATALOGUE, Effect
+from jaxink.projects import schema as project_schema
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE, EffectKeys
 from jaxink.sample.quantity import Entry, Quantity
@@ -103,6 +104,9 @@ PAGES = {
     "batch.md": {
         **{name: entries(getattr(plan_schema, name)) for name in ("TOP", "MEASUREMENTS", "READING")},
         "LIMITS": settings(plan_schema.LIMITS, {}),
+    },
+    "projects.md": {
+        name: entries(getattr(project_schema, name)) for name in ("TOP", "MEASUREMENT", "INSTRUMENT")
     },
 }
 

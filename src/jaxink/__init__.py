@@ -17,6 +17,7 @@ _HOMES = {
     ),
     "jaxink.measurement": ("GonioData", "MaskLimits", "NoiseModel", "estimate_noise", "read"),
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
+    "jaxink.projects": ("Project", "load_project", "parse_project"),
     "jaxink.model.forward": ("ForwardModel",),
     "jaxink.solver.config": ("SolverConfig",),
     "jaxink.solver.stack": ("Stack",),
@@ -30,7 +31,16 @@ _HOMES = {
     "jaxink.batches": ("Batch", "batch", "load_plan"),
     "jaxink.diagnosis": ("Diagnosis", "DiagnosisOptions", "diagnose", "load_diagnosis"),
     "jaxink.effects": ("Effect", "forward_model"),
-    "jaxink.fitting": ("FitOptions", "FitResult", "fit", "load_result", "predict", "predict_at"),
+    "jaxink.fitting": (
+        "FitOptions",
+        "FitResult",
+        "JointResult",
+        "fit",
+        "load_joint_result",
+        "load_result",
+        "predict",
+        "predict_at",
+    ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _PACKAGES = ("data", "diagnosis", "effects", "errors", "export", "fitting", "plots", "report")
@@ -48,13 +58,23 @@ if TYPE_CHECKING:
         PrecisionError,
         UnsafeVersionError,
     )
-    from jaxink.fitting import FitOptions, FitResult, fit, load_result, predict, predict_at
+    from jaxink.fitting import (
+        FitOptions,
+        FitResult,
+        JointResult,
+        fit,
+        load_joint_result,
+        load_result,
+        predict,
+        predict_at,
+    )
     from jaxink.ink import InkTable, TableOptions, ink_table, read_ink_table
     from jaxink.measurement import GonioData, MaskLimits, NoiseModel, estimate_noise, read
     from jaxink.model.forward import ForwardModel
     from jaxink.optics.directions import Directions
     from jaxink.optics.layers import ClearLayer, ScatteringLayer
     from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh, TwoTermHenyeyGreenstein
+    from jaxink.projects import Project, load_project, parse_project
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
     from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
     from jaxink.solver.config import SolverConfig

@@ -17,15 +17,10 @@ import numpy as np
 import jaxink
 from benchmarks.validation.published.judgement import inside, loss_at, misfits, truth_values, with_values
 from benchmarks.validation.published.problems import EVERYTHING, NAMES, WHITE, Problem, problem, variants
-from jaxink.fitting import FitOptions
-from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.scanning import scan
-from jaxink.fitting.uncertainty import covariance
-from jaxink.numerics.precision import computing
+from jaxink.fitting import FitOptions, FitResult, JointResult
 from jaxink.sample import Sample, parse_sample, sample_text
 
 KEPT = Path(__file__).parent / "kept"
-_MOST_REFINEMENTS = 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,13 +54,13 @@ class Found:
 
 
 def fit(one: Problem) -> Found:
-    """Fit one problem by the default method of jaxink."""
-    return _by_jaxink(one) if one.is_one else _both_faces(one)
-
-
-def _by_jaxink(one: Problem) -> Found:
+    """Fit one problem by the default method of jaxink: a measurement, or a project of two."""
     profile = "auto" if one.name.startswith(WHITE) else "none"
-    result = jaxink.fit(one.data, one.sample, FitOptions(objective=one.kind, profile=profile))
+    options = FitOptions(objective=one.kind, profile=profile)
+    if len(one.measurements) > 1:
+        joint = jaxink.fit(one.project, options=options)
+        return _found(joint, with_values(one.sample, joint.values), [])
+    result = jaxink.fit(one.data, one.sample, options)
     derived = [
         {
             "quantity": d.quantity,
@@ -75,64 +70,23 @@ def _by_jaxink(one: Problem) -> Found:
         }
         for d in result.derived
     ]
+    return _found(result, result.sample, derived)
+
+
+def _found(result: FitResult | JointResult, sample: Sample, derived: list[dict]) -> Found:
     free = {
         p.name: {"value": p.value, "standard_error": p.standard_error, "flag": p.flag, "interval": p.interval}
         for p in result.parameters.free
     }
-    weakest = {}
-    if result.covariance is not None:
-        weakest = _weakest(free, result.covariance.names, np.asarray(result.covariance.matrix))
+    covariance = result.covariance
+    weakest = _weakest(free, covariance.names, np.asarray(covariance.matrix)) if covariance.names else {}
     return Found(
-        result.sample,
+        sample,
         result.outcome.value,
         result.outcome.converged,
         _effort(result.searches),
         free,
         derived,
-        weakest,
-    )
-
-
-def _both_faces(one: Problem) -> Found:
-    """The same search on measurements that `jaxink.fit` cannot join."""
-    objective = one.objective()
-    free = one.sample.parameters.free
-    first = objective.scale.to_unit(np.array([p.value for p in free]))
-    (rugged,) = (i for i, p in enumerate(free) if p.multimodal)
-    engine = GradientSearch(objective)
-    starts, whole, *_ = scan(engine, first, rugged)
-    searches = [engine.run(start) for start in starts]
-    best = min(searches, key=lambda s: s.loss)
-    for _ in range(_MOST_REFINEMENTS):
-        asked = objective.model.config.at_least(objective.model.sizes(objective.numbers(best.unit)))
-        if asked == objective.model.config:
-            break
-        objective = one.objective(asked)
-        best = GradientSearch(objective).run(best.unit)
-        searches.append(best)
-    values = objective.numbers(best.unit)
-    rows = {
-        name: {"value": value, "standard_error": None, "flag": flag, "interval": None}
-        for (name, value), flag in zip(
-            values.items(),
-            np.select([best.unit <= 0, best.unit >= 1], ["at lower bound", "at upper bound"], "").tolist(),
-            strict=True,
-        )
-    }
-    weakest = {}
-    if one.kind == "chi_square":
-        errors = covariance(best.triangle, best.unit, best.gradient)
-        slopes = np.abs(np.asarray(objective.scale.slope(best.unit)))
-        for name, deviation, held in zip(rows, errors.deviation * slopes, errors.held, strict=True):
-            rows[name]["standard_error"] = None if held or not np.isfinite(deviation) else float(deviation)
-        weakest = _weakest(rows, list(rows), errors.matrix * np.outer(slopes, slopes))
-    return Found(
-        with_values(one.sample, values),
-        best.outcome.value,
-        best.outcome.converged,
-        _effort([whole, *searches]),
-        rows,
-        [],
         weakest,
     )
 

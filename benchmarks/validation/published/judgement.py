@@ -4,18 +4,18 @@ import dataclasses
 import json
 from pathlib import Path
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 import jaxink
 from benchmarks.simulated_data import truth_of
 from benchmarks.validation.published.problems import SHEET, Problem, measured, problem
+from jaxink.fitting.joint_objective import compile_objective
 from jaxink.ink.comparison import TableComparison
 from jaxink.ink.tabulate import TableOptions
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.sample.turning import turned_over
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 _TABLE = TableOptions(n_theta=61, n_phi=13)
 
@@ -100,7 +100,7 @@ def loss_at(one: Problem, sample: Sample) -> float:
     with computing():
         objective = one.objective()
         known = {name: values[name] for name in objective.free}
-        objective = one.objective(objective.model.config.at_least(objective.model.sizes(known)))
+        objective = one.objective(objective.resolution_at(known, DEFAULT_ACCURACY, "fastest"))
         unit = objective.scale.to_unit(np.array(list(known.values())))
-        loss = float(jax.jit(lambda u: jnp.sum(objective.residual(u)[0] ** 2))(jnp.asarray(unit)))
+        loss = compile_objective(objective).residual(unit).loss
     return loss if one.kind == "chi_square" else loss**0.5

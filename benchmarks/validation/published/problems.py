@@ -11,27 +11,21 @@ printed Mie rows by an independent program; sheet_2018 is simulated by `sheet_20
 
 import dataclasses
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
-
-import equinox as eqx
-import jax.numpy as jnp
-import numpy as np
 
 import jaxink
 from benchmarks.simulated_data import data_file, declared_text
 from benchmarks.validation.published.spectral_shape import shape_of_absorption_index, shape_of_scattering
 from benchmarks.validation.simulated.fits import FREE_SIGMA
-from jaxink.fitting import Objective, make_objective, prepare_data
-from jaxink.fitting.objective import compose
-from jaxink.fitting.scaling import UnitScale
+from jaxink.fitting import make_objective, prepare_data
+from jaxink.fitting.joint_objective import FitObjective, JointObjective
 from jaxink.measurement import GonioData, noise_of
-from jaxink.model.forward import ForwardModel
+from jaxink.projects import Measurement
 from jaxink.sample import Sample, parse_sample
-from jaxink.sample.turning import turned_over
-from jaxink.solver.config import SolverConfig
+from jaxink.sample.turning import opposite_medium, turned_over
 
 WHITE, ROUGH, COLOURED, SHEET = "white_ink_mie", "white_ink_rough", "coloured_ink", "sheet_2018"
 # Names of the seven: the stand-in, then the model that is fitted.
@@ -73,45 +67,6 @@ retro_half_angle_deg = 0
 """
 
 
-class BothFaces(eqx.Module):
-    """One sample lit from both faces: a forward model of each, of the same parameters."""
-
-    models: tuple[ForwardModel, ...]
-
-    @property
-    def config(self) -> SolverConfig:
-        """Resolution, the same for both."""
-        return self.models[0].config
-
-    @property
-    def wavelengths_nm(self) -> tuple[float, ...]:
-        """Wavelengths of the points, the same for both."""
-        return self.models[0].wavelengths_nm
-
-    @property
-    def wavelength_of_point_nm(self) -> np.ndarray:
-        """Wavelength of each point."""
-        return np.concatenate([model.wavelength_of_point_nm for model in self.models])
-
-    @property
-    def n_stacks(self) -> int:
-        """Number of stacks that one prediction solves."""
-        return sum(model.n_stacks for model in self.models)
-
-    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
-        """See `ForwardModel.own_wavelengths`."""
-        return self.models[0].own_wavelengths(names)
-
-    def sizes(self, free_values: Mapping, *options: Any) -> SolverConfig:
-        """Resolution that both need; see `ForwardModel.sizes`."""
-        first, second = (model.sizes(free_values, *options) for model in self.models)
-        return first.at_least(second)
-
-    def bsdf(self, free_values: Mapping | None = None):
-        """Predicted BSDF at the points of the first, then of the second."""
-        return jnp.concatenate([model.bsdf(free_values) for model in self.models])
-
-
 @dataclasses.dataclass(frozen=True)
 class Problem:
     """Measurements of one ink, what is known of it, and what is minimised.
@@ -144,52 +99,32 @@ class Problem:
         return self.measurements[0][1]
 
     @property
-    def is_one(self) -> bool:
-        """Whether `jaxink.fit` can fit it: one face is lit."""
-        return len(self.measurements) == 1
-
-    @property
     def is_of_spheres(self) -> bool:
         """Whether the ink is described by spheres, as it was simulated."""
         return self.name.endswith("-mie")
 
-    def objective(self, config: SolverConfig | None = None) -> Objective:
+    @property
+    def project(self) -> jaxink.Project:
+        """The measurements with their samples, whose parameters all share."""
+        faces = ("front", "back")[: len(self.measurements)]
+        return jaxink.Project(
+            tuple(
+                Measurement(face, data, sample, {_own(name, face): name for name in self.sample.parameters})
+                for face, (data, sample) in zip(faces, self.measurements, strict=True)
+            )
+        )
+
+    def objective(self, resolution: Any = None) -> FitObjective:
         """What is minimised, at a resolution; None: that for the start."""
-        if self.is_one:
-            return make_objective(self.data, self.sample, self.kind, config)
-        return _of_both_faces(self.measurements, self.kind, config)
+        if len(self.measurements) == 1:
+            return make_objective(self.data, self.sample, self.kind, resolution)
+        noises = [noise_of(data, sample.noise) for data, sample in self.measurements]
+        return JointObjective.of(self.project, noises, self.kind, resolution)
 
 
-def _of_both_faces(measurements, kind: str, config: SolverConfig | None) -> Objective:
-    models = [ForwardModel(sample, *data.used_directions, config) for data, sample in measurements]
-    if config is None:
-        config = models[0].config.at_least(models[1].config)
-        models = [ForwardModel(sample, *data.used_directions, config) for data, sample in measurements]
-    data, sample = joined([data for data, _ in measurements]), measurements[0][1]
-    free = sample.parameters.free
-    objective = compose(
-        Objective,
-        BothFaces(tuple(models)),
-        data,
-        sample,
-        noise_of(data, sample.noise),
-        {p.name: p.value for p in sample.parameters.values() if p.is_fixed},
-        kind=kind,
-        scale=UnitScale.of(free),
-        free=tuple(p.name for p in free),
-    )
-    # Scans of the same incidence and side, lit from different faces, share no factor.
-    first = np.arange(len(data)) < len(measurements[0][0])
-    _, scan = np.unique(2 * data.scan_index[data.used] + first[data.used], return_inverse=True)
-    return dataclasses.replace(objective, scan=scan, n_scans=int(scan.max()) + 1)
-
-
-def joined(measurements: list[GonioData]) -> GonioData:
-    """Rows of several measurements one after the other."""
-    apart = ("extra", "source", "notes", "attrs")
-    names = [f.name for f in dataclasses.fields(GonioData) if f.name not in apart]
-    columns = {name: np.concatenate([getattr(one, name) for one in measurements]) for name in names}
-    return GonioData(**columns, source=" and ".join(one.source for one in measurements))
+def _own(name: str, face: str) -> str:
+    """Name of a parameter in the sample that is lit from a face."""
+    return name if face == "front" else opposite_medium(name)
 
 
 def variants(name: str) -> tuple[str, ...]:

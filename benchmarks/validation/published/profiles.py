@@ -18,6 +18,7 @@ from benchmarks.validation.published.problems import COLOURED, ROUGH, SHEET, WEI
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.uncertainty import covariance, profile
 from jaxink.numerics.precision import computing
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 NAMES = (f"{ROUGH}-mie", f"{ROUGH}-hg", f"{COLOURED}-mie", f"{SHEET}-mie")
 # Their intervals were found with the fit.
@@ -40,7 +41,7 @@ def make(name: str) -> dict:
     with computing():
         objective = one.objective()
         known = {key: float(values[key]) for key in objective.free}
-        objective = one.objective(objective.model.config.at_least(objective.model.sizes(known)))
+        objective = one.objective(objective.resolution_at(known, DEFAULT_ACCURACY, "fastest"))
         engine = GradientSearch(objective)
         best = engine.run(objective.scale.to_unit(np.array(list(known.values()))))
         errors = covariance(best.triangle, best.unit, best.gradient)

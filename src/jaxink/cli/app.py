@@ -23,10 +23,13 @@ from jaxink.cli.reading_options import (
     DATA_HELP,
     Data,
     Debug,
+    FitData,
     NotWavelengths,
     Quiet,
     Reading,
+    is_toml,
     refuse_wavelengths,
+    stated_sample,
     with_reading,
 )
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
@@ -85,11 +88,14 @@ def _output(json: bool, quiet: bool) -> str:
 @app.command()
 @with_reading
 def fit(
-    data: Data,
-    sample: SampleFile,
+    data: FitData,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for report.html, result.json, result.nc and figures.")
     ],
+    sample: Annotated[
+        Path | None,
+        typer.Option(metavar="SAMPLE.toml", help="Description of the sample; a project has its own."),
+    ] = None,
     method: Annotated[
         str,
         typer.Option(
@@ -166,10 +172,9 @@ def fit(
     wavelengths: NotWavelengths = None,
     debug: Debug = False,
 ) -> None:
-    """Fit the free parameters of a sample to a measurement."""
+    """Fit the free parameters of a sample to a measurement, or those of a project to all its measurements."""
     with one_sentence(debug):
         refuse_wavelengths(wavelengths)
-        from jaxink.cli.fit import run_fit
 
         options = {
             "method": method,
@@ -187,7 +192,17 @@ def fit(
         }
         formats = () if no_figures else ("png", "pdf") if pdf else ("png",)
         output = _output(json, quiet)
-        raise typer.Exit(run_fit(data, sample, out, options, reading.keywords(), formats, output, figures_at))
+        stated = reading.keywords()
+        if is_toml(data):
+            from jaxink.cli.joint_fit import require_project_alone, run_joint_fit
+
+            project = require_project_alone(data, stated, sample)
+            raise typer.Exit(run_joint_fit(project, out, options, formats, output))
+        from jaxink.cli.fit import run_fit
+
+        raise typer.Exit(
+            run_fit(data, stated_sample(sample), out, options, stated, formats, output, figures_at)
+        )
 
 
 app.command()(convert)

@@ -15,7 +15,7 @@ from jaxink.numerics.digits import interval, percent, plain, relative_error, rou
 from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
 
 if TYPE_CHECKING:
-    from jaxink.fitting import FitResult
+    from jaxink.fitting import FitResult, JointResult
     from jaxink.fitting.fitted_parameters import FittedParameter
     from jaxink.fitting.minima import Minima
     from jaxink.fitting.result import SearchSummary
@@ -158,7 +158,7 @@ def _parameter_row(p: "FittedParameter") -> list[str]:
     ]
 
 
-def parameter_notes(result: "FitResult") -> list[str]:
+def parameter_notes(result: "FitResult | JointResult") -> list[str]:
     """Sentences below the parameter table."""
     lines = []
     for p in result.parameters.values():

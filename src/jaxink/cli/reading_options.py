@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import inspect
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -17,10 +17,31 @@ DATA_HELP = (
     "(docs/manual/formats-in.md); several files are joined."
 )
 Data = Annotated[list[Path], typer.Argument(metavar="DATA", help=f"Measurement: {DATA_HELP}")]
+FitData = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="DATA", help=f"Measurement: {DATA_HELP} Or a project file (.toml), without --sample."
+    ),
+]
 # Of `jaxink init`; hidden where a sample file chooses the wavelengths.
 NotWavelengths = Annotated[str | None, typer.Option("--wavelengths", hidden=True)]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
+
+
+def is_toml(files: Sequence[Path]) -> bool:
+    """Whether the first of some files is a project file, which no measurement is."""
+    return bool(files) and files[0].suffix.lower() == ".toml"
+
+
+def stated_sample(sample: Path | None) -> Path:
+    """The sample file of a command that needs one."""
+    if sample is None:
+        raise InputRefusedError(
+            "--sample is missing; give the description of the sample, which `jaxink init` writes, or a "
+            "project file instead of the measurement."
+        )
+    return sample
 
 
 @dataclasses.dataclass(frozen=True)

@@ -30,6 +30,8 @@ _HEADS = {
     SAMPLE_FILE: (f"# {FIT_HEAD} ", f"# {DIAGNOSIS_HEAD} "),
     PARAMETER_FILE: (",".join(PARAMETER_COLUMNS),),
 }
+# Of a joint fit: its result, and the folder with the results of its measurements.
+JOINT_FILE, MEASUREMENTS = "joint.json", "measurements"
 LARGEST_RESULT_BYTES = 256_000_000
 # Of a diagnosis: its report, and the folders of its two fits.
 REPORT_FILE = "report.json"

@@ -1,9 +1,12 @@
 """Fitting a sample to a measurement, gradient-based or by other methods for comparison."""
 
+from jaxink.fitting.agreement import Agreement
 from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
 from jaxink.fitting.input_check import check_input
 from jaxink.fitting.inputs import marked, prepare_data
+from jaxink.fitting.joint_loading import load_joint_result
+from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.levenberg_marquardt import BoundedLevenbergMarquardt
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
@@ -18,6 +21,7 @@ from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 
 __all__ = [
+    "Agreement",
     "METHODS",
     "OBJECTIVES",
     "BoundedLevenbergMarquardt",
@@ -25,6 +29,7 @@ __all__ = [
     "FitResult",
     "FittedCovariance",
     "FittedParameters",
+    "JointResult",
     "LogDensity",
     "FitVerdict",
     "FitVerdictCode",
@@ -33,6 +38,7 @@ __all__ = [
     "Outcome",
     "check_input",
     "fit",
+    "load_joint_result",
     "load_result",
     "make_objective",
     "marked",

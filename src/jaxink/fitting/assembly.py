@@ -1,6 +1,7 @@
 """Assembles the result of a fit from its searches."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
@@ -12,6 +13,7 @@ from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.endings import Ending, minima_of, noise_scale
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
+from jaxink.fitting.joint_objective import FitObjective
 from jaxink.fitting.merit import merit, merit_by_scan
 from jaxink.fitting.methods import METHODS
 from jaxink.fitting.mie_check import mie_check
@@ -36,7 +38,7 @@ from jaxink.numerics.failures import Failures
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.layer_response import layer_method
 
-_PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
+PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,8 +107,8 @@ def assemble(
     minima: Minima | None = None
     if found.endings:
         with found.failures.sparing("the list of minima", ""):
-            rows = len(objective.measured) + len(objective.prior_mean)
-            scale = noise_scale(best.loss, max(rows - len(free), 1), options.objective == "chi_square")
+            freedom = max(objective.n_rows - len(free), 1)
+            scale = noise_scale(best.loss, freedom, options.objective == "chi_square")
             minima = minima_of(found.endings, best, scale, objective.numbers)
     said = [failure.sentence for failure in found.failures.found]
     if polarisation is not None:
@@ -124,7 +126,7 @@ def assemble(
         outcome=best.outcome,
         parameters=FittedParameters.of(
             tuple(
-                _row(p, float(values[p.name]), float(start[p.name]), objective, found, minima)
+                fitted_parameter(p, float(values[p.name]), float(start[p.name]), objective, found, minima)
                 for p in sample.parameters.values()
             )
         ),
@@ -139,14 +141,14 @@ def assemble(
             "known": noise.known,
             "level": noise.level,
         },
-        searches=tuple(_summary(s, objective) for s in (*found.searches, *found.series)),
-        profiles=tuple(_curve(p, objective, best) for p in found.profiles),
+        searches=tuple(search_summary(s, objective) for s in (*found.searches, *found.series)),
+        profiles=tuple(profile_curve(p, objective, best) for p in found.profiles),
         solver=dataclasses.asdict(config) | {"layer_method": layer_method(config.layer_method)},
-        versions={name: installed_version(name) for name in _PACKAGES},
+        versions={name: installed_version(name) for name in PACKAGES},
         seed=options.seed,
         notes=(
             *data.notes,
-            *_notes(sample, objective, options, found),
+            *notes_of(free, objective, options, found),
             *(minima.rivals(options.objective == "chi_square") if minima is not None else ()),
             *said,
         ),
@@ -156,25 +158,27 @@ def assemble(
     )
 
 
-def _curve(profile: Profile, objective: Objective, best: Search) -> ProfileCurve:
+def profile_curve(profile: Profile, objective: FitObjective, best: Search) -> ProfileCurve:
+    """A profile as it is kept in a result."""
     values = tuple(_physical(objective, profile.position, u, best) for u in profile.unit)
     return ProfileCurve(objective.free[profile.position], values, tuple(float(r) for r in profile.rise))
 
 
-def _physical(objective: Objective, position: int, unit: float, best: Search) -> float:
+def _physical(objective: FitObjective, position: int, unit: float, best: Search) -> float:
     variables = np.array(best.unit)
     variables[position] = unit
     return float(objective.scale.to_physical(variables)[position])
 
 
-def _row(
+def fitted_parameter(
     parameter: Parameter,
     value: float,
     start: float,
-    objective: Objective,
+    objective: FitObjective,
     found: Found,
     minima: Minima | None,
 ) -> FittedParameter:
+    """A parameter with its fitted value, its standard error and what limits it."""
     name = parameter.name
     row = FittedParameter(
         name=name,
@@ -193,7 +197,7 @@ def _row(
     return dataclasses.replace(row, over_minima=minima.spread(name) if minima is not None else None)
 
 
-def _judged(row: FittedParameter, position: int, objective: Objective, found: Found) -> FittedParameter:
+def _judged(row: FittedParameter, position: int, objective: FitObjective, found: Found) -> FittedParameter:
     """Standard error, bound and profile of one free parameter."""
     best, errors = found.best, found.errors
     unit = best.unit[position]
@@ -271,7 +275,8 @@ def _propagated(slope: np.ndarray, errors: Covariance | None) -> float | None:
     return float(np.sqrt(max(slope[matters] @ block @ slope[matters], 0.0)))
 
 
-def _summary(search: Search, objective: Objective) -> SearchSummary:
+def search_summary(search: Search, objective: FitObjective) -> SearchSummary:
+    """A search as it is kept in a result."""
     names = {field.name for field in dataclasses.fields(SearchSummary)}
     return SearchSummary(
         **{name: value for name, value in vars(search).items() if name in names}
@@ -284,7 +289,7 @@ def _summary(search: Search, objective: Objective) -> SearchSummary:
     )
 
 
-def _path(path: SearchPath, objective: Objective) -> PathSummary:
+def _path(path: SearchPath, objective: FitObjective) -> PathSummary:
     values = np.array([objective.scale.to_physical(unit) for unit in path.unit]).T
     return PathSummary(
         evaluations=tuple(path.evaluations.tolist()),
@@ -295,7 +300,10 @@ def _path(path: SearchPath, objective: Objective) -> PathSummary:
     )
 
 
-def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Found) -> list[str]:
+def notes_of(
+    free: Sequence[Parameter], objective: FitObjective, options: FitOptions, found: Found
+) -> list[str]:
+    """Remarks on the searches."""
     notes = []
     if found.errors is None and not METHODS[options.method].has_jacobian:
         title = METHODS[options.method].title
@@ -307,7 +315,7 @@ def _notes(sample: Sample, objective: Objective, options: FitOptions, found: Fou
             f"The objective '{options.objective}' is not chi-square, so there are no standard errors."
         )
     # Compared with the sample's start: a search may have continued from the end of another one.
-    first = objective.scale.to_unit(np.array([p.value for p in sample.parameters.free]))
+    first = objective.scale.to_unit(np.array([p.value for p in free]))
     if not found.is_from_search and np.allclose(found.best.unit, first):
         notes.append(_unmoved(found))
     if found.n_not_profiled:

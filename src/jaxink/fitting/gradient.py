@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.compiled import CompiledObjective, Point
+from jaxink.fitting.joint_objective import CompiledFit, FitObjective, compile_objective
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.method import WithJacobian, search
 from jaxink.fitting.objective import Objective
@@ -37,7 +38,7 @@ class Descent(WithJacobian):
 
     damping: float = FIRST_DAMPING
 
-    def prepare(self, compiled: CompiledObjective, start: Float[np.ndarray, " parameters"]) -> float:
+    def prepare(self, compiled: CompiledFit, start: Float[np.ndarray, " parameters"]) -> float:
         """Compile what the method calls, its own small program beside the objective's; return the seconds."""
         if is_prepared(len(start)):
             return super().prepare(compiled, start)
@@ -118,12 +119,13 @@ class GradientSearch:
         Limit of one search.
     """
 
-    def __init__(self, objective: Objective, max_jacobians: int = 200):
-        self.compiled = CompiledObjective(objective)
+    def __init__(self, objective: FitObjective, max_jacobians: int = 200):
+        self.compiled = compile_objective(objective)
         self.max_jacobians = max_jacobians
 
     def on(self, objective: Objective) -> "GradientSearch":
-        """The same programs for another objective of the same structure."""
+        """The same programs for another objective of the same structure, of one measurement."""
+        assert isinstance(self.compiled, CompiledObjective)
         other = copy.copy(self)
         other.compiled = self.compiled.on(objective)
         return other

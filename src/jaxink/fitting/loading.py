@@ -14,7 +14,14 @@ from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.netcdf import read_dataset, values_of
 from jaxink.files.reading import shown_path
-from jaxink.files.result_folder import CORRECTED, LARGEST_RESULT_BYTES, REPORT_FILE, result_file
+from jaxink.files.result_folder import (
+    CORRECTED,
+    JOINT_FILE,
+    LARGEST_RESULT_BYTES,
+    MEASUREMENTS,
+    REPORT_FILE,
+    result_file,
+)
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import OBJECTIVES
@@ -89,6 +96,11 @@ def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
     settle(path.parent)
     name = shown_path(path)
     if "\0" not in str(path) and not os.path.lexists(path):
+        if os.path.lexists(path.parent / JOINT_FILE):
+            raise InputRefusedError(
+                f"{shown_path(path.parent)}: is a joint fit; give the folder of one of its measurements, "
+                f"such as {_a_measurement(path.parent)}, or use jaxink.load_joint_result."
+            )
         if path.parent.name == CORRECTED:
             raise InputRefusedError(
                 f"{name}: there is no result; {REPORT_FILE} was written by an older jaxink, so run `jaxink "
@@ -112,6 +124,13 @@ def load_result(path: str | Path, effects: Collection[Any] = ()) -> FitResult:
         "solver": dataclasses.asdict(document["solver"]),
     }
     return FitResult(data=data, **columns, **fields)
+
+
+def _a_measurement(folder: Path) -> str:
+    """The folder of the first measurement of a joint fit."""
+    places = folder / MEASUREMENTS
+    found = sorted(os.listdir(places)) if os.path.isdir(places) else []
+    return shown_path(places / (found[0] if found else "NAME"))
 
 
 def _document(plain: Any, effects: Collection[Any]) -> tuple[dict[str, Any], Sample]:

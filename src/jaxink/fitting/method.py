@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.fitting.bounded import DECREMENT, Box, Reduced, reduced
-from jaxink.fitting.compiled import CompiledObjective
+from jaxink.fitting.joint_objective import CompiledFit
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.watched import LimitReached, WatchedObjective
@@ -46,7 +46,7 @@ class Method(abc.ABC):
         """The method for a start that another search, at a lower resolution, has found."""
         return self
 
-    def prepare(self, compiled: CompiledObjective, start: Float[np.ndarray, " parameters"]) -> float:
+    def prepare(self, compiled: CompiledFit, start: Float[np.ndarray, " parameters"]) -> float:
         """Compile what the method calls; return the seconds it took."""
         return compiled.prepare(start, self.has_jacobian)
 
@@ -67,7 +67,7 @@ class WithoutDerivatives(Method):
 
 def search(
     method: Method,
-    compiled: CompiledObjective,
+    compiled: CompiledFit,
     start: Float[np.ndarray, " parameters"],
     budget: Budget | None = None,
     progress: Callable[[int, float], None] | None = None,

@@ -135,6 +135,30 @@ class Objective(eqx.Module):
         return eqx.tree_at(lambda o: o.model, self, tabulated(self.model))
 
     @property
+    def n_points(self) -> int:
+        """Number of fitted points."""
+        return len(self.measured)
+
+    @property
+    def n_rows(self) -> int:
+        """Length of the residual vector."""
+        return len(self.measured) + len(self.prior_mean)
+
+    @property
+    def n_stacks(self) -> int:
+        """Number of stacks that one residual solves."""
+        return self.model.n_stacks
+
+    @property
+    def resolution(self) -> SolverConfig:
+        """Resolution of the solver."""
+        return self.model.config
+
+    def resolution_at(self, values: Mapping[str, float], accuracy: float, layer_method: str) -> SolverConfig:
+        """Resolution that an accuracy needs at values of the parameters; never less than the present one."""
+        return self.model.config.at_least(self.model.sizes(values, accuracy, layer_method))
+
+    @property
     def variables(self) -> tuple[str | None, ...]:
         """Name of the parameter that each variable stands for; None for one without effect."""
         return self.free
@@ -196,7 +220,7 @@ class Objective(eqx.Module):
         prior = (self.prior_mean - self.prior_weights @ declared) / self.prior_deviation
         return jnp.concatenate([rows, prior]), predicted
 
-    def rows(self, predicted: Float[ArrayLike, " points"]) -> Float[Array, " points"]:
+    def rows(self, predicted: Float[ArrayLike, " points"]) -> Float[Array | np.ndarray, " points"]:
         """Weighted residual of each point for a prediction, 1/sr."""
         return self.weight * self._misfit(predicted)
 
@@ -313,7 +337,7 @@ def compose(
     """
     used = data.used
     _, scan = np.unique(data.scan_index[used], return_inverse=True)
-    weights, mean, deviation = _priors(sample.parameters.free)
+    weights, mean, deviation = priors_of(sample.parameters.free)
     return form(
         model=model,
         measured=data.bsdf_per_sr[used],
@@ -331,7 +355,7 @@ def compose(
     )
 
 
-def _priors(
+def priors_of(
     free: Sequence[Parameter],
 ) -> tuple[Float[np.ndarray, "priors declared"], Float[np.ndarray, " priors"], Float[np.ndarray, " priors"]]:
     """Weights, mean and standard deviation of what is known of free parameters and their differences."""

@@ -13,8 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.errors import InputRefusedError
 from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms, Point
 from jaxink.fitting.differentiable import differentiable
+from jaxink.fitting.joint_objective import CompiledFit
 from jaxink.fitting.limits import Limits
 from jaxink.fitting.method import Method
 from jaxink.fitting.outcome import Outcome
@@ -91,8 +93,9 @@ class OptimistixMethod(Method, abc.ABC):
         """The last accepted point, where the variables are x."""
         return Point(np.asarray(_unit(x)), *map(np.asarray, state.aux))
 
-    def prepare(self, compiled: CompiledObjective, start: Float[np.ndarray, " parameters"]) -> float:
+    def prepare(self, compiled: CompiledFit, start: Float[np.ndarray, " parameters"]) -> float:
         """Compile the steps; return the seconds it took."""
+        compiled = self._of_one(compiled)
         made = self._programs(compiled)
         seconds = compiled.prepare(start, jacobian=True) if self.has_jacobian else 0.0
         if made.is_ready:
@@ -107,12 +110,20 @@ class OptimistixMethod(Method, abc.ABC):
         made.is_ready = True
         return seconds + time.perf_counter() - began
 
+    def _of_one(self, compiled: CompiledFit) -> CompiledObjective:
+        if not isinstance(compiled, CompiledObjective):
+            raise InputRefusedError(
+                f"method is '{self.name}', which compiles one program for all residuals; a project is fitted "
+                "by gradient, simplex or a method of scipy."
+            )
+        return compiled
+
     def _programs(self, compiled: CompiledObjective) -> _Programs:
         return _programs(compiled.programs, type(self))
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
         """Search from a start."""
-        compiled, x = watched.compiled, _variables(start)
+        compiled, x = self._of_one(watched.compiled), _variables(start)
         made, given = self._programs(compiled), (compiled.arrays, compiled.colouring)
         state, done = made.initial(given, x), False
         while not done:

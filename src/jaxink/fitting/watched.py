@@ -6,7 +6,8 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.compiled import CompiledObjective, Point
+from jaxink.fitting.compiled import Point
+from jaxink.fitting.joint_objective import CompiledFit
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.outcome import Outcome, SearchPath
 
@@ -39,7 +40,7 @@ class WatchedObjective:
 
     def __init__(
         self,
-        compiled: CompiledObjective,
+        compiled: CompiledFit,
         lower: Float[np.ndarray, " parameters"],
         upper: Float[np.ndarray, " parameters"],
         budget: Budget,

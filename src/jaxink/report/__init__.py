@@ -1,7 +1,16 @@
 """The page of a fit, and the report of a diagnosis as JSON, HTML and figures."""
 
 from jaxink.report.fit_writing import write_fit_page
-from jaxink.report.next_steps import NextStep, fit_next_steps, next_steps
+from jaxink.report.joint_page import write_joint_page
+from jaxink.report.next_steps import NextStep, fit_next_steps, joint_next_steps, next_steps
 from jaxink.report.writing import write_report
 
-__all__ = ["NextStep", "fit_next_steps", "next_steps", "write_fit_page", "write_report"]
+__all__ = [
+    "NextStep",
+    "fit_next_steps",
+    "joint_next_steps",
+    "next_steps",
+    "write_fit_page",
+    "write_joint_page",
+    "write_report",
+]

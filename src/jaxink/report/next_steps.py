@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from jaxink.diagnosis import Diagnosis, VerdictCode
-from jaxink.files.result_folder import SAMPLE_FILE
-from jaxink.fitting import FitResult
+from jaxink.files.result_folder import MEASUREMENTS, SAMPLE_FILE
+from jaxink.fitting import FitResult, JointResult
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,6 +100,27 @@ def fit_next_steps(
         return _use(folder, caution)
     look = _command("diagnose", *measured, "--sample", sample, "--out", f"{folder}-report")
     return [NextStep("Find what the model lacks:", look)]
+
+
+def joint_next_steps(result: JointResult, folder: str | Path) -> list[NextStep]:
+    """Steps after a joint fit, the most important first.
+
+    Parameters
+    ----------
+    result
+        The fit.
+    folder
+        Folder of its result.
+    """
+    first, places = next(iter(result.measurements)), Path(folder) / MEASUREMENTS
+    if not result.outcome.is_as_asked:
+        return [NextStep("Start elsewhere, or use another method (--method), and fit again.")]
+    if result.agreement is not None and result.agreement.outlier is not None:
+        odd = result.agreement.outlier.name
+        look = places / odd / "report.html"
+        return [NextStep(f"Look at the measurement '{odd}' ({look}), correct or remove it, and fit again.")]
+    caution = " (the model does not fit yet)" if result.verdict.is_misfit else ""
+    return _use(str(places / first), caution)
 
 
 def _use(folder: str, caution: str) -> list[NextStep]:

@@ -88,12 +88,24 @@ def parse_sample(
     """
     document = document_of(text, source)
     try:
-        return _sample(document, Path(folder or "."), own_kinds(effects))
+        return sample_of_document(document, Path(folder or "."), effects)
     except InputRefusedError as problem:
         raise InputRefusedError(f"{source}: {problem}") from None
 
 
-def _sample(document: dict[str, Any], folder: Path, own: dict[str, Any]) -> Sample:
+def sample_of_document(document: dict[str, Any], folder: Path, effects: Collection[Any] = ()) -> Sample:
+    """The sample that the tables of a file describe; see `parse_sample`.
+
+    Parameters
+    ----------
+    document
+        The tables.
+    folder
+        Folder of files that they name.
+    effects
+        Classes of effects of your own that they declare.
+    """
+    own = own_kinds(effects)
     only(document, TOP, "the file")
     version = document.get("schema_version")
     if version is True or version != SCHEMA_VERSION:

@@ -1,0 +1,140 @@
+"""Joint fits of several measurements, and docs/validation/joint.md.
+
+python -m benchmarks.validation.joint four|pull|cost|page
+
+Each task makes the rows of results.json that are missing; remove a row to repeat it.
+"""
+
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from benchmarks.pages import filled, machine, table, write_page
+from benchmarks.validation.joint import cost, four, pull
+from jaxink.numerics.digits import rounded, with_uncertainty
+
+RESULTS = Path(__file__).with_name("results.json")
+_DRAWS = range(10)
+_SHORT = {
+    "ink.radius_nm": "radius, nm",
+    "ink.volume_fraction": "volume fraction",
+    "ink.particle_index": "index",
+    "ink.particle_absorption_index": "absorption index",
+    "thin/ink.thickness_um": "thickness (thin), um",
+    "thick/ink.thickness_um": "thickness (thick), um",
+}
+
+
+def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
+    """Task, name and work of every row."""
+    for is_free in (False, True):
+        for chosen in four.combinations():
+            name = f"{'free' if is_free else 'declared'}: {'; '.join(chosen)}"
+            yield "four", name, lambda chosen=chosen, is_free=is_free: four.fitted(chosen, is_free)
+    for seed in _DRAWS:
+        for wrong in (None, *pull.SHEETS):
+            yield "pull", f"pull {seed} {wrong}", lambda seed=seed, wrong=wrong: pull.found(seed, wrong)
+    yield "cost", "cost", cost.seconds
+
+
+def _make(task: str, results: dict) -> None:
+    for kind, name, work in _rows():
+        if kind == task and name not in results:
+            results[name] = work()
+            RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+            print(name, json.dumps(results[name])[:300], flush=True)
+
+
+def _write_page(results: dict) -> None:
+    here = Path(__file__).parent
+    text = (here / "joint.md.in").read_text(encoding="utf-8")
+    made = {"declared": _four(results, "declared"), "free": _four(results, "free"), "pull": _pull(results)}
+    made |= {"cost": _cost(results), "machine": machine(), "summary": _summary(results)}
+    write_page("joint.md", filled(text, **made))
+
+
+def _four(results: dict, kind: str) -> str:
+    heads = ["measurements", "reduced chi-square", "p of disagreement", "minima not excluded", "next minimum"]
+    names = [n for n in _SHORT if kind == "free" or "thickness" not in n]
+    body = []
+    for chosen in four.combinations():
+        found = results.get(f"{kind}: {'; '.join(chosen)}")
+        if found is None:
+            continue
+        row = ["all four" if len(chosen) == 4 else "; ".join(chosen), rounded(found["reduced_chi_square"], 4)]
+        row += [rounded(found["probability_of_disagreement"], 2) or "-", str(found["comparable_minima"])]
+        row.append("-" if found["next_minimum"] is None else f"+{found['next_minimum']:.3g}")
+        for name in names:
+            row.append(_value(found["parameters"].get(name)))
+        body.append(row)
+    return table([*heads, *(_SHORT[n] for n in names)], body)
+
+
+def _value(p: dict | None) -> str:
+    """Value with its standard error, and its distance from the truth in standard errors."""
+    if p is None:
+        return "-"
+    if p["standard_error"] is None:
+        return f"{rounded(p['value'], 4)}, {p['flag'] or 'no standard error'}"
+    return f"{with_uncertainty(p['value'], p['standard_error'])} ({p['errors_off']:+.1f})"
+
+
+def _summary(results: dict) -> str:
+    """How many values are within three standard errors of the truth."""
+    found = [
+        p["errors_off"]
+        for name, row in results.items()
+        if name.startswith(("declared", "free"))
+        for p in row["parameters"].values()
+        if p["errors_off"] is not None
+    ]
+    within = sum(abs(off) < 3 for off in found)
+    return f"{within} of {len(found)} values with a standard error are within three of the truth."
+
+
+def _pull(results: dict) -> str:
+    rows = []
+    for wrong in (None, *pull.SHEETS):
+        here = [results[f"pull {seed} {wrong}"] for seed in _DRAWS if f"pull {seed} {wrong}" in results]
+        if not here:
+            continue
+        named = sum(one["named"] == wrong for one in here if wrong is not None)
+        other = sum(one["named"] not in (None, wrong) for one in here)
+        disagree = sum(one["disagrees"] for one in here)
+        rows.append([wrong or "none", str(len(here)), str(disagree), str(named), str(other)])
+    return table(["measurement that is 3 % too high", "inks", "disagree", "named", "another one named"], rows)
+
+
+def _cost(results: dict) -> str:
+    rows = results.get("cost", [])
+    if not rows:
+        return ""
+    first, again = rows[0]["first_s"], rows[0]["again_s"] / rows[0]["jacobians"]
+    body = [
+        [
+            str(one["measurements"]),
+            f"{one['first_s']:.1f}",
+            f"{one['again_s']:.2f}",
+            str(one["jacobians"]),
+            f"{one['again_s'] / one['jacobians'] / again / one['measurements']:.2f}",
+            f"{one['first_s'] / first:.2f}",
+        ]
+        for one in rows
+    ]
+    heads = ["measurements", "first fit, s", "another fit, s", "Jacobians"]
+    return table([*heads, "time of a Jacobian / (number x that of one)", "first fit / that of one"], body)
+
+
+def main() -> None:
+    """Do what is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("tasks", nargs="+", choices=("four", "pull", "cost", "page"))
+    results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
+    for task in parser.parse_args().tasks:
+        _make(task, results)
+    _write_page(results)
+
+
+if __name__ == "__main__":
+    main()

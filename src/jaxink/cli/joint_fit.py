@@ -1,0 +1,102 @@
+"""``jaxink fit PROJECT.toml``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.fit_tables import (
+    console,
+    minima_table,
+    parameter_notes,
+    parameter_table,
+    show_files,
+    show_lines,
+)
+from jaxink.cli.session import ExitCode
+from jaxink.errors import InputRefusedError
+from jaxink.files.encoding import json_text
+from jaxink.files.result_folder import MEASUREMENTS, PAGE_FILE, require_not_replaced
+from jaxink.files.writing import require_folder, whole_folder
+from jaxink.numerics.failures import Failures
+
+if TYPE_CHECKING:
+    from jaxink import JointResult
+
+
+def require_project_alone(files: Sequence[Path], columns: dict[str, Any], sample_file: Path | None) -> Path:
+    """The project file of a command; what the file itself states is rejected beside it."""
+    if len(files) != 1:
+        raise InputRefusedError(
+            f"{files[0]} is a project file, which names its measurements; leave out the other files."
+        )
+    if sample_file is not None:
+        raise InputRefusedError(f"{files[0]} is a project file, which names its sample; leave out --sample.")
+    if columns:
+        raise InputRefusedError(
+            f"{files[0]} is a project file; state {', '.join(columns)} in the table `reading` of its "
+            "measurements."
+        )
+    return files[0]
+
+
+def run_joint_fit(
+    project_file: Path, out: Path, options: dict[str, Any], formats: Sequence[str], output: str
+) -> ExitCode:
+    """Fit a project and write the result to the folder ``out``; other parameters as of `run_fit`."""
+    require_folder(out)
+    project = jaxink.load_project(project_file)
+    require_not_replaced(out, [project_file])
+    session.prepare_jax()
+    session.import_meanwhile("xarray", *(["jaxink.plots.overview"] if formats else []))
+    chosen = jaxink.FitOptions(**options)
+    with session.progress(quiet=output != "tables") as follow:
+        result = jaxink.fit(project, options=chosen, progress=follow)
+    files = write_joint_result(result, out, formats)
+    if output == "json":
+        typer.echo(json_text({**result.to_dict(), "files": [str(file) for file in files]}))
+    elif output == "tables":
+        show_joint_result(result, out, files)
+    if not result.outcome.is_as_asked:
+        return ExitCode.NOT_CONVERGED
+    disagrees = result.agreement is not None and result.agreement.disagrees
+    return ExitCode.UNEXPLAINED if result.verdict.is_misfit or disagrees else ExitCode.FITTED
+
+
+def write_joint_result(result: "JointResult", out: Path, formats: Sequence[str]) -> list[Path]:
+    """Write a result, all of its files or none; then its pages. What fails of these is said on stderr."""
+    with whole_folder(out, owned=(MEASUREMENTS, PAGE_FILE)) as folder:
+        result.write_into(folder)
+        files = [out / file.relative_to(folder) for file in folder.rglob("*") if file.is_file()]
+    failures, pages = Failures(), list[Path]()
+    with failures.sparing("the page of the fit", ""):
+        from jaxink.report import write_joint_page
+
+        pages = write_joint_page(result, out, formats, failures)
+    session.show_failures(failures)
+    return sorted([*files, *pages])
+
+
+def show_joint_result(result: "JointResult", out: Path, files: Sequence[Path]) -> None:
+    """Print a joint fit, the files that were written, and what to do next."""
+    from jaxink.report import joint_next_steps
+
+    to = console()
+    good = result.verdict.code in ("consistent", "not_judged")
+    to.print(result.verdict.sentence, style="bold" if good else "bold red", soft_wrap=True)
+    if result.agreement is not None:
+        style = "bold red" if result.agreement.disagrees else "bold"
+        to.print(result.agreement.sentence, style=style, soft_wrap=True)
+    to.print("\n".join(["", *result.measurement_table().lines()]), soft_wrap=True)
+    to.print(parameter_table(tuple(result.parameters.values()), result.verdict.standard_errors_hold))
+    show_lines(to, "", parameter_notes(result))
+    if result.minima is not None and result.minima.is_told:
+        to.print(minima_table(result.minima))
+        show_lines(to, "", [result.minima.sentence])
+    show_lines(to, "Notes", result.notes)
+    # Those of the measurements are many; their pages lead to them.
+    show_files(to, [file for file in files if file.parent == out or file.name == PAGE_FILE])
+    show_lines(to, "Next", [line for step in joint_next_steps(result, out) for line in step.lines()])

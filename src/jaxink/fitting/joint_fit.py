@@ -1,0 +1,233 @@
+"""The joint fit of several measurements of one ink."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.files.version import installed_version
+from jaxink.fitting.agreement import Agreement, agreement
+from jaxink.fitting.assembly import (
+    PACKAGES,
+    Found,
+    assemble,
+    fitted_parameter,
+    notes_of,
+    profile_curve,
+    search_summary,
+)
+from jaxink.fitting.endings import minima_of, noise_scale
+from jaxink.fitting.fitted_parameters import FittedParameters
+from jaxink.fitting.inputs import prepare_data
+from jaxink.fitting.joint_objective import (
+    CompiledJointObjective,
+    JointObjective,
+    Resolutions,
+    with_settled_effects,
+)
+from jaxink.fitting.joint_result import JointResult
+from jaxink.fitting.minima import COMPARABLE_RISE, Minima
+from jaxink.fitting.options import FitOptions
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.result import FitResult
+from jaxink.fitting.searching import minimise
+from jaxink.fitting.uncertainty import Covariance
+from jaxink.measurement import FitNoise, noise_of
+from jaxink.numerics.progress import Progress
+from jaxink.projects import Project
+from jaxink.solver.config import SolverConfig
+
+# Of the lowest of the other minima it is said which measurement excludes them.
+_MOST_DECISIONS = 3
+
+
+def fit_project(project: Project, options: FitOptions, progress: Progress) -> JointResult:
+    """Fit the free parameters of a project to all of its measurements; see `jaxink.fit`.
+
+    Parameters
+    ----------
+    project
+        The measurements and their samples.
+    options
+        Of the fit.
+    progress
+        Called with the task, the step and the loss.
+
+    Raises
+    ------
+    InputRefusedError
+        A measurement cannot be fitted; the message names it.
+    """
+    project = _prepared(project)
+    noises = _noises(project, options)
+    free = project.free
+    scans_first = options.scans_first and any(p.multimodal for p in free)
+
+    def objective_at(resolution: Resolutions | SolverConfig | None) -> JointObjective:
+        if isinstance(resolution, SolverConfig):
+            resolution = (resolution,) * len(project)
+        how = options.accuracy, options.layer_method
+        made = JointObjective.of(project, noises, options.objective, resolution, *how)
+        return made.tabulated() if scans_first else made
+
+    objective, found = minimise(objective_at, free, options, progress)
+    assert isinstance(objective, JointObjective)
+    return _assembled(project, options, noises, objective, found)
+
+
+def _prepared(project: Project) -> Project:
+    measurements = []
+    for one in project.measurements:
+        one.sample.parameters.require_ranges()
+        try:
+            ready = dataclasses.replace(one, data=prepare_data(one.data, one.sample))
+            measurements.append(with_settled_effects(ready))
+        except InputRefusedError as problem:
+            raise InputRefusedError(f"measurement '{one.name}': {problem}") from None
+    return dataclasses.replace(project, measurements=tuple(measurements))
+
+
+def _noises(project: Project, options: FitOptions) -> list[FitNoise]:
+    noises = [noise_of(one.data, one.sample.noise) for one in project.measurements]
+    for one, noise in zip(project.measurements, noises, strict=True):
+        if options.objective == "chi_square" and not noise.known:
+            raise InputRefusedError(
+                f"measurement '{one.name}': its noise is {noise.origin} Declare it in changes.noise of the "
+                "measurement or in [noise] of the sample, or choose another objective."
+            )
+    return noises
+
+
+def _assembled(
+    project: Project,
+    options: FitOptions,
+    noises: Sequence[FitNoise],
+    objective: JointObjective,
+    found: Found,
+) -> JointResult:
+    # Of estimates that are independent, the least certain one is decisive.
+    noise_freedom = min(noise.degrees_of_freedom for noise in noises)
+    unscaled = found
+    if found.errors is not None:
+        found = dataclasses.replace(found, errors=found.errors.for_noise_of(noise_freedom))
+    best, free, is_chi_square = found.best, project.free, options.objective == "chi_square"
+    minima: Minima | None = None
+    if found.endings:
+        with found.failures.sparing("the list of minima", ""):
+            scale = noise_scale(best.loss, max(objective.n_rows - len(free), 1), is_chi_square)
+            minima = minima_of(found.endings, best, scale, objective.numbers)
+    decisions: tuple[str, ...] = ()
+    if minima is not None and is_chi_square:
+        with found.failures.sparing("the share of the measurements in the choice of the minimum", ""):
+            decisions = tuple(_decisions(objective, [one.name for one in project.measurements], minima))
+    compared: Agreement | None = None
+    if is_chi_square and best.triangle is not None and best.outcome.converged and len(project) > 1:
+        with found.failures.sparing("the comparison of the measurements", ""):
+            compared = agreement(
+                objective,
+                [one.name for one in project.measurements],
+                best,
+                options.make_method().near_solution,
+                noise_freedom,
+                [one.data.bsdf_per_sr[one.data.used] for one in project.measurements],
+            )
+    values = objective.numbers(best.unit)
+    parts = _parts(project, options, noises, objective, unscaled)
+    fitted = {
+        one.names[name]: part.parameters[name].value
+        for one, part in zip(project.measurements, parts, strict=True)
+        for name in part.parameters
+    }
+    rows = tuple(
+        fitted_parameter(
+            p, values.get(name, fitted[name]), _start(p.value, fitted[name]), objective, found, minima
+        )
+        for name, p in project.parameters.items()
+    )
+    errors = found.errors
+    return JointResult(
+        title=project.title,
+        measurements=dict(zip((one.name for one in project.measurements), parts, strict=True)),
+        names={one.name: dict(one.names) for one in project.measurements},
+        instruments={one.name: one.instrument for one in project.measurements},
+        method=options.method,
+        objective=options.objective,
+        outcome=best.outcome,
+        loss=float(best.loss),
+        parameters=FittedParameters.of(rows),
+        correlation_names=() if errors is None else tuple(p.name for p in free),
+        correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
+        noise_freedom=float(noise_freedom) if np.isfinite(noise_freedom) else None,
+        agreement=compared,
+        minima=minima,
+        searches=tuple(search_summary(s, objective) for s in (*found.searches, *found.series)),
+        profiles=tuple(profile_curve(p, objective, best) for p in found.profiles),
+        versions={name: installed_version(name) for name in PACKAGES},
+        seed=options.seed,
+        notes=(
+            *notes_of(free, objective, options, found),
+            *(minima.rivals(is_chi_square) if minima is not None else ()),
+            *decisions,
+            *(failure.sentence for failure in found.failures.found),
+        ),
+    )
+
+
+def _decisions(objective: JointObjective, names: Sequence[str], minima: Minima) -> Iterator[str]:
+    """Which measurement excludes a minimum that the others would leave in question."""
+    programs = CompiledJointObjective(objective)
+
+    def of_measurements(values: Mapping[str, float]) -> Float[np.ndarray, " measurements"]:
+        unit = objective.scale.to_unit(np.array([values[name] for name in objective.free]))
+        rows = objective.of_parts(programs.residual(np.clip(unit, 0.0, 1.0)).residual)
+        return np.array([float(own @ own) for own in rows])
+
+    best = of_measurements(minima.found[0].values)
+    for other in [one for one in minima.found[1:] if one.rise >= COMPARABLE_RISE][:_MOST_DECISIONS]:
+        rises = (of_measurements(other.values) - best) / minima.noise_scale
+        decisive = int(np.argmax(rises))
+        if float(np.sum(rises) - rises[decisive]) < COMPARABLE_RISE:
+            at = ", ".join(f"{name} = {value:.5g}" for name, value in other.values.items())
+            yield (
+                f"The measurement '{names[decisive]}' decides against the minimum at {at}: it contributes "
+                f"{rises[decisive]:.3g} of the {np.sum(rises):.3g} by which chi-square is higher there."
+            )
+
+
+def _start(value: float, fitted: float) -> float:
+    """Start of a parameter; a tied one has none of its own."""
+    return value if np.isfinite(value) else fitted
+
+
+def _parts(
+    project: Project,
+    options: FitOptions,
+    noises: Sequence[FitNoise],
+    objective: JointObjective,
+    found: Found,
+) -> list[FitResult]:
+    """The result of each measurement, with the values and the covariance of the joint fit."""
+    best, parts = found.best, []
+    columns = objective.of_parts(best.predicted)
+    for one, noise, part, at, predicted in zip(
+        project.measurements, noises, objective.parts, objective.positions, columns, strict=True
+    ):
+        errors: Covariance | None = None
+        if found.errors is not None:
+            errors = Covariance(found.errors.matrix[np.ix_(at, at)], found.errors.held[at])
+        residual = np.asarray(part.rows(predicted))
+        own: Search = dataclasses.replace(
+            best,
+            start=best.start[at],
+            unit=best.unit[at],
+            loss=float(residual @ residual),
+            triangle=None,
+            gradient=None,
+            predicted=predicted,
+        )
+        alone = Found(own, errors, searches=(), is_from_search=True)
+        made = assemble(one.data, one.sample, options, noise, part, alone)
+        parts.append(made)
+    return parts

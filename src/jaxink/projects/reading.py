@@ -1,0 +1,253 @@
+"""Reading and checking project files; anything unknown is rejected."""
+
+import copy
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import jaxink.measurement
+from jaxink.errors import InputRefusedError, no_such_name
+from jaxink.measurement import GonioData
+from jaxink.projects.project import OF, Measurement, Project
+from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
+from jaxink.sample import Sample
+from jaxink.sample.document import document_of, text_of
+from jaxink.sample.entries import only, table_of
+from jaxink.sample.layer_reading import layer_tables
+from jaxink.sample.measurement_schema import TOP as SAMPLE_TOP
+from jaxink.sample.reading import sample_of_document
+from jaxink.sample.turning import opposite_medium, turned_over
+
+# What measurements have in common by name: the tables of the file, and the key of a measurement.
+_SHARED = {"instruments": "instrument", "specimens": "specimen"}
+_NO_SPECIMENS = "but there is no table [specimens.NAME]; add one with what differs, or use changes."
+# Tables of a sample file that a measurement may change; layers are changed by their names.
+_CHANGED = tuple(key for key in SAMPLE_TOP if key not in ("schema_version", "layers", "lit_side"))
+
+
+def load_project(path: str | Path, effects: Collection[Any] = ()) -> Project:
+    """Read a project file, and the sample and the measurements that it names.
+
+    Parameters
+    ----------
+    path
+        TOML file as described in `docs/manual/projects.md`.
+    effects
+        Classes of effects of your own that the sample declares.
+
+    Raises
+    ------
+    InputRefusedError
+        One of these files is invalid; the message names the file and the key.
+    """
+    path = Path(path)
+    return parse_project(text_of(path, "project"), str(path), path.parent, effects)
+
+
+def parse_project(
+    text: str,
+    source: str = "project",
+    folder: str | Path | None = None,
+    effects: Collection[Any] = (),
+) -> Project:
+    """Parse the text of a project file; see `load_project`.
+
+    Parameters
+    ----------
+    text
+        TOML.
+    source
+        Name for messages.
+    folder
+        Folder of the files that the text names; None: the working folder.
+    effects
+        Classes of effects of your own that the sample declares.
+    """
+    document = document_of(text, source)
+    at = Path(folder or ".")
+    try:
+        return _project(document, at, effects)
+    except InputRefusedError as problem:
+        sentence = str(problem)
+        if sentence.startswith(source):
+            raise
+        raise InputRefusedError(f"{source}: {sentence}") from None
+
+
+def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -> Project:
+    only(document, TOP, "the project file")
+    version = document.get("schema_version")
+    if version is True or version != PROJECT_VERSION:
+        raise InputRefusedError(
+            f"schema_version is {version!r}; this version of jaxink reads projects of version "
+            f"{PROJECT_VERSION}, so write `schema_version = {PROJECT_VERSION}` at the top."
+        )
+    common, home = _common_sample(document, folder)
+    shared = {kind: _named_changes(document, kind) for kind in _SHARED}
+    tables = document.get("measurements")
+    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
+        raise InputRefusedError(
+            "there are no measurements; write a [[measurements]] table for each, with name and data."
+        )
+    measurements = []
+    for i, table in enumerate(tables):
+        name = table.get("name")
+        where = f"measurement '{name}'" if isinstance(name, str) and name else f"measurement {i + 1}"
+        try:
+            measurements.append(_measurement(table, common, shared, (folder, home), effects))
+        except InputRefusedError as problem:
+            known = str(problem).startswith(where)
+            raise InputRefusedError(str(problem) if known else f"{where}: {problem}") from None
+    for kind, key in _SHARED.items():
+        unused = set(shared[kind]) - {table.get(key) for table in tables}
+        if unused:
+            name = min(unused)
+            raise InputRefusedError(
+                f'[{kind}.{name}] belongs to no measurement; write {key} = "{name}" in those that it is of, '
+                "or remove it."
+            )
+    return Project(tuple(measurements), str(document.get("title", "")))
+
+
+def _common_sample(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], Path]:
+    """The tables of the common sample, and the folder of the files that they name."""
+    given = document.get("sample")
+    if isinstance(given, dict):
+        return {"schema_version": 1} | given, folder
+    if not isinstance(given, str) or not given.strip():
+        raise InputRefusedError(
+            f'sample is {given!r}; write sample = "sample.toml", the name of a sample file, or a table '
+            "[sample] with the content of one."
+        )
+    path = folder / given
+    return document_of(text_of(path, "sample"), str(path)), path.parent
+
+
+def _named_changes(document: dict[str, Any], kind: str) -> dict[str, dict[str, Any]]:
+    """Changes that several measurements share, by the name of their instrument or specimen."""
+    found = table_of(document, kind)
+    for name, table in found.items():
+        _as_table(table, f"{kind}.{name}")
+        if kind == "instruments":
+            only(table, INSTRUMENT, f"[instruments.{name}]")
+    return found
+
+
+def _measurement(
+    table: dict[str, Any],
+    common: dict[str, Any],
+    shared: Mapping[str, dict[str, dict[str, Any]]],
+    folders: tuple[Path, Path],
+    effects: Collection[Any],
+) -> Measurement:
+    only(table, MEASUREMENT, "its table")
+    folder, home = folders
+    name = table.get("name")
+    if not isinstance(name, str) or not name:
+        raise InputRefusedError('has no name; write name = "thin", or another short word.')
+    changed, owners = copy.deepcopy(common), dict[str, str]()
+    for kind, key in _SHARED.items():
+        owner = _owner(table, key, shared[kind], kind)
+        if owner and owner in shared[kind]:
+            owners |= dict.fromkeys(_apply(changed, shared[kind][owner], f"{kind}.{owner}"), owner)
+    owners |= dict.fromkeys(_apply(changed, table_of(table, "changes"), "changes"), name)
+    sample = sample_of_document(changed, home, effects)
+    names = {parameter: _named(parameter, owners) for parameter in sample.parameters}
+    sample, names = _lit_from(table.get("lit_side"), sample, names)
+    sample.parameters.require_ranges()
+    return Measurement(name, _data(table, folder), sample, names, table.get("instrument", ""))
+
+
+def _owner(table: dict[str, Any], key: str, known: Mapping[str, Any], kind: str) -> str:
+    """Name of the instrument or specimen of a measurement; empty if it has none."""
+    owner = table.get(key, "")
+    if not isinstance(owner, str):
+        raise InputRefusedError(f"{key} is {owner!r}; it must be a name.")
+    if owner and owner == table["name"] and table.get("changes"):
+        raise InputRefusedError(
+            f"{key} is '{owner}', the name of the measurement, which has changes of its own; their "
+            "parameters could not be told apart, so give one of them another name."
+        )
+    # An instrument may be a word for people only; a specimen without a table would say nothing.
+    if owner and owner not in known and (kind == "specimens" or known):
+        raise InputRefusedError(f"{key} is '{owner}', {no_such_name(known) if known else _NO_SPECIMENS}")
+    return owner
+
+
+def _apply(document: dict[str, Any], changes: Mapping[str, Any], where: str) -> list[str]:
+    """Change the tables of a sample file in place; the beginnings of the names of what has changed."""
+    layers = {layer.get("name"): layer for layer in layer_tables(document)}
+    stems = []
+    for key, value in changes.items():
+        if key in layers:
+            layers[key].update(_as_table(value, f"{where}.{key}"))
+            stems += [f"{key}.{inner}" for inner in value]
+        elif key not in _CHANGED:
+            known = ", ".join((*map(str, layers), *_CHANGED))
+            raise InputRefusedError(
+                f"{where}.{key} is neither a layer nor a table of a sample file; it may be one of: {known}."
+            )
+        elif value is False:
+            document.pop(key, None)
+        elif isinstance(value, dict):
+            document[key] = _without_false({**_as_table(document.get(key, {}), key), **value})
+            # Effects name their parameters by themselves, without the table that holds them.
+            stems += [inner if key == "effects" else f"{key}.{inner}" for inner in value]
+        else:
+            document[key] = value
+    return stems
+
+
+def _without_false(table: dict[str, Any]) -> dict[str, Any]:
+    """A table without the tables that a change has removed."""
+    return {key: value for key, value in table.items() if value is not False or key == "contact"}
+
+
+def _named(parameter: str, owners: Mapping[str, str]) -> str:
+    """Name of a parameter in the project: with its owner if a measurement or an instrument changed it."""
+    plain = parameter.partition("@")[0]
+    for stem, owner in owners.items():
+        if plain == stem or plain.startswith(f"{stem}."):
+            return f"{owner}{OF}{parameter}"
+    return parameter
+
+
+def _lit_from(lit: Any, sample: Sample, names: dict[str, str]) -> tuple[Sample, dict[str, str]]:
+    """The sample with the layer in front that is lit, and the names of its parameters."""
+    ends = [layer.name for layer in (sample.layers[0], sample.layers[-1])]
+    if lit is None or (lit == ends[0] and ends[0] != ends[1]) or lit == "front":
+        return sample, names
+    if lit not in (ends[1], "back"):
+        raise InputRefusedError(
+            f"lit_side is {lit!r}; it must be '{ends[0]}' or '{ends[1]}', the layer that is lit, or 'front' "
+            "or 'back' in the order of the sample file."
+        )
+    if sample.layers[-1].opaque:
+        raise InputRefusedError(
+            f"lit_side is {lit!r}, but that layer is opaque: no light would pass it; give it a thickness."
+        )
+    turned = turned_over(sample)
+    if turned is None:
+        raise InputRefusedError(
+            f"lit_side is {lit!r}, but a tie uses an index of [surroundings], which is not defined for the "
+            "sample turned over; replace the tie by a number."
+        )
+    return turned, {opposite_medium(parameter): name for parameter, name in names.items()}
+
+
+def _data(table: dict[str, Any], folder: Path) -> GonioData:
+    """The measurement, of one file or several."""
+    given = table.get("data")
+    files = [given] if isinstance(given, str) else given
+    if not isinstance(files, list) or not files or not all(isinstance(f, str) and f.strip() for f in files):
+        raise InputRefusedError(f'data is {given!r}; write data = "thin.csv", or a list of files.')
+    reading = table_of(table, "reading")
+    only(reading, READING, "reading")
+    paths = [folder / file for file in files]
+    return jaxink.measurement.read(paths if len(paths) > 1 else paths[0], **reading)
+
+
+def _as_table(value: Any, name: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputRefusedError(f"{name} is {value!r}; it must be a table.")
+    return value
