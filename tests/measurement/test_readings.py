@@ -1,6 +1,8 @@
 """Files of readings: what is taken for granted, what is noted, and what is refused."""
 
 import csv
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,6 +61,14 @@ def test_a_complete_file_is_read_as_it_is(tmp_path):
     assert not data.value.flags.writeable
     # Those of one quantity share a scan.
     assert len(set(data.scan_index.tolist())) == 4
+
+
+def test_the_example_of_the_manual_is_read(tmp_path):
+    page = Path(__file__).resolve().parents[2] / "docs" / "manual" / "readings.md"
+    (text,) = re.findall(r"```csv\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    data = read_readings(written(tmp_path, text))
+    assert data.quantity.tolist() == ["R_total", "T_total", "T_collimated", "R_45_0"]
+    np.testing.assert_array_equal(data.spheres.reference_reflectance, [0.97, 0, np.nan, np.nan])
 
 
 def test_only_quantity_and_value_are_required(tmp_path, told):

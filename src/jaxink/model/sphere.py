@@ -14,8 +14,8 @@ class SphereGain(eqx.Module):
 
     A sphere of mean wall reflectance r_w with a port of area fraction f, closed by what reflects r of diffuse
     light, multiplies the light that is let into it by G = 1 / (1 - (1 - f) r_w - f r). An ideal sphere has
-    f = 0. The first reflection from the wall, with or without a baffle, is that of the reference too and
-    cancels.
+    f = 0. The first reflection from the wall is that of the reference too and cancels. A baffle between port
+    and detector makes f r in G smaller by about r_w, which is neglected.
 
     Parameters
     ----------
