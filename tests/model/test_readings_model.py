@@ -78,6 +78,49 @@ def test_totals_and_regular_light_are_those_of_the_solver():
     np.testing.assert_allclose(model.bsdf(), expected, rtol=1e-12)
 
 
+BETWEEN_SLIDES = """
+schema_version = 1
+wavelength_nm = 550
+[[layers]]
+name = "top"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 1.0
+[[layers]]
+name = "ink"
+kind = "scattering"
+phase_function = "henyey_greenstein"
+refractive_index = 1.4
+thickness_mm = 1.0
+scattering_per_mm = 5
+absorption_per_mm = {absorption}
+asymmetry_parameter = {asymmetry}
+[[layers]]
+name = "bottom"
+kind = "clear"
+refractive_index = 1.5
+thickness_mm = 1.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("absorption", "asymmetry", "reflected", "transmitted", "collimated"),
+    [
+        (0.1, 0.0, 0.51485734, 0.19596446, None),
+        (0.9, 0.0, 0.22523007, 0.02170653, None),
+        (0.1, 0.9, 0.18744405, 0.57620054, 0.00560593),
+        (0.9, 0.9, 0.06135334, 0.20846202, 0.00251890),
+    ],
+)
+def test_totals_are_those_of_adding_doubling(absorption, asymmetry, reflected, transmitted, collimated):
+    """Computed by the iad program: github.com/scottprahl/iad, tests/rxt/0_sphere/basic_B and basic_C."""
+    sample = parse_sample(BETWEEN_SLIDES.format(absorption=absorption, asymmetry=asymmetry))
+    each = readings(("R_total", 0, NAN), ("T_total", 0, NAN), ("T_collimated", 0, NAN))
+    predicted = np.asarray(ReadingsModel(sample, each, accuracy=1e-4).bsdf())
+    np.testing.assert_allclose(predicted[:2], [reflected, transmitted], atol=5e-5)
+    assert collimated is None or predicted[2] == pytest.approx(collimated, rel=5e-5)
+
+
 def test_a_rough_face_scatters_what_is_then_no_longer_regular():
     roughness = 'thickness_mm = 1.0\nfront_roughness = { density = "beckmann", sigma_deg = 8 }\n'
     sample = sample_of(UNMATCHED, "thickness_mm = 1.0\n", roughness)
