@@ -37,7 +37,14 @@ IN_64_BITS = (
     *("model", "numerics", "optics", "particles", "physics", "reference", "solver", "surfaces"),
     *(
         f"fitting/test_{name}.py"
-        for name in ("bounded", "levenberg_marquardt", "log_density", "objective", "scaling")
+        for name in (
+            "bounded",
+            "levenberg_marquardt",
+            "log_density",
+            "objective",
+            "readings_objective",
+            "scaling",
+        )
     ),
 )
 

@@ -25,6 +25,7 @@ def measured() -> jaxink.GonioData:
     assert_type(data.select(wavelength_nm=550.0), jaxink.GonioData)
     assert_type(data.with_masks(jaxink.MaskLimits()), jaxink.GonioData)
     assert_type(data.equals(data), bool)
+    assert_type(jaxink.read_readings("totals.csv", wavelength_nm=550.0), jaxink.Readings)
     data.mask.sum(), data.used_directions[0].mean(), data.bsdf_per_sr.max(), data.used.sum()
     return data
 

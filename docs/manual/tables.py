@@ -1,4 +1,4 @@
-"""Writes the tables of these pages anew, from the schema of sample files and the catalogue of effects.
+"""Writes the tables of these pages anew, from schemas and the catalogue of effects.
 
 python docs/manual/tables.py
 """
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from jaxink.batches import plan_schema
 from jaxink.effects import CATALOGUE, Effect
+from jaxink.measurement import quantities
 from jaxink.projects import schema as project_schema
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE, EffectKeys
@@ -63,6 +64,16 @@ def elsewhere(table: Mapping[str, str]) -> str:
     return _markdown(["effect", "declared by"], ([f"`{name}`", place] for name, place in table.items()))
 
 
+def readings(table: Mapping[str, quantities.Quantity]) -> str:
+    """Quantities of readings, with the angles that are taken unless others are stated."""
+    rows = []
+    for name, q in table.items():
+        other = "regular direction" if q.is_regular else "hemisphere"
+        ends = (other if angle is None else f"{angle:g} deg" for angle in (q.theta_i_deg, q.theta_o_deg))
+        rows.append([f"`{name}`", q.meaning, *ends])
+    return _markdown(["quantity", "meaning", "illumination", "detection"], rows)
+
+
 def _number(key: str, q: Quantity) -> list[str]:
     default = q.otherwise if q.default is None else f"{q.default:g}"
     return [f"`{key}`", q.unit, f"{q.lowest:g} ... {q.highest:g}", default]
@@ -101,6 +112,7 @@ PAGES = {
         "WEIGHTS": settings(measurement_schema.WEIGHTS, measurement_schema.WEIGHTS_ENTRIES),
     },
     "diagnosis.md": {"CATALOGUE": effects(CATALOGUE)},
+    "readings.md": {"QUANTITIES": readings(quantities.QUANTITIES)},
     "batch.md": {
         **{name: entries(getattr(plan_schema, name)) for name in ("TOP", "MEASUREMENTS", "READING")},
         "LIMITS": settings(plan_schema.LIMITS, {}),

@@ -15,7 +15,15 @@ _HOMES = {
         "PrecisionError",
         "UnsafeVersionError",
     ),
-    "jaxink.measurement": ("GonioData", "MaskLimits", "NoiseModel", "estimate_noise", "read"),
+    "jaxink.measurement": (
+        "GonioData",
+        "MaskLimits",
+        "NoiseModel",
+        "Readings",
+        "estimate_noise",
+        "read",
+        "read_readings",
+    ),
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
     "jaxink.projects": ("Project", "load_project", "parse_project"),
     "jaxink.model.forward": ("ForwardModel",),
@@ -69,7 +77,15 @@ if TYPE_CHECKING:
         predict_at,
     )
     from jaxink.ink import InkTable, TableOptions, ink_table, read_ink_table
-    from jaxink.measurement import GonioData, MaskLimits, NoiseModel, estimate_noise, read
+    from jaxink.measurement import (
+        GonioData,
+        MaskLimits,
+        NoiseModel,
+        Readings,
+        estimate_noise,
+        read,
+        read_readings,
+    )
     from jaxink.model.forward import ForwardModel
     from jaxink.optics.directions import Directions
     from jaxink.optics.layers import ClearLayer, ScatteringLayer

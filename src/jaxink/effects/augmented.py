@@ -32,6 +32,7 @@ from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
 from jaxink.measurement.dataset import Columns, GonioData
 from jaxink.model.forward import ForwardModel
+from jaxink.model.sample_model import SampleModel
 from jaxink.model.volume import LayerCoefficients
 from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -287,7 +288,7 @@ def tabulated(model):
 
     The same holds for a model with areas of other values, which may be outside the ranges of a fit.
     """
-    if isinstance(model, ForwardModel):
+    if isinstance(model, SampleModel):
         return model.tabulated()
     if not isinstance(model, AugmentedModel) or any(
         isinstance(e, AreaWithOtherValues) for e in model.effects

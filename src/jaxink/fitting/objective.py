@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from jaxink.display.brief import brief_repr
 from jaxink.effects import model_at, tabulated
@@ -279,33 +279,47 @@ def make_objective(
         raise InputRefusedError(
             f"{data.source or 'the measurement'}: the masks exclude every point; nothing can be fitted."
         )
-    free = sample.parameters.free
-    if not free:
-        raise InputRefusedError(
-            "no parameter of the sample is free; set free = true for those to be fitted, or use predict."
-        )
+    free = free_of(sample)
     noise = noise_of(data, sample.noise) if noise is None else noise
-    measured = data.bsdf_per_sr[used]
-    if kind in ("relative", "logarithmic") and np.any(measured <= 0):
-        raise InputRefusedError(
-            f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} used points are "
-            "not: mask them, or choose chi_square."
-        )
+    require_positive(kind, data.bsdf_per_sr[used], "used points", "mask them")
     model = model_at(sample, data.used_directions, data.reading_order[used], config, accuracy, layer_method)
     names = tuple(p.name for p in free)
-    table = model.sample.parameters
-    constants = {n: p.value for n, p in table.items() if p.tie is None and n not in names}
     return compose(
         Objective,
         model,
         data,
         sample,
         noise,
-        constants,
+        constants_of(model.sample, names),
         kind=kind,
         scale=UnitScale.of(free),
         free=names,
     )
+
+
+def free_of(sample: Sample) -> tuple[Parameter, ...]:
+    """Free parameters of a sample, of which there must be one."""
+    free = sample.parameters.free
+    if not free:
+        raise InputRefusedError(
+            "no parameter of the sample is free; set free = true for those to be fitted, or use predict."
+        )
+    return free
+
+
+def constants_of(sample: Sample, free: Collection[str]) -> dict[str, float]:
+    """Values by name of the parameters that are neither free nor tied."""
+    table = sample.parameters
+    return {n: p.value for n, p in table.items() if p.tie is None and n not in free}
+
+
+def require_positive(kind: str, measured: Float[np.ndarray, " points"], what: str, remedy: str) -> None:
+    """Reject values that an objective cannot take."""
+    if kind in ("relative", "logarithmic") and np.any(measured <= 0):
+        raise InputRefusedError(
+            f"the objective '{kind}' needs positive values; {int(np.sum(measured <= 0))} {what} are "
+            f"not: {remedy}, or choose chi_square."
+        )
 
 
 ObjectiveT = TypeVar("ObjectiveT", bound=Objective)
@@ -372,13 +386,19 @@ def priors_of(
 
 def weights_of(data: GonioData, sample: Sample) -> Float[np.ndarray, " points"]:
     """Weight of the squared residual of each used point, the same for all points of a scan."""
-    used = data.used
-    weight = np.ones(int(used.sum()))
+    return weights_at(data.theta_i_deg[data.used], data.is_transmission[data.used], sample)
+
+
+def weights_at(
+    theta_i_deg: Float[np.ndarray, " points"], is_transmission: Bool[np.ndarray, " points"], sample: Sample
+) -> Float[np.ndarray, " points"]:
+    """Weight of the squared residual at each incidence and side."""
+    weight = np.ones(len(theta_i_deg))
     for angle, side, factor in sample.weights:
         chosen = np.ones_like(weight, bool)
         if angle is not None:
-            chosen &= np.abs(data.theta_i_deg[used] - angle) < 1e-6
+            chosen &= np.abs(theta_i_deg - angle) < 1e-6
         if side is not None:
-            chosen &= data.is_transmission[used] == (side == "T")
+            chosen &= is_transmission == (side == "T")
         weight[chosen] *= factor
     return weight

@@ -7,6 +7,8 @@ from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
 from jaxink.measurement.noise_model import NoiseEstimate, NoiseLevel, NoiseModel, NoiseSource, ScanScatter
 from jaxink.measurement.point_noise import FitNoise, Noise, noise_of
 from jaxink.measurement.reader import read, read_csv, read_netcdf, read_workbook
+from jaxink.measurement.readings import Readings, Spheres
+from jaxink.measurement.readings_file import read_readings
 from jaxink.measurement.scans import Scan
 
 __all__ = [
@@ -20,8 +22,10 @@ __all__ = [
     "NoiseLevel",
     "NoiseModel",
     "NoiseSource",
+    "Readings",
     "Scan",
     "ScanScatter",
+    "Spheres",
     "estimate_noise",
     "mask_counts",
     "mask_sentences",
@@ -30,6 +34,7 @@ __all__ = [
     "read_csv",
     "read_workbook",
     "read_netcdf",
+    "read_readings",
     "symmetry_repeatability",
     "write_csv",
 ]

@@ -40,9 +40,24 @@ def require_predictable(sample: Sample, points: Points) -> None:
             f"the sample declares effects ({names}), which a ForwardModel does not know; use "
             "jaxink.forward_model(sample, data) instead."
         )
-    _check_wavelengths(sample, points.wavelengths_nm)
+    require_determined(sample, points.wavelengths_nm, bool(points.rays.directions.is_transmission.any()))
+
+
+def require_determined(sample: Sample, wavelengths_nm: tuple[float, ...], is_transmitted: bool) -> None:
+    """Reject a sample that does not determine its stacks.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+    wavelengths_nm
+        Wavelengths of the measurement.
+    is_transmitted
+        Whether some of it is transmission.
+    """
+    _check_wavelengths(sample, wavelengths_nm)
     backing = sample.backing
-    if backing is not None and backing.side == "both" and points.rays.directions.is_transmission.any():
+    if backing is not None and backing.side == "both" and is_transmitted:
         raise InputRefusedError(
             'the measurement has rows of side T, but an opaque backing with side = "both" transmits nothing; '
             'write side = "R" if it was removed for them.'

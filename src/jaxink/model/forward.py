@@ -1,7 +1,6 @@
 """The forward model: predicted BSDF at the measured directions from the parameters of a sample."""
 
-import dataclasses
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
 
 import equinox as eqx
@@ -10,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.display.brief import brief_repr
-from jaxink.model.build import StackBuilder, stack_builder
+from jaxink.model.build import stack_builder
 from jaxink.model.checks import require_predictable
 from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
@@ -19,8 +17,8 @@ from jaxink.model.media import media_of
 from jaxink.model.points import Points, points_of
 from jaxink.model.polarised import excess_at
 from jaxink.model.resolution import model_sizes
-from jaxink.model.tables import Table, index_tables, rough_tables, tabulated_interface
-from jaxink.model.volume import LayerCoefficients
+from jaxink.model.sample_model import SampleModel
+from jaxink.model.tables import rough_tables
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.sample import Sample
@@ -28,11 +26,11 @@ from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.lateral import N_FREQUENCIES
-from jaxink.solver.plan import ChannelPlan, plan_media
+from jaxink.solver.plan import plan_media
 from jaxink.solver.stack import Stack
 
 
-class ForwardModel(eqx.Module):
+class ForwardModel(SampleModel):
     """Predicts the BSDF of a sample at the points of a measurement.
 
     Parameters
@@ -55,15 +53,7 @@ class ForwardModel(eqx.Module):
         predicted, or it declares effects, which `jaxink.forward_model` applies.
     """
 
-    __repr__ = brief_repr
-    # By identity: arrays have no hash, and `jax.jit(model.bsdf)` needs that of the method's model.
-    __hash__ = object.__hash__
-
     points: Points
-    builder: StackBuilder
-    plan: ChannelPlan
-    config: SolverConfig = eqx.field(static=True)
-    rough_tables: tuple[Table | None, ...]
 
     def __init__(
         self,
@@ -89,16 +79,6 @@ class ForwardModel(eqx.Module):
         self.rough_tables = rough_tables(builder, plan, config)
 
     @property
-    def sample(self) -> Sample:
-        """The sample."""
-        return self.builder.sample
-
-    @property
-    def wavelengths_nm(self) -> tuple[float, ...]:
-        """Wavelengths of the points, ascending."""
-        return self.points.wavelengths_nm
-
-    @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
         """Wavelength of each point."""
         return np.array(self.wavelengths_nm)[self.points.wavelength_of_point]
@@ -108,26 +88,6 @@ class ForwardModel(eqx.Module):
         """Number of stacks that one prediction solves, which takes most of its time."""
         each = 1 if self.sample.beam_diameter_mm is None else N_FREQUENCIES
         return each * len(self.wavelengths_nm)
-
-    def tabulated(self) -> "ForwardModel":
-        """The model for thousands of evaluations: rough faces beside a free refractive index are tabulated.
-
-        The model itself if there are none, or if several indices are free.
-        """
-        tables = index_tables(self.builder, self.plan, self.config)
-        if not any(tables):
-            return self
-        return eqx.tree_at(lambda m: m.rough_tables, self, tables, is_leaf=lambda leaf: leaf is None)
-
-    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
-        """Wavelength of each of some parameters that affect no other one.
-
-        Parameters
-        ----------
-        names
-            Names of parameters.
-        """
-        return self.sample.own_wavelengths(names, self.wavelengths_nm)
 
     def sizes(
         self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
@@ -165,7 +125,7 @@ class ForwardModel(eqx.Module):
         rays, directions = self.points.rays, self.points.rays.directions
 
         def at_wavelength(wavelength_nm, values, tables):
-            stack, plan = self._solvable(wavelength_nm, values, tables)
+            stack, plan = self.solvable(wavelength_nm, values, tables)
             diffuse = rays.average(diffuse_bsdf(stack, directions, self.config, plan))
             if self.points.cones.is_ideal:
                 return diffuse
@@ -228,7 +188,7 @@ class ForwardModel(eqx.Module):
         directions = self.points.rays.directions
 
         def at_wavelength(wavelength_nm, values, tables):
-            stack, plan = self._solvable(wavelength_nm, values, tables)
+            stack, plan = self.solvable(wavelength_nm, values, tables)
             of_sample = self.builder, values, wavelength_nm
             return profiles_at(stack, plan, self.config, *of_sample, directions, layers)
 
@@ -241,16 +201,6 @@ class ForwardModel(eqx.Module):
         """BSDF at the points from that in all directions of `depth_profiles`, averaged over the cones."""
         spectrum = jax.vmap(self.points.rays.average)(at_pairs(bsdf, self.points.rays.directions))
         return spectrum[self.points.wavelength_of_point, self.points.pair_of_point]
-
-    def _solvable(self, wavelength_nm, values, tables):
-        """Stack at one wavelength, and its channels with the rough interfaces that are tabulated."""
-        stack = self.builder.stack(values, wavelength_nm)
-        tabulated = {
-            k: tabulated_interface(table, face, values)
-            for k, (table, face) in enumerate(zip(tables, self.builder.faces, strict=True))
-            if table is not None and face is not None
-        }
-        return stack, dataclasses.replace(self.plan, interfaces=tabulated)
 
     def _at_points(
         self, at_wavelength, free_values: Mapping | None, *by_wavelength
@@ -267,22 +217,6 @@ class ForwardModel(eqx.Module):
         there = directions.incidence
         peak = jnp.where(directions.is_transmission, transmitted[there], reflected[there])
         return self.points.rays.average(peak)
-
-    def coefficients(self, free_values: Mapping | None = None) -> dict[str, LayerCoefficients]:
-        """Scattering and absorption of each scattering layer, at every wavelength.
-
-        Parameters
-        ----------
-        free_values
-            See `bsdf`.
-
-        Returns
-        -------
-        dict[str, LayerCoefficients]
-            By layer name; entries of shape ``(wavelengths,)``.
-        """
-        require_float64()
-        return self.builder.coefficients(self.builder.values(free_values))
 
 
 @runtime_checkable

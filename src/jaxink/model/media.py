@@ -36,16 +36,7 @@ def media_of(sample: Sample, points: Points) -> Media:
     InputRefusedError
         If source or detector has a cone and the surroundings differ, which would refract the beam's cone.
     """
-    names = index_names(sample)
-    start = sample.parameters.values_with({})
-    each = [sample.at_wavelength(start, w) for w in points.wavelengths_nm]
-    media = Media(
-        # The highest index at any wavelength, for no block of channels to be missing there.
-        [max(float(values[n]) for values in each) for n in names],
-        [False, *(layer.scatters for layer in sample.layers), False],
-        [sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names],
-        [sample.parameters.source(n) for n in names],
-    )
+    media = media_at(sample, points.wavelengths_nm)
     index_front, index_back = media.indices[0], media.indices[-1]
     in_contact = sample.backing is not None and sample.backing.contact
     if not (in_contact or points.cones.is_ideal or index_front == index_back):
@@ -54,6 +45,20 @@ def media_of(sample: Sample, points: Points) -> Media:
             f"{index_back:g} differ; cones need the same medium on both sides."
         )
     return media
+
+
+def media_at(sample: Sample, wavelengths_nm: tuple[float, ...]) -> Media:
+    """Media of a sample at some wavelengths."""
+    names = index_names(sample)
+    start = sample.parameters.values_with({})
+    each = [sample.at_wavelength(start, w) for w in wavelengths_nm]
+    return Media(
+        # The highest index at any wavelength, for no block of channels to be missing there.
+        [max(float(values[n]) for values in each) for n in names],
+        [False, *(layer.scatters for layer in sample.layers), False],
+        [sample.varies(n) or len({float(values[n]) for values in each}) > 1 for n in names],
+        [sample.parameters.source(n) for n in names],
+    )
 
 
 def index_names(sample: Sample) -> tuple[str, ...]:

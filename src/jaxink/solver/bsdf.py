@@ -18,10 +18,10 @@ from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
 from jaxink.solver.resolution import choose_sizes
 from jaxink.solver.single_scattering import scattered_once
-from jaxink.solver.solve import solve_channels, solve_stack
+from jaxink.solver.solve import StackResponse, solve_channels, solve_stack
 from jaxink.solver.specular import regular_fields
 from jaxink.solver.stack import Stack
-from jaxink.solver.stack_channels import put_on_channels
+from jaxink.solver.stack_channels import StackChannels, put_on_channels
 
 # A BSDF is never negative. Values below minus this come from a resolution too coarse for a narrow peak.
 # Those above are rounding, near grazing or of no scattering, where the derivative is that of a little light.
@@ -77,34 +77,49 @@ def diffuse_bsdf(
 
 
 def _diffuse_bsdf(stack, directions, config, plan):
-    sines = directions.sin_incidence, directions.sin_outgoing
-    kappa = (
-        stack.index_front * sines[0],
-        stack.index_front * sines[1],
-        stack.index_back * sines[1],
-    )
+    kappa = kappa_of(stack, directions)
     channels = put_on_channels(stack, plan, config, jnp.concatenate(kappa))
+    if stack.lateral is None:
+        return bsdf_of_response(stack, channels, solve_channels(stack, channels), directions, config)
 
     def smooth(response):
         return _interpolated(stack, channels, response, directions, config, kappa)
 
-    if stack.lateral is None:
-        response = solve_channels(stack, channels)
-        once = scattered_once(stack, channels, directions, kappa)
-        light = smooth(response) + once
-    else:
-        lateral, way = stack.lateral, _known_way(stack, directions)
-        waves = jax.vmap(lambda k: solve_channels(stack, channels, lateral.at(k)))
-        responses = waves(lateral.frequencies)
-        # Light scattered once takes only the known path.
-        once = lateral.seen_directly(*way) * scattered_once(stack, channels, directions, kappa)
-        light = jnp.sum(jax.vmap(smooth)(responses).T * lateral.coefficients(*way), axis=1) + once
+    lateral, way = stack.lateral, _known_way(stack, directions)
+    waves = jax.vmap(lambda k: solve_channels(stack, channels, lateral.at(k)))
+    responses = waves(lateral.frequencies)
+    # Light scattered once takes only the known path.
+    once = lateral.seen_directly(*way) * scattered_once(stack, channels, directions, kappa)
+    light = jnp.sum(jax.vmap(smooth)(responses).T * lateral.coefficients(*way), axis=1) + once
+    return _bsdf_of_light(stack, directions, light)
+
+
+def kappa_of(stack: Stack, directions: Directions) -> tuple[Array, Array, Array]:
+    """Transverse directions n sin(theta) of the incidences, and of the exits at the front and at the back."""
+    sines = directions.sin_incidence, directions.sin_outgoing
+    return stack.index_front * sines[0], stack.index_front * sines[1], stack.index_back * sines[1]
+
+
+def bsdf_of_response(
+    stack: Stack,
+    channels: StackChannels,
+    response: StackResponse,
+    directions: Directions,
+    config: SolverConfig,
+) -> Float[Array, " points"]:
+    """Diffuse BSDF from a solved stack on its channels, whose further directions are those of `kappa_of`."""
+    kappa = kappa_of(stack, directions)
+    smooth = _interpolated(stack, channels, response, directions, config, kappa)
+    return _bsdf_of_light(stack, directions, smooth + scattered_once(stack, channels, directions, kappa))
+
+
+def _bsdf_of_light(stack, directions, light):
     index_out = jnp.where(directions.is_transmission, stack.index_back, stack.index_front)
     bsdf = index_out**2 * light
-    return jnp.where(bsdf < -_ROUNDING, 0.0, _raised_to_zero(bsdf))
+    return jnp.where(bsdf < -_ROUNDING, 0.0, raised_to_zero(bsdf))
 
 
-def _raised_to_zero(value):
+def raised_to_zero(value):
     """The value, or 0 if it is negative by rounding, with the derivative of the value."""
     return value + jax.lax.stop_gradient(jnp.maximum(-value, 0.0))
 
@@ -273,7 +288,7 @@ def hemispherical_power(
         _require_shares(stack, sin_incidence, np.asarray(powers), config)
     else:
         powers = _hemispherical_power(stack, sin_incidence, config, plan)
-    reflectance, transmittance = map(_raised_to_zero, powers)
+    reflectance, transmittance = map(raised_to_zero, powers)
     return reflectance, transmittance
 
 
@@ -307,7 +322,21 @@ def _require_shares(stack, sin_incidence, powers, config) -> None:
 
 def _hemispherical_power(stack, sin_incidence, config, plan):
     kappa = stack.index_front * sin_incidence
-    channels, response = solve_stack(stack, plan, config, kappa)
+    return power_of_response(*solve_stack(stack, plan, config, kappa), kappa)
+
+
+def power_of_response(
+    channels: StackChannels, response: StackResponse, kappa: Float[Array, " incidences"]
+) -> tuple[Float[Array, " incidences"], Float[Array, " incidences"]]:
+    """Hemispherical reflectance and transmittance from a solved stack on its channels.
+
+    Parameters
+    ----------
+    channels, response
+        See `solve_stack`.
+    kappa
+        n sin(theta) of the incidences, the further directions of the channels.
+    """
     fields = channels.fields_beyond
     rows = channels.grid.interpolation(kappa) * channels.escape_beyond[0][:, None]
     reflectance = fields.reflection + rows @ response.reflected_power

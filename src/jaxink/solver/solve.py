@@ -41,6 +41,10 @@ class StackResponse(eqx.Module):
         first reaches it; 0 without a backing.
     returned_power
         Share of that light that leaves at the front.
+    transmitted_from_back
+        As ``transmitted_power``, of light incident on the back, over its escape share to the back.
+    reflectance_from_back
+        Of the stack for uniformly diffuse light incident on its back; 0 without a backing.
     """
 
     reflection: Float[Array, "orders channels channels"]
@@ -49,13 +53,15 @@ class StackResponse(eqx.Module):
     transmitted_power: Float[Array, " channels"]
     backing_gain: Float[Array, ""] | float
     returned_power: Float[Array, ""] | float
+    transmitted_from_back: Float[Array, " channels"]
+    reflectance_from_back: Float[Array, ""] | float
 
 
 class _Whole(NamedTuple):
     """Light of a stack between its channels in the basis of fluxes, with its regular part given again.
 
     What clear layers and smooth interfaces at the front reflect by themselves is left out of both. The last
-    two are those of `StackResponse`.
+    three are those of `StackResponse`.
     """
 
     reflection: Array
@@ -63,6 +69,7 @@ class _Whole(NamedTuple):
     regular: tuple[Array, Array]
     backing_gain: Array | float
     returned_power: Array | float
+    reflectance_from_back: Array | float
 
 
 def solve_stack(
@@ -129,11 +136,13 @@ def _add_layers(stack: Stack, channels: StackChannels, wave: LateralWave | None)
     (reflection, transmission, _, from_behind), regular = pile.whole()
     gain: Array | float = 0.0
     returned: Array | float = 0.0
+    from_back: Array | float = 0.0
     if from_behind is not None:
         sent = from_behind.light @ from_behind.light
-        gain = from_behind.reflectance / (1 - from_behind.reflectance * from_behind.returned / sent)
+        from_back = from_behind.returned / sent
+        gain = from_behind.reflectance / (1 - from_behind.reflectance * from_back)
         returned = jnp.sqrt(etendue) @ from_behind.passed / sent
-    return _Whole(reflection, transmission, (regular[0], regular[2]), gain, returned)
+    return _Whole(reflection, transmission, (regular[0], regular[2]), gain, returned, from_back)
 
 
 def _without_exact_light(channels: StackChannels, whole: _Whole) -> StackResponse:
@@ -143,6 +152,8 @@ def _without_exact_light(channels: StackChannels, whole: _Whole) -> StackRespons
     reflection, transmission = whole.reflection, whole.transmission
     reflected_power = (scale @ reflection[0] / scale - regular[0]) / front
     transmitted_power = (scale @ transmission[0] / scale - regular[1]) / front
+    # By reciprocity, light that takes each way backwards.
+    transmitted_from_back = (transmission[0] @ scale / scale - regular[1]) / back
     for k, face in channels.rough.items():
         met = met_between_channels(face.element, fields, k)
         reflection, transmission = reflection - met[0], transmission - met[1]
@@ -168,4 +179,6 @@ def _without_exact_light(channels: StackChannels, whole: _Whole) -> StackRespons
         transmitted_power=transmitted_power,
         backing_gain=whole.backing_gain,
         returned_power=whole.returned_power,
+        transmitted_from_back=transmitted_from_back,
+        reflectance_from_back=whole.reflectance_from_back,
     )

@@ -1,5 +1,7 @@
 """First step of the solution: the response of every layer and interface on the channels of a stack."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -61,6 +63,11 @@ class StackChannels(eqx.Module):
     escape: tuple[Float[Array, " channels"], Float[Array, " channels"]]
     fields_beyond: RegularFields
     escape_beyond: tuple[Float[Array, " directions"], Float[Array, " directions"]]
+
+    def at_directions(self, part: slice) -> "StackChannels":
+        """The same with some of the further directions only."""
+        fields, escape = jax.tree.map(lambda x: x[..., part], (self.fields_beyond, self.escape_beyond))
+        return dataclasses.replace(self, fields_beyond=fields, escape_beyond=escape)
 
 
 def put_on_channels(

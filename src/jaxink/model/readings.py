@@ -1,0 +1,227 @@
+"""Predicted readings of instruments other than a goniometer, from the parameters of a sample."""
+
+import dataclasses
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from jaxink.errors import InputRefusedError
+from jaxink.measurement.quantities import QUANTITIES
+from jaxink.measurement.readings import Readings
+from jaxink.model.build import stack_builder
+from jaxink.model.checks import require_determined, require_not_negative
+from jaxink.model.media import media_at
+from jaxink.model.resolution import model_sizes
+from jaxink.model.sample_model import SampleModel
+from jaxink.model.sphere import SphereGain, sphere_gain
+from jaxink.model.tables import rough_tables
+from jaxink.model.volume import check_phase_table
+from jaxink.numerics.batches import at_each
+from jaxink.numerics.precision import require_float64
+from jaxink.optics.directions import Directions
+from jaxink.sample import Sample
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.bsdf import regular_power
+from jaxink.solver.collected import CollectedLight, collected_light
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.plan import plan_media
+from jaxink.solver.stack import Stack
+
+# In the order of `_at_wavelength`: of incident light, of light that is seen through, of pairs of directions.
+# By reciprocity, diffuse illumination seen at an angle is reflected as light from that angle.
+_OF_INCIDENCE = ("R_total", "R_diffuse", "R_specular", "T_total", "T_diffuse", "T_collimated")
+_OF_VIEW = ("T_di_8", "T_de_8")
+_RECIPROCAL = {"R_di_8": "R_total", "R_de_8": "R_diffuse"}
+
+
+class Geometries(eqx.Module):
+    """Distinct geometries of some readings.
+
+    Parameters
+    ----------
+    sin_incidence, sin_view
+        Sines of the angles of incidence of totals and regular light, and of the views of diffuse light from
+        the other side.
+    directions
+        Pairs of directions of reflectance factors.
+    has_pairs
+        Whether any reading is one of a pair.
+    wavelength_of_reading
+        Position of the wavelength of each reading.
+    place_of_reading
+        Position of each reading among what is predicted at one wavelength: each of `_OF_INCIDENCE` at all
+        incidences, each of `_OF_VIEW` at all views, and the pairs.
+    """
+
+    sin_incidence: Float[np.ndarray, " incidences"]
+    sin_view: Float[np.ndarray, " views"]
+    directions: Directions
+    has_pairs: bool = eqx.field(static=True)
+    wavelength_of_reading: Int[np.ndarray, " readings"]
+    place_of_reading: Int[np.ndarray, " readings"]
+
+
+class ReadingsModel(SampleModel):
+    """Predicts totals, regular light and reflectance factors of a sample.
+
+    Light is parallel, and all of it is collected that leaves the sample into a hemisphere: the cones, beam
+    and field of view that the sample declares are those of a goniometer.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+    readings
+        What is read, with which spheres; their values are not used.
+    config
+        Resolution; by default that of `sizes` for the accuracy, at the values of the sample's table.
+    accuracy
+        Largest relative error of the BSDF that the discretisation may cause.
+    layer_method
+        See `SolverConfig`.
+
+    Raises
+    ------
+    InputRefusedError
+        If the sample cannot be predicted, or declares effects, which are known for goniometers only.
+    """
+
+    geometries: Geometries
+    gain: SphereGain | None
+
+    def __init__(
+        self,
+        sample: Sample,
+        readings: Readings,
+        config: SolverConfig | None = None,
+        accuracy: float = DEFAULT_ACCURACY,
+        layer_method: str = "fastest",
+    ):
+        _require_predictable(sample, readings)
+        wavelengths, wavelength_of_reading = np.unique(readings.wavelength_nm, return_inverse=True)
+        media = media_at(sample, tuple(wavelengths.tolist()))
+        # As if there were a backing, for what the back reflects.
+        self.plan = plan_media(*media, has_backing=True)
+        self.builder = stack_builder(sample, tuple(wavelengths.tolist()), media)
+        self.geometries = _geometries(readings, wavelength_of_reading.reshape(-1))
+        self.gain = sphere_gain(readings)
+        if config is None:
+            config = model_sizes(self.builder, self.plan, {}, accuracy, layer_method)
+        self.config = self._with_orders(config)
+        self.rough_tables = rough_tables(self.builder, self.plan, self.config)
+
+    def _with_orders(self, config: SolverConfig) -> SolverConfig:
+        """Totals need no azimuthal order but the first."""
+        return config if self.geometries.has_pairs else dataclasses.replace(config, n_orders=1)
+
+    @property
+    def wavelength_of_point_nm(self) -> Float[np.ndarray, " readings"]:
+        """Wavelength of each reading."""
+        return np.array(self.wavelengths_nm)[self.geometries.wavelength_of_reading]
+
+    @property
+    def n_stacks(self) -> int:
+        """Number of stacks that one prediction solves: one at each wavelength, whatever is read."""
+        return len(self.wavelengths_nm)
+
+    def sizes(
+        self, free_values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+    ) -> SolverConfig:
+        """See `ForwardModel.sizes`."""
+        return self._with_orders(model_sizes(self.builder, self.plan, free_values, accuracy, layer_method))
+
+    def bsdf(self, free_values: Mapping | None = None) -> Float[Array, " readings"]:
+        """Predicted values of the readings, by the name that fits call predictions.
+
+        Parameters
+        ----------
+        free_values
+            Values by name, in place of those of the sample's table; the readings are differentiable in each.
+
+        Returns
+        -------
+        Float[Array, " readings"]
+            Shares of the incident power and reflectance factors, as read with the spheres.
+
+        Raises
+        ------
+        PrecisionError
+            If JAX uses 32 bits.
+        """
+        require_float64()
+        wavelengths, values = jnp.asarray(self.wavelengths_nm), self.builder.values(free_values)
+        spectrum, reflectances = at_each(self._at_wavelength, wavelengths, values, self.rough_tables)
+        wave, place = self.geometries.wavelength_of_reading, self.geometries.place_of_reading
+        read = spectrum[wave, place]
+        return read if self.gain is None else read * self.gain.of(reflectances[wave])
+
+    def _at_wavelength(self, wavelength_nm, values, tables):
+        """Every quantity in every geometry, and the diffuse reflectances that load a sphere."""
+        stack, plan = self.solvable(wavelength_nm, values, tables)
+        at = self.geometries
+        light = collected_light(stack, at.directions, at.sin_incidence, at.sin_view, self.config, plan)
+        return _every_quantity(stack, at, light), jnp.stack([light.front, light.front_alone, light.back])
+
+
+def _every_quantity(stack: Stack, at: Geometries, light: CollectedLight) -> Float[Array, " places"]:
+    specular, collimated = regular_power(stack, at.sin_incidence)
+    ratio = stack.index_back / stack.index_front
+    _, seen_regularly = regular_power(stack, ratio * at.sin_view)
+    of_incidence = [
+        light.reflectance,
+        light.reflectance - specular,
+        specular,
+        light.transmittance,
+        light.transmittance - collimated,
+        collimated,
+    ]
+    of_view = [light.seen_through, light.seen_through - ratio**2 * seen_regularly]
+    return jnp.concatenate([*of_incidence, *of_view, jnp.pi * light.bsdf])
+
+
+def _geometries(readings: Readings, wavelength_of_reading: Int[np.ndarray, " readings"]) -> Geometries:
+    names = [_RECIPROCAL.get(name, name) for name in readings.quantity.tolist()]
+    quantity = np.array(names)
+    # The angle that counts for a single one: of incidence, or of view for diffuse light.
+    angle = np.where(np.isnan(readings.theta_i_deg), readings.theta_o_deg, readings.theta_i_deg)
+    incident, viewed = np.isin(quantity, _OF_INCIDENCE), np.isin(quantity, _OF_VIEW)
+    paired = ~(incident | viewed)
+    place = np.zeros(len(readings), int)
+    # Normal light, which nothing reads, where there is none.
+    incidences, at_incidence = np.unique(angle[incident], return_inverse=True)
+    views, at_view = np.unique(angle[viewed], return_inverse=True)
+    incidences, views = (each if each.size else np.zeros(1) for each in (incidences, views))
+    rank = np.array([(*_OF_INCIDENCE, *_OF_VIEW, name).index(name) for name in names])
+    place[incident] = rank[incident] * incidences.size + at_incidence.reshape(-1)
+    first = len(_OF_INCIDENCE) * incidences.size
+    place[viewed] = first + (rank[viewed] - len(_OF_INCIDENCE)) * views.size + at_view.reshape(-1)
+    columns = np.column_stack([readings.theta_i_deg, readings.theta_o_deg, readings.phi_deg])[paired]
+    pairs, at_pair = np.unique(columns, axis=0, return_inverse=True)
+    place[paired] = first + len(_OF_VIEW) * views.size + at_pair.reshape(-1)
+    theta_i, theta_o, phi = (pairs if len(pairs) else np.array([[0.0, 0.0, 180.0]])).T
+    return Geometries(
+        np.sin(np.deg2rad(incidences)),
+        np.sin(np.deg2rad(views)),
+        Directions.from_degrees(theta_i, theta_o, phi, np.zeros(len(phi), bool)),
+        bool(paired.any()),
+        wavelength_of_reading,
+        place,
+    )
+
+
+def _require_predictable(sample: Sample, readings: Readings) -> None:
+    if sample.effects:
+        names = ", ".join(effect.name for effect in sample.effects)
+        raise InputRefusedError(
+            f"the sample declares effects ({names}), with which only a BSDF can be predicted; leave them out "
+            "for readings of other instruments."
+        )
+    wavelengths = tuple(np.unique(readings.wavelength_nm).tolist())
+    transmitted = any(QUANTITIES[name].is_transmission for name in readings.quantity.tolist())
+    require_determined(sample, wavelengths, transmitted)
+    for layer in sample.layers:
+        check_phase_table(layer)
+    require_not_negative(sample, {})
