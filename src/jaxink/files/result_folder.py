@@ -32,6 +32,8 @@ _HEADS = {
 }
 # Of a joint fit: its result, and the folder with the results of its measurements.
 JOINT_FILE, MEASUREMENTS = "joint.json", "measurements"
+# Of a measurement that is no BSDF.
+READINGS_FILE = "readings.json"
 LARGEST_RESULT_BYTES = 256_000_000
 # Of a diagnosis: its report, and the folders of its two fits.
 REPORT_FILE = "report.json"

@@ -17,6 +17,8 @@ from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.prediction import predict, predict_at
+from jaxink.fitting.readings_objective import readings_objective
+from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode
 
@@ -36,6 +38,7 @@ __all__ = [
     "Mistake",
     "Objective",
     "Outcome",
+    "ReadingsResult",
     "check_input",
     "fit",
     "load_joint_result",
@@ -46,4 +49,5 @@ __all__ = [
     "predict_at",
     "predict_left_out",
     "prepare_data",
+    "readings_objective",
 ]

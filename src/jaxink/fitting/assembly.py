@@ -23,6 +23,7 @@ from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.fitting.polarisation import neglected_polarisation
 from jaxink.fitting.programs import without_values
+from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import (
     DerivedQuantity,
     FitResult,
@@ -33,7 +34,7 @@ from jaxink.fitting.result import (
     SearchSummary,
 )
 from jaxink.fitting.uncertainty import Covariance, Profile
-from jaxink.measurement import FitNoise, GonioData
+from jaxink.measurement import FitNoise, GonioData, Readings
 from jaxink.numerics.failures import Failures
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.layer_response import layer_method
@@ -155,6 +156,41 @@ def assemble(
         neglected_polarisation=polarisation,
         mie_check=check,
         minima=minima,
+    )
+
+
+def readings_result(
+    readings: Readings,
+    sample: Sample,
+    options: FitOptions,
+    noise: FitNoise,
+    objective: Objective,
+    found: Found,
+) -> ReadingsResult:
+    """Readings as a joint fit predicts them; parameters as of `assemble`."""
+    if found.errors is not None:
+        scaled = found.errors.for_noise_of(noise.degrees_of_freedom)
+        found = dataclasses.replace(found, errors=scaled)
+    table, found_values = sample.parameters, objective.numbers(found.best.unit)
+    for name, value in found_values.items():
+        table = table.replace(name, value=value)
+    values, start = (sample.parameters.values_with(given) for given in (found_values, {}))
+    predicted = found.best.predicted
+    rows = tuple(
+        fitted_parameter(p, float(values[p.name]), float(start[p.name]), objective, found, None)
+        for p in sample.parameters.values()
+    )
+    return ReadingsResult(
+        sample=dataclasses.replace(sample, parameters=table),
+        data=readings,
+        predicted=predicted,
+        sigma=np.asarray(noise.sigma_per_sr),
+        whitened=np.asarray(objective.in_noise(predicted, objective.measured - predicted)),
+        objective=options.objective,
+        outcome=found.best.outcome,
+        parameters=FittedParameters.of(rows),
+        noise={"origin": noise.origin, "scan_relative": noise.scan_relative, "known": True, "level": None},
+        config=objective.model.config,
     )
 
 

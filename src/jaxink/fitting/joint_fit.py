@@ -16,6 +16,7 @@ from jaxink.fitting.assembly import (
     fitted_parameter,
     notes_of,
     profile_curve,
+    readings_result,
     search_summary,
 )
 from jaxink.fitting.endings import minima_of, noise_scale
@@ -31,10 +32,12 @@ from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.minima import COMPARABLE_RISE, Minima
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Search
+from jaxink.fitting.readings_objective import noise_of_readings
+from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.searching import minimise
 from jaxink.fitting.uncertainty import Covariance
-from jaxink.measurement import FitNoise, noise_of
+from jaxink.measurement import FitNoise, GonioData, Readings, noise_of
 from jaxink.numerics.progress import Progress
 from jaxink.projects import Project
 from jaxink.solver.config import SolverConfig
@@ -82,21 +85,32 @@ def _prepared(project: Project) -> Project:
     for one in project.measurements:
         one.sample.parameters.require_ranges()
         try:
-            ready = dataclasses.replace(one, data=prepare_data(one.data, one.sample))
-            measurements.append(with_settled_effects(ready))
+            if isinstance(one.data, Readings):
+                data: GonioData | Readings = one.data.at_wavelengths(one.sample.wavelengths_nm)
+            else:
+                data = prepare_data(one.data, one.sample)
+            measurements.append(with_settled_effects(dataclasses.replace(one, data=data)))
         except InputRefusedError as problem:
             raise InputRefusedError(f"measurement '{one.name}': {problem}") from None
     return dataclasses.replace(project, measurements=tuple(measurements))
 
 
 def _noises(project: Project, options: FitOptions) -> list[FitNoise]:
-    noises = [noise_of(one.data, one.sample.noise) for one in project.measurements]
-    for one, noise in zip(project.measurements, noises, strict=True):
+    noises = []
+    for one in project.measurements:
+        if isinstance(one.data, Readings):
+            try:
+                noise = noise_of_readings(one.data, one.sample.noise)
+            except InputRefusedError as problem:
+                raise InputRefusedError(f"measurement '{one.name}': {problem}") from None
+        else:
+            noise = noise_of(one.data, one.sample.noise)
         if options.objective == "chi_square" and not noise.known:
             raise InputRefusedError(
                 f"measurement '{one.name}': its noise is {noise.origin} Declare it in changes.noise of the "
                 "measurement or in [noise] of the sample, or choose another objective."
             )
+        noises.append(noise)
     return noises
 
 
@@ -131,7 +145,7 @@ def _assembled(
                 best,
                 options.make_method().near_solution,
                 noise_freedom,
-                [one.data.bsdf_per_sr[one.data.used] for one in project.measurements],
+                [np.asarray(part.measured) for part in objective.parts],
             )
     values = objective.numbers(best.unit)
     parts = _parts(project, options, noises, objective, unscaled)
@@ -207,9 +221,9 @@ def _parts(
     noises: Sequence[FitNoise],
     objective: JointObjective,
     found: Found,
-) -> list[FitResult]:
+) -> list[FitResult | ReadingsResult]:
     """The result of each measurement, with the values and the covariance of the joint fit."""
-    best, parts = found.best, []
+    best, parts = found.best, list[FitResult | ReadingsResult]()
     columns = objective.of_parts(best.predicted)
     for one, noise, part, at, predicted in zip(
         project.measurements, noises, objective.parts, objective.positions, columns, strict=True
@@ -228,6 +242,8 @@ def _parts(
             predicted=predicted,
         )
         alone = Found(own, errors, searches=(), is_from_search=True)
-        made = assemble(one.data, one.sample, options, noise, part, alone)
-        parts.append(made)
+        if isinstance(one.data, Readings):
+            parts.append(readings_result(one.data, one.sample, options, noise, part, alone))
+        else:
+            parts.append(assemble(one.data, one.sample, options, noise, part, alone))
     return parts

@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.reading import shown_path
-from jaxink.files.result_folder import JOINT_FILE, LARGEST_RESULT_BYTES, MEASUREMENTS
+from jaxink.files.result_folder import JOINT_FILE, LARGEST_RESULT_BYTES, MEASUREMENTS, READINGS_FILE
 from jaxink.fitting.agreement import Agreement
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.joint_result import SCHEMA_VERSION, JointResult
@@ -20,8 +20,12 @@ from jaxink.fitting.methods import METHODS
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.result import ProfileCurve, SearchSummary
-from jaxink.sample.archive import NULLS
+from jaxink.fitting.readings_result import ReadingsResult
+from jaxink.fitting.result import FitResult, NoiseOrigin, ProfileCurve, SearchSummary
+from jaxink.measurement import Readings
+from jaxink.measurement.readings import Spheres
+from jaxink.sample.archive import NULLS, sample_from_dict
+from jaxink.solver.config import SolverConfig
 
 
 class _Document(TypedDict):
@@ -52,6 +56,38 @@ class _Document(TypedDict):
 
 _FOLLOWING = ("verdict", "points", "chi_square", "degrees_of_freedom", "reduced_chi_square")
 _RULES = Rules({**NULLS, "": np.nan})
+
+
+class _Readings(TypedDict):
+    """Entries of ``readings.json``."""
+
+    schema_version: int
+    sample: Any
+    data: Any
+    predicted: tuple[float, ...]
+    sigma: tuple[float, ...]
+    whitened: tuple[float, ...]
+    objective: str
+    outcome: str
+    parameters: tuple[FittedParameter, ...]
+    noise: NoiseOrigin
+    config: SolverConfig
+
+
+class _Columns(TypedDict):
+    """Entries of its data; null stands for what has no angle or no sphere."""
+
+    quantity: tuple[str, ...]
+    theta_i_deg: tuple[float | None, ...]
+    theta_o_deg: tuple[float | None, ...]
+    phi_deg: tuple[float | None, ...]
+    wavelength_nm: tuple[float, ...]
+    value: tuple[float, ...]
+    sigma: tuple[float, ...] | None
+    row: tuple[int, ...]
+    spheres: dict[str, tuple[float | None, ...]] | None
+    source: str
+    notes: tuple[str, ...]
 
 
 def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointResult:
@@ -100,7 +136,7 @@ def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointR
     result = JointResult(
         **made
         | {
-            "measurements": {one: load_result(folder / one, effects) for one in document["measurements"]},
+            "measurements": {one: _part(folder / one, effects) for one in document["measurements"]},
             "outcome": Outcome[document["outcome"].upper()],
             "parameters": FittedParameters.of(document["parameters"]),
             "correlations": np.array(document["correlations"], float).reshape(size, size),
@@ -112,3 +148,44 @@ def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointR
             "fit, or fit again."
         )
     return result
+
+
+def _part(folder: Path, effects: Collection[Any]) -> FitResult | ReadingsResult:
+    """The result of one measurement."""
+    path = folder / READINGS_FILE
+    if not os.path.lexists(path):
+        return load_result(folder, effects)
+    plain = read_json(path, LARGEST_RESULT_BYTES, "result")
+    try:
+        document = decode(_Readings, plain, "", _RULES)
+        require_one_of("outcome", document["outcome"], [outcome.code for outcome in Outcome])
+        return ReadingsResult(
+            sample=sample_from_dict(document["sample"], effects=effects),
+            data=_readings_of(document["data"]),
+            outcome=Outcome[document["outcome"].upper()],
+            parameters=FittedParameters.of(document["parameters"]),
+            objective=document["objective"],
+            noise=document["noise"],
+            config=document["config"],
+            **{name: np.array(document[name], float) for name in ("predicted", "sigma", "whitened")},
+        )
+    except InputRefusedError as problem:
+        raise InputRefusedError(f"{shown_path(path)}: {problem}") from None
+
+
+def _readings_of(plain: Any) -> Readings:
+    columns = decode(_Columns, plain, "data")
+    spheres, sigma = columns["spheres"], columns["sigma"]
+    arrays = {
+        name: np.array(columns[name], float)
+        for name in ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "value")
+    }
+    return Readings(
+        quantity=np.array(columns["quantity"]),
+        sigma=None if sigma is None else np.array(sigma),
+        row=np.array(columns["row"]),
+        spheres=None if spheres is None else Spheres(**{k: np.array(v, float) for k, v in spheres.items()}),
+        source=columns["source"],
+        notes=columns["notes"],
+        **arrays,
+    )

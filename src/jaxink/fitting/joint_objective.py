@@ -11,8 +11,9 @@ from jaxink.effects import Scene, settled
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.objective import Objective, make_objective, priors_of
+from jaxink.fitting.readings_objective import readings_objective
 from jaxink.fitting.scaling import UnitScale
-from jaxink.measurement import FitNoise
+from jaxink.measurement import FitNoise, Readings
 from jaxink.projects import Measurement, Project
 from jaxink.sample import ParameterTable, Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
@@ -82,9 +83,12 @@ class JointObjective:
         configs = (None,) * len(project) if resolutions is None else resolutions
         parts = []
         for one, noise, config in zip(project.measurements, noises, configs, strict=True):
-            sample = without_priors(one.sample)
+            given = without_priors(one.sample), kind, config, noise, accuracy, layer_method
             try:
-                made = make_objective(one.data, sample, kind, config, noise, accuracy, layer_method)
+                if isinstance(one.data, Readings):
+                    made = readings_objective(one.data, *given)
+                else:
+                    made = make_objective(one.data, *given)
             except InputRefusedError as problem:
                 raise InputRefusedError(f"measurement '{one.name}': {problem}") from None
             parts.append(made)
@@ -246,7 +250,7 @@ def without_priors(sample: Sample) -> Sample:
 
 def with_settled_effects(one: Measurement) -> Measurement:
     """A measurement whose declared effects are fixed by its points, see `jaxink.effects.settled`."""
-    if not one.sample.effects:
+    if not one.sample.effects or isinstance(one.data, Readings):
         return one
     used = one.data.used
     scene = Scene.of(*one.data.used_directions, row=one.data.reading_order[used])

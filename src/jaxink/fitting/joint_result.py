@@ -19,6 +19,7 @@ from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, 
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.parameter_file import parameter_text
+from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult, ProfileCurve, SearchSummary
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.numerics.digits import percent, rounded
@@ -70,7 +71,7 @@ class JointResult(SavedInFolder, Presented):
     owned: ClassVar[tuple[str, ...]] = (MEASUREMENTS,)
 
     title: str
-    measurements: Mapping[str, FitResult]
+    measurements: Mapping[str, FitResult | ReadingsResult]
     names: Mapping[str, Mapping[str, str]]
     instruments: Mapping[str, str]
     method: str
@@ -166,7 +167,7 @@ class JointResult(SavedInFolder, Presented):
     def __getitem__(self, name: str) -> FittedParameter:
         return self.parameters[name]
 
-    def of(self, measurement: str) -> FitResult:
+    def of(self, measurement: str) -> FitResult | ReadingsResult:
         """The result of one measurement.
 
         Raises
@@ -180,7 +181,7 @@ class JointResult(SavedInFolder, Presented):
         return self.measurements[measurement]
 
     def predict(self) -> dict[str, np.ndarray]:
-        """Predicted BSDF of each measurement with the fitted values, 1/sr."""
+        """Prediction of each measurement with the fitted values: the BSDF in 1/sr, or readings."""
         return {name: one.predict() for name, one in self.measurements.items()}
 
     def misfit_of(self, name: str) -> PartMisfit | None:

@@ -14,6 +14,9 @@ from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.watched import LimitReached, WatchedObjective
 
+# A loss that has fallen to this share of the first one, residuals to 1e-10 of theirs, is 0.
+_EXACT = 1e-20
+
 
 @dataclasses.dataclass(frozen=True)
 class Method(abc.ABC):
@@ -151,6 +154,8 @@ def _ended(
     elif not np.all(np.isfinite(end.triangle)):
         outcome = Outcome.NO_SLOPE
     elif outcome in (Outcome.CONVERGED, Outcome.STALLED):
-        is_minimum = decrement <= method.decrement * best.loss / best.freedom
+        # As many points as parameters can be met exactly; rounding is then all that is left.
+        is_exact = watched.first is not None and best.loss <= _EXACT * watched.first.loss
+        is_minimum = is_exact or decrement <= method.decrement * best.loss / best.freedom
         outcome = Outcome.CONVERGED if is_minimum else Outcome.STALLED
     return outcome, end, decrement

@@ -25,6 +25,7 @@ def readings_objective(
     sample: Sample,
     kind: str = "chi_square",
     config: SolverConfig | None = None,
+    noise: FitNoise | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     layer_method: str = "fastest",
 ) -> Objective:
@@ -41,6 +42,8 @@ def readings_objective(
         ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
     config
         Resolution of the solver; None to choose it for the accuracy.
+    noise
+        Noise of the readings at the wavelengths of the sample; None for that of `noise_of_readings`.
     accuracy, layer_method
         As of `ReadingsModel`.
 
@@ -59,7 +62,7 @@ def readings_objective(
     free = free_of(sample)
     readings = readings.at_wavelengths(sample.wavelengths_nm)
     require_positive(kind, readings.value, "readings", "leave them out")
-    noise = noise_of_readings(readings, sample.noise)
+    noise = noise_of_readings(readings, sample.noise) if noise is None else noise
     model = ReadingsModel(sample, readings, config, accuracy, layer_method)
     names = tuple(parameter.name for parameter in free)
     constants = constants_of(sample, names)

@@ -9,7 +9,7 @@ from functools import cached_property
 from jaxink.display.brief import counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError, require_kind
-from jaxink.measurement import GonioData
+from jaxink.measurement import GonioData, Readings
 from jaxink.sample import Parameter, Sample
 
 # Separates the measurement or instrument that a parameter belongs to from the name of the parameter.
@@ -26,7 +26,7 @@ class Measurement(Presented):
     name
         Of letters, digits, hyphens and underscores; names its folder among the results.
     data
-        What was measured.
+        What was measured: a BSDF, or readings of other instruments.
     sample
         The sample as this measurement saw it: layers in the order in which light meets them, with what was
         behind it and the properties of the instrument.
@@ -38,7 +38,7 @@ class Measurement(Presented):
     """
 
     name: str
-    data: GonioData
+    data: GonioData | Readings
     sample: Sample
     names: Mapping[str, str]
     instrument: str = ""
@@ -50,7 +50,7 @@ class Measurement(Presented):
                 f"measurement {self.name!r}: a name consists of up to 60 letters, digits, hyphens and "
                 "underscores, as it is that of a folder."
             )
-        require_kind(f"data of the measurement '{self.name}'", self.data, GonioData)
+        require_kind(f"data of the measurement '{self.name}'", self.data, GonioData, Readings)
         require_kind(f"sample of the measurement '{self.name}'", self.sample, Sample)
         if missing := [name for name in self.sample.parameters if name not in self.names]:
             raise InputRefusedError(
@@ -61,6 +61,11 @@ class Measurement(Presented):
                 f"measurement '{self.name}': no parameter of its sample is free, so it cannot take part "
                 "in a fit; remove it, or use predict."
             )
+
+    @property
+    def n_points(self) -> int:
+        """Number of points that a fit uses."""
+        return len(self.data) if isinstance(self.data, Readings) else int(self.data.used.sum())
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -149,10 +154,7 @@ class Project(Presented):
 
     def card(self) -> Card:
         """Its measurements, and which free parameters they share."""
-        rows = [
-            [one.name, one.data.source, str(int(one.data.used.sum())), one.instrument]
-            for one in self.measurements
-        ]
+        rows = [[one.name, one.data.source, str(one.n_points), one.instrument] for one in self.measurements]
         shared = [p for p in self.free if len(self.measured_in(p.name)) > 1]
         own = [p for p in self.free if p not in shared]
         sentences = [

@@ -7,7 +7,7 @@ from typing import Any
 
 import jaxink.measurement
 from jaxink.errors import InputRefusedError, no_such_name
-from jaxink.measurement import GonioData
+from jaxink.measurement import GonioData, Readings
 from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
 from jaxink.sample import Sample
@@ -235,8 +235,10 @@ def _lit_from(lit: Any, sample: Sample, names: dict[str, str]) -> tuple[Sample, 
     return turned, {opposite_medium(parameter): name for parameter, name in names.items()}
 
 
-def _data(table: dict[str, Any], folder: Path) -> GonioData:
+def _data(table: dict[str, Any], folder: Path) -> GonioData | Readings:
     """The measurement, of one file or several."""
+    if "readings" in table:
+        return _readings(table, folder)
     given = table.get("data")
     files = [given] if isinstance(given, str) else given
     if not isinstance(files, list) or not files or not all(isinstance(f, str) and f.strip() for f in files):
@@ -245,6 +247,20 @@ def _data(table: dict[str, Any], folder: Path) -> GonioData:
     only(reading, READING, "reading")
     paths = [folder / file for file in files]
     return jaxink.measurement.read(paths if len(paths) > 1 else paths[0], **reading)
+
+
+def _readings(table: dict[str, Any], folder: Path) -> Readings:
+    """Readings of instruments other than a goniometer."""
+    given = table["readings"]
+    if "data" in table:
+        raise InputRefusedError(
+            "has both data and readings; write a measurement for each, as each has a noise of its own."
+        )
+    if not isinstance(given, str) or not given.strip():
+        raise InputRefusedError(f'readings is {given!r}; write readings = "totals.csv", the name of a file.')
+    reading = table_of(table, "reading")
+    only(reading, ("wavelength_nm",), "reading")
+    return jaxink.measurement.read_readings(folder / given, **reading)
 
 
 def _as_table(value: Any, name: str) -> dict[str, Any]:

@@ -27,8 +27,9 @@ TOP = {
 INSTRUMENT = {key: SAMPLE_TOP[key] for key in ("instrument", "noise", "masks", "effects")}
 MEASUREMENT = {
     "name": Entry("letters, digits, `-` and `_`", "required", "names its parameters and its folder"),
-    "data": Entry(
-        "a file, or a list", "required", "files of the measurement, from the folder of the project"
+    "data": Entry("a file, or a list", "this or `readings`", "files of a BSDF, from the project's folder"),
+    "readings": Entry(
+        "a file", "this or `data`", "totals, collimated light or reflectance factors: [readings](readings.md)"
     ),
     "reading": Entry("a table", "empty", "what the files do not state: keywords of `jaxink.read`"),
     "instrument": Entry("a name", "none", "one of `[instruments.NAME]`, or a word for people"),

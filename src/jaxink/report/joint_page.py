@@ -7,7 +7,7 @@ from pathlib import Path
 from jaxink.display.html import paragraph
 from jaxink.files.result_folder import MEASUREMENTS, PAGE_FILE
 from jaxink.files.writing import whole_folder
-from jaxink.fitting import FitResult, JointResult
+from jaxink.fitting import FitResult, JointResult, ReadingsResult
 from jaxink.numerics.digits import rounded, with_uncertainty
 from jaxink.numerics.failures import Failure, Failures
 from jaxink.plots import FIGURE_FOLDER
@@ -55,6 +55,8 @@ def write_joint_page(
     failures = Failures() if failures is None else failures
     folder, files, overviews = Path(folder), list[Path](), dict[str, bytes]()
     for name, one in result.measurements.items():
+        if isinstance(one, ReadingsResult):
+            continue
         own = Failures()
         drawn, picture = fit_drawings(one, formats, None, own)
         if OVERVIEW in picture:
@@ -129,8 +131,10 @@ def joint_page(
     )
 
 
-def _measurement(name: str, one: FitResult, overviews: Mapping[str, bytes]) -> html.Section:
+def _measurement(name: str, one: FitResult | ReadingsResult, overviews: Mapping[str, bytes]) -> html.Section:
     """One measurement: its own verdict, its picture and a link to its page."""
+    if isinstance(one, ReadingsResult):
+        return html.section(f"Measurement {name}", paragraph(one.verdict.sentence), one.table().html())
     link = f'<p><a href="{MEASUREMENTS}/{escape(name)}/{PAGE_FILE}">All figures of {escape(name)}</a></p>\n'
     picture = html.figure(overviews[name], overview_words(one)) if name in overviews else ""
     return html.section(f"Measurement {name}", paragraph(one.verdict.sentence), picture, link)

@@ -112,7 +112,8 @@ def joint_next_steps(result: JointResult, folder: str | Path) -> list[NextStep]:
     folder
         Folder of its result.
     """
-    first, places = next(iter(result.measurements)), Path(folder) / MEASUREMENTS
+    places = Path(folder) / MEASUREMENTS
+    bsdfs = [name for name, one in result.measurements.items() if isinstance(one, FitResult)]
     if not result.outcome.is_as_asked:
         return [NextStep("Start elsewhere, or use another method (--method), and fit again.")]
     if result.agreement is not None and result.agreement.outlier is not None:
@@ -120,7 +121,11 @@ def joint_next_steps(result: JointResult, folder: str | Path) -> list[NextStep]:
         look = places / odd / "report.html"
         return [NextStep(f"Look at the measurement '{odd}' ({look}), correct or remove it, and fit again.")]
     caution = " (the model does not fit yet)" if result.verdict.is_misfit else ""
-    return _use(str(places / first), caution)
+    if not bsdfs:
+        sample = str(places / next(iter(result.measurements)) / SAMPLE_FILE)
+        predict = _command("predict", sample, "OTHER.csv", "--out", "predicted.csv")
+        return [NextStep(f"Predict a BSDF in the directions of a file{caution}:", predict)]
+    return _use(str(places / bsdfs[0]), caution)
 
 
 def _use(folder: str, caution: str) -> list[NextStep]:

@@ -1,0 +1,125 @@
+"""Totals over black and white and collimated light, alone and beside a BSDF."""
+
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink.errors import InputRefusedError
+from jaxink.fitting import ReadingsResult
+from jaxink.measurement import Readings
+from jaxink.model.forward import evaluate
+from jaxink.model.readings import ReadingsModel
+from tests.projects.conftest import PROJECT, SAMPLE, TRUTH, project_of
+from tests.samples import edited
+
+THREE = """
+schema_version = 1
+title = "Simulated: over black, over white, collimated"
+sample = "ink.toml"
+[[measurements]]
+name = "over_black"
+readings = "over_black.csv"
+changes.backing.reflectance = 0.04
+[[measurements]]
+name = "over_white"
+readings = "over_white.csv"
+changes.backing.reflectance = 0.85
+[[measurements]]
+name = "collimated"
+readings = "collimated.csv"
+"""
+FIRST = 'readings = "over_black.csv"\n'
+
+
+def written(folder, name, quantity, sample, rng) -> None:
+    """A file of one reading of the true ink, with noise of 0.3 %."""
+    at = Readings(
+        np.array([quantity]),
+        np.array([0.0 if quantity == "T_collimated" else 8.0]),
+        np.array([np.nan]),
+        np.array([np.nan]),
+        np.array([550.0]),
+        np.array([0.5]),
+    )
+    exact = float(evaluate(ReadingsModel(sample, at))[0])
+    value = exact * (1 + 0.003 * rng.standard_normal())
+    text = f"quantity,value,sigma,wavelength_nm\n{quantity},{value!r},{0.003 * exact!r},550\n"
+    (folder / f"{name}.csv").write_text(text)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, project_folder):
+    folder, rng = tmp_path_factory.mktemp("readings"), np.random.default_rng(7)
+    thin = edited(SAMPLE, ("thickness_um = 30", "thickness_um = 20"))
+    (folder / "ink.toml").write_text(thin)
+    true = jaxink.parse_sample(thin).replace(TRUTH)
+    for name, reflectance in (("over_black", 0.04), ("over_white", 0.85)):
+        card = jaxink.parse_sample(f"{thin}[backing]\nreflectance = {reflectance}\n").replace(TRUTH)
+        written(folder, name, "R_total", card, rng)
+    written(folder, "collimated", "T_collimated", true, rng)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fitted(folder):
+    return jaxink.fit(project_of(THREE, folder))
+
+
+def test_three_readings_determine_three_numbers(fitted):
+    assert fitted.converged
+    for name, true in TRUTH.items():
+        found = fitted[name]
+        assert abs(found.value - true) < 3 * found.standard_error, name
+        assert found.standard_error < 0.5 * abs(true)
+
+
+def test_readings_are_saved_and_loaded(fitted, tmp_path):
+    fitted.save(tmp_path)
+    loaded = jaxink.load_joint_result(tmp_path)
+    assert loaded.to_dict() == fitted.to_dict()
+    one = loaded.of("over_white")
+    assert isinstance(one, ReadingsResult)
+    np.testing.assert_allclose(one.predict(), one.predicted, rtol=1e-9)
+    assert "R_total" in one.card().text()
+
+
+def test_a_card_that_no_measurement_shares_is_its_own(folder):
+    project = project_of(THREE, folder)
+    assert project["over_white"].sample.parameters["backing.reflectance"].value == 0.85
+    assert {"over_black/backing.reflectance", "over_white/backing.reflectance"} <= project.parameters.keys()
+    assert project["collimated"].sample.backing is None
+
+
+def test_a_reading_joins_a_bsdf(project_folder, tmp_path, project):
+    for name in ("ink.toml", "thin.csv", "thick.csv", "thick_lit_ink.csv"):
+        (tmp_path / name).write_bytes((project_folder / name).read_bytes())
+    written(
+        tmp_path,
+        "total",
+        "T_collimated",
+        jaxink.parse_sample(SAMPLE).replace(TRUTH),
+        np.random.default_rng(3),
+    )
+    text = PROJECT + '[[measurements]]\nname = "total"\nreadings = "total.csv"\n'
+    result = jaxink.fit(project_of(text, tmp_path))
+    assert not result.agreement.disagrees
+    assert [part.points for part in result.agreement.parts] == [132, 132, 132, 1]
+    for name, true in TRUTH.items():
+        assert abs(result[name].value - true) < 3 * result[name].standard_error
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ((FIRST, FIRST + 'data = "thin.csv"\n'), ("data", "readings")),
+        ((FIRST, "readings = 3\n"), ("readings",)),
+        ((FIRST, 'readings = "absent.csv"\n'), ("absent.csv",)),
+        ((FIRST, FIRST + 'reading.side = "R"\n'), ("side",)),
+        ((FIRST, FIRST + "changes.wavelength_nm = 600\n"), ("over_black", "600")),
+        ((FIRST, FIRST + "changes.effects.gain.relative = 0.1\n"), ("over_black", "gain")),
+    ],
+)
+def test_bad_readings_are_refused(changes, named, folder, told):
+    with pytest.raises(InputRefusedError) as refused:
+        jaxink.fit(project_of(edited(THREE, changes), folder))
+    told(str(refused.value), *named)
