@@ -24,7 +24,7 @@ FLOORS = (
     ("model",),
     ("effects",),
     ("fitting",),
-    ("diagnosis", "ink"),
+    ("diagnosis", "ink", "planning"),
     ("export",),
     ("plots",),
     ("report",),

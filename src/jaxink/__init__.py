@@ -25,6 +25,7 @@ _HOMES = {
         "read_readings",
     ),
     "jaxink.sample": ("Parameter", "Sample", "load_sample", "parse_sample"),
+    "jaxink.planning": ("MeasurementPlan", "plan_measurement"),
     "jaxink.projects": ("Project", "load_project", "parse_project"),
     "jaxink.model.forward": ("ForwardModel",),
     "jaxink.solver.config": ("SolverConfig",),
@@ -90,6 +91,7 @@ if TYPE_CHECKING:
     from jaxink.optics.directions import Directions
     from jaxink.optics.layers import ClearLayer, ScatteringLayer
     from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh, TwoTermHenyeyGreenstein
+    from jaxink.planning import MeasurementPlan, plan_measurement
     from jaxink.projects import Project, load_project, parse_project
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
     from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power

@@ -358,6 +358,40 @@ def batch(
 
 
 @app.command()
+def plan(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="RESULT", help="Folder of a fit, of a joint fit or of a diagnosis."),
+    ],
+    target: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="Parameter that is to be determined; repeat for several. By default all."
+        ),
+    ] = None,
+    readings: Annotated[
+        int, typer.Option(metavar="N", help="Number of readings of each further measurement.")
+    ] = 100,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="NEXT.toml",
+            help="Project file with the first of them; its empty table is written beside it.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the simulated fits.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Say which further measurement would settle what a fit leaves open."""
+    with one_sentence(debug):
+        from jaxink.cli.plan import run_plan
+
+        raise typer.Exit(run_plan(source, target or (), readings, out, seed, _output(json, quiet)))
+
+
+@app.command()
 @with_reading
 def predict(
     source: Annotated[

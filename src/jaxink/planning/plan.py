@@ -1,0 +1,290 @@
+"""What to measure next, ranked by what it would determine."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxink.display.card import Card, CardTable, Presented
+from jaxink.errors import InputRefusedError, require_integer
+from jaxink.files.encoding import plain
+from jaxink.fitting import FitResult, JointResult
+from jaxink.fitting.minima import COMPARABLE_RISE
+from jaxink.numerics.digits import percent, rounded
+from jaxink.numerics.failures import Failure, Failures
+from jaxink.numerics.precision import computing
+from jaxink.numerics.progress import Progress, StepOf, log_progress
+from jaxink.planning.checking import SimulatedCheck, simulated_check
+from jaxink.planning.forecast import NoiseOfKind, Planned
+from jaxink.planning.known import Known
+from jaxink.planning.menu import Candidate, menu
+
+READINGS = 100
+# Of a range: a parameter that is known no better is not determined.
+_RANGE_DEVIATION = 0.289
+_UNDETERMINED = 0.2
+# Minima that are so little higher are told apart by a plan, even if the fit excludes them already.
+_NEAR_RISE = 3 * COMPARABLE_RISE
+_MOST_RIVALS = 3
+_CHECKED = 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Forecast:
+    """What one measurement would leave.
+
+    Parameters
+    ----------
+    name, words
+        Of the measurement.
+    standard_errors
+        Of each target, with the present measurements and this one.
+    gain
+        Geometric mean over the targets of the standard error now divided by that then.
+    separation
+        Least chi-square of the other minima on data that follow the present one, all parameters refitted;
+        None without rival minima.
+    """
+
+    name: str
+    words: str
+    standard_errors: dict[str, float]
+    gain: float
+    separation: float | None
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class MeasurementPlan(Presented):
+    """Further measurements, the most telling first.
+
+    Parameters
+    ----------
+    readings
+        Number of readings that each is taken to have.
+    noise
+        Of each reading, relative to its value, and of the factor common to a scan.
+    targets
+        Parameters that are to be determined, with their standard errors now.
+    undetermined
+        Those of them that the present measurements do not determine within their ranges.
+    rivals
+        Values of the free parameters at minima that the present measurements hardly exclude.
+    separation
+        Chi-square of the lowest of these above the present minimum.
+    forecasts
+        Of every measurement of the menu.
+    checks
+        Of the first two forecasts, by fits to simulated data.
+    failures
+        Measurements of the menu that cannot be predicted, with the reason.
+    candidates
+        The measurements of the forecasts, by name.
+
+    Notes
+    -----
+    Standard errors follow from the linear model at the minimum, with each parameter known within its range.
+    """
+
+    readings: int
+    noise: tuple[float, float]
+    targets: dict[str, float]
+    undetermined: tuple[str, ...]
+    rivals: tuple[dict[str, float], ...]
+    separation: float | None
+    forecasts: tuple[Forecast, ...]
+    checks: tuple[SimulatedCheck, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    candidates: dict[str, Candidate] = dataclasses.field(default_factory=dict)
+
+    @property
+    def best(self) -> Forecast:
+        """The first of the forecasts."""
+        return self.forecasts[0]
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What is open, and what would settle it."""
+        said = []
+        if self.undetermined:
+            said.append(f"The data do not determine {', '.join(self.undetermined)} within the range.")
+        if self.separation is not None:
+            said.append(
+                f"Another minimum is {rounded(self.separation, 3)} higher in chi-square; with "
+                f"{self.best.words}, it would be {rounded(self.best.separation, 3)} higher."
+            )
+        best = self.best
+        errors = ", ".join(
+            f"{name} to {rounded(error, 2)} (now {_now(self.targets[name])})"
+            for name, error in best.standard_errors.items()
+        )
+        said.append(f"{self.readings} readings of {best.words} would determine {errors}.")
+        return tuple(said)
+
+    def table(self) -> CardTable:
+        """Every measurement with the standard errors that it would leave."""
+        names = list(self.targets)
+        heads = ["further measurement", "gain", *(["separation"] if self.rivals else []), *names]
+        rows = [["none", "1", *([rounded(self.separation, 3)] if self.rivals else [])]]
+        rows[0] += [_now(self.targets[name]) for name in names]
+        for one in self.forecasts:
+            row = [one.words, rounded(one.gain, 3)]
+            row += [rounded(one.separation, 3)] if self.rivals else []
+            rows.append([*row, *(rounded(one.standard_errors[name], 2) for name in names)])
+        return CardTable(heads, rows)
+
+    def card(self) -> Card:
+        """What is open, and the menu."""
+        relative, factor = self.noise
+        remarks = [
+            f"Of {self.readings} readings each, with noise of {percent(relative)}"
+            + (f" and a factor of {percent(factor)} common to a scan" if factor else "")
+            + "; standard errors by the linear model, with each parameter known within its range."
+        ]
+        remarks += [self._checked(check) for check in self.checks]
+        remarks += [failure.sentence for failure in self.failures]
+        return Card("What to measure next", self.sentences, (self.table(),), remarks)
+
+    def _checked(self, check: SimulatedCheck) -> str:
+        """What simulated fits say of a forecast."""
+        words = next(one.words for one in self.forecasts if one.name == check.name)
+        errors = ", ".join(f"{name} {_now(check.standard_errors[name])}" for name in self.targets)
+        said = f"Checked by fits to simulated data with {words}: standard errors {errors}"
+        if check.separation is not None:
+            said += f"; the wrong minimum is {rounded(check.separation, 3)} higher"
+        return f"{said}."
+
+    def to_dict(self) -> dict:
+        """Plain data."""
+        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "candidates"}
+        return plain(fields | {"failures": [failure._asdict() for failure in self.failures]})
+
+
+def plan_measurement(
+    result: FitResult | JointResult,
+    targets: Sequence[str] = (),
+    readings: int = READINGS,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> MeasurementPlan:
+    """Rank further measurements by what they would determine.
+
+    Parameters
+    ----------
+    result
+        A fit of a measurement or of a project.
+    targets
+        Names of free parameters that are to be determined; empty: all.
+    readings
+        Number of readings of each further measurement.
+    seed
+        Of the noise with which the first two forecasts are checked.
+    progress
+        Called with the task, the step and 0.
+
+    Raises
+    ------
+    InputRefusedError
+        The fit did not end in a minimum, its noise is unknown, or a target is not free.
+
+    References
+    ----------
+    Atkinson, Donev, Tobias 2007 Optimum Experimental Designs (A- and T-optimality).
+    """
+    require_integer("readings", readings, 1, 1_000_000)
+    if not result.converged:
+        raise InputRefusedError("the fit did not end in a minimum, so nothing can be forecast from it.")
+    with computing():
+        return _planned(Known.of(result), targets, readings, seed, progress or log_progress)
+
+
+def _planned(
+    known: Known, targets: Sequence[str], readings: int, seed: int, progress: Progress
+) -> MeasurementPlan:
+    for name in targets:
+        if name not in known.free:
+            raise InputRefusedError(
+                f"{name} is no free parameter of the fit; targets are: {', '.join(known.free)}."
+            )
+    chosen = tuple(targets) or known.free
+    noise, failures = NoiseOfKind.of(known), Failures()
+    weak = np.eye(len(known.free)) / _RANGE_DEVIATION**2
+    present = known.information(known.unit) + weak
+    now = _errors(known, present)
+    rivals = _rivals(known)
+    items, found, programs = list(menu(known.base[0])), list[Forecast](), dict[str, Planned]()
+    for number, candidate in enumerate(items, start=1):
+        progress("forecast", StepOf(number, len(items)), 0.0)
+        with failures.sparing("the forecast of {}", candidate.words):
+            planned = Planned(candidate, known, noise, readings)
+            _, slopes = planned.whitened(known.unit)
+            then = _errors(known, present + slopes.T @ slopes)
+            found.append(
+                Forecast(
+                    candidate.name,
+                    candidate.words,
+                    {name: then[name] for name in chosen},
+                    float(np.exp(np.mean([np.log(now[name] / then[name]) for name in chosen]))),
+                    min((_separated(known, planned, rival) for rival in rivals), default=None),
+                )
+            )
+            programs[candidate.name] = planned
+    if not found:
+        raise InputRefusedError("no further measurement of the menu can be predicted for this sample.")
+    scale, unit = known.objective.scale, known.unit
+    units = [rival for rival, _ in rivals]
+    width = _RANGE_DEVIATION * np.abs(np.asarray(scale.slope(unit)))
+    wide = dict(zip(known.free, width.tolist(), strict=True))
+    found.sort(key=lambda one: -(one.gain if one.separation is None else one.separation))
+    checks = list[SimulatedCheck]()
+    for number, one in enumerate(found[:_CHECKED], start=1):
+        progress("check by simulated fits", StepOf(number, _CHECKED), 0.0)
+        with failures.sparing("the check of {}", one.words):
+            checks.append(simulated_check(known, programs[one.name], units, seed))
+    return MeasurementPlan(
+        readings=readings,
+        noise=(noise.relative, noise.scan_relative),
+        targets={name: now[name] for name in chosen},
+        undetermined=tuple(name for name in chosen if now[name] > (1 - _UNDETERMINED) * wide[name]),
+        rivals=tuple(known.objective.numbers(rival) for rival, _ in rivals),
+        separation=min((rise for _, rise in rivals), default=None),
+        forecasts=tuple(found),
+        checks=tuple(checks),
+        failures=failures.found,
+        candidates={name: planned.candidate for name, planned in programs.items()},
+    )
+
+
+def _now(error: float) -> str:
+    return rounded(error, 2)
+
+
+def _errors(known: Known, information: Float[np.ndarray, "parameters parameters"]) -> dict[str, float]:
+    """Standard errors of the free parameters in their units."""
+    deviation = np.sqrt(np.diag(np.linalg.inv(information)))
+    slopes = np.abs(np.asarray(known.objective.scale.slope(known.unit)))
+    return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
+
+
+Rival = tuple[Float[np.ndarray, " parameters"], float]
+
+
+def _rivals(known: Known) -> list[Rival]:
+    """Other minima that the present measurements exclude barely or not, with their rise in chi-square."""
+    if known.minima is None:
+        return []
+    near = [one for one in known.minima.found[1:] if one.rise < _NEAR_RISE][:_MOST_RIVALS]
+    units = [known.objective.scale.to_unit(np.array([one.values[n] for n in known.free])) for one in near]
+    return [(np.clip(unit, 0.0, 1.0), one.rise) for unit, one in zip(units, near, strict=True)]
+
+
+def _separated(known: Known, planned: Planned, rival: Rival) -> float:
+    """Chi-square of a rival minimum on data that follow the present one, refitted by a linear step."""
+    unit, rise = rival
+    truth = planned.predicted(known.unit)
+    there, slopes = planned.whitened(unit)
+    apart = planned.in_noise((truth - there)[:, None], there)[:, 0]
+    information = known.information(unit) + slopes.T @ slopes
+    step = np.linalg.lstsq(information, slopes.T @ apart, rcond=None)[0]
+    left = apart - slopes @ step
+    return float(rise + left @ left + step @ known.information(unit) @ step)

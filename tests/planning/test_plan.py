@@ -1,0 +1,132 @@
+"""The plan knows what a further measurement determines, and says it before it is made."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import jaxink
+from jaxink.errors import InputRefusedError
+from jaxink.planning import next_project
+from jaxink.planning.menu import menu
+from jaxink.projects import Measurement, Project, parse_project
+from tests.projects.conftest import SAMPLE, TRUTH, measured
+from tests.samples import edited
+
+# Scattering and thickness act as their product, as do absorption and thickness.
+UNKNOWN_THICKNESS = edited(
+    SAMPLE, ("thickness_um = 30", "thickness_um = { free = true, min = 15, max = 60, value = 30 }")
+)
+THICK_UM = 60.0
+
+
+@pytest.fixture(scope="module")
+def result():
+    sample = jaxink.parse_sample(UNKNOWN_THICKNESS)
+    return jaxink.fit(measured(sample.replace(TRUTH), 5), sample, jaxink.FitOptions(profile="none"))
+
+
+@pytest.fixture(scope="module")
+def plan(result):
+    return jaxink.plan_measurement(result)
+
+
+def test_what_is_not_determined_is_said(plan):
+    assert "ink.thickness_um" in plan.undetermined
+    assert "ink.asymmetry_parameter" not in plan.undetermined
+    assert "ink.thickness_um" in plan.card().text()
+
+
+def test_a_print_of_known_thickness_comes_first(plan):
+    assert plan.best.name.startswith("thickness_")
+    now, then = plan.targets["ink.thickness_um"], plan.best.standard_errors["ink.thickness_um"]
+    assert then < 0.2 * now
+
+
+def test_no_measurement_makes_anything_worse(plan):
+    for one in plan.forecasts:
+        assert one.gain >= 1
+        for name, error in one.standard_errors.items():
+            assert error <= plan.targets[name] * (1 + 1e-9)
+
+
+def test_more_of_the_same_print_does_not_determine_its_thickness(plan):
+    (other,) = (one for one in plan.forecasts if one.name == "incidence_45")
+    assert other.standard_errors["ink.thickness_um"] > 0.9 * plan.targets["ink.thickness_um"]
+
+
+def test_simulated_fits_confirm_the_forecast(plan):
+    check = next(check for check in plan.checks if check.name == plan.best.name)
+    for name, error in plan.best.standard_errors.items():
+        assert check.standard_errors[name] == pytest.approx(error, rel=0.25), name
+
+
+def test_the_forecast_holds_when_the_measurement_is_made(plan, result):
+    candidate = plan.candidates[plan.best.name]
+    sample = candidate.measurement.sample
+    table = sample.parameters.replace("ink.thickness_um", value=sample.parameters["ink.thickness_um"].value)
+    sample = dataclasses.replace(sample, parameters=table)
+    free = {p: result.values[p] for p in TRUTH}
+    present = Measurement("present", result.data, result.sample, {n: n for n in result.sample.parameters})
+    points = candidate.measurement.data
+    exact = jaxink.predict(sample.replace(free), points)
+    sigma = plan.noise[0] * exact * np.sqrt(len(points) / plan.readings)
+    noisy = exact + sigma * np.random.default_rng(1).standard_normal(len(exact))
+    made = dataclasses.replace(
+        candidate.measurement, data=points.replace(bsdf_per_sr=noisy, sigma_per_sr=sigma), sample=sample
+    )
+    joint = jaxink.fit(Project((present, made)), options=jaxink.FitOptions(profile="none"))
+    for name, error in plan.best.standard_errors.items():
+        assert joint[name].standard_error == pytest.approx(error, rel=0.25), name
+
+
+def test_targets_choose_what_counts(result):
+    plan = jaxink.plan_measurement(result, targets=["ink.asymmetry_parameter"])
+    assert list(plan.targets) == ["ink.asymmetry_parameter"]
+    assert plan.best.standard_errors.keys() == {"ink.asymmetry_parameter"}
+    with_all = [one.name for one in plan.forecasts]
+    assert len(with_all) >= 9
+
+
+def test_the_menu_leaves_out_what_was_measured(result):
+    names = {n: n for n in result.sample.parameters}
+    items = {one.name for one in menu(Measurement("present", result.data, result.sample, names))}
+    # Measured at 0, 30 and 60 degrees.
+    assert {"incidence_15", "incidence_45", "incidence_75", "other_side", "over_black"} <= items
+    assert not {"incidence_0", "incidence_30", "incidence_60", "no_card"} & items
+
+
+def test_the_next_project_can_be_read_once_it_is_filled_in(plan, result, tmp_path):
+    for one in plan.forecasts:
+        candidate = plan.candidates[one.name]
+        texts = next_project(candidate, {"present": "present.csv"}, "sample.toml")
+        folder = tmp_path / one.name
+        folder.mkdir()
+        for name, text in texts.items():
+            filled = text.replace(",,,550", ",0.5,0.01,550") if "quantity" in text else text
+            lines = filled.splitlines()
+            if lines[0].endswith("sigma_per_sr"):
+                filled = "\n".join([lines[0], *(f"{line[:-2]},0.1,0.001" for line in lines[1:])])
+            (folder / name).write_text(filled)
+        jaxink.measurement.write_csv(result.data, folder / "present.csv")
+        (folder / "sample.toml").write_text(UNKNOWN_THICKNESS)
+        if candidate.measurement.sample.wavelengths_nm != result.sample.wavelengths_nm:
+            continue
+        project = parse_project((folder / "next.toml").read_text(), folder=folder)
+        assert [m.name for m in project.measurements] == ["present", one.name]
+        given, planned = project[one.name].sample, candidate.measurement.sample
+        assert [layer.name for layer in given.layers] == [layer.name for layer in planned.layers]
+        assert (given.backing is None) == (planned.backing is None)
+
+
+def test_a_target_that_is_not_free_is_refused(result, told):
+    with pytest.raises(InputRefusedError) as refused:
+        jaxink.plan_measurement(result, targets=["plate.thickness_mm"])
+    told(str(refused.value), "plate.thickness_mm", "ink.scattering_per_mm")
+
+
+def test_a_fit_without_a_minimum_is_refused(result, told):
+    stopped = dataclasses.replace(result, outcome=jaxink.fitting.Outcome.STALLED)
+    with pytest.raises(InputRefusedError) as refused:
+        jaxink.plan_measurement(stopped)
+    told(str(refused.value), "minimum")
