@@ -16,6 +16,9 @@ from jaxink.sample import Prior
 from tests.projects.conftest import TRUTH, as_simulated, project_of
 from tests.samples import edited
 
+# It is 30 um thick.
+_THIN = "changes.ink.thickness_um = 33"
+
 
 @pytest.fixture(scope="module")
 def objective(project):
@@ -122,6 +125,22 @@ def test_the_measurement_with_a_gain_error_is_named(project, wrong):
     assert outlier.name == wrong
     assert outlier.offset == pytest.approx(0.03, abs=0.01)
     assert wrong in result.agreement.sentence
+    # A thickness of its own or stray light would not make it agree.
+    gain, *others = outlier.causes
+    assert gain.parameter == f"{wrong}/gain.relative"
+    assert abs(gain.value - 0.03) < 3 * gain.standard_error
+    assert all(cause.parameter.endswith("side_gain.relative") for cause in others)
+
+
+def test_a_wrong_thickness_of_one_measurement_is_offered_as_its_cause(project_folder):
+    text = edited(
+        (project_folder / "project.toml").read_text(), ('data = "thin.csv"', 'data = "thin.csv"\n' + _THIN)
+    )
+    result = jaxink.fit(project_of(text, project_folder))
+    outlier = result.agreement.outlier
+    assert outlier.name == "thin"
+    assert outlier.causes[0].parameter == "thin/ink.thickness_um"
+    assert abs(outlier.causes[0].value - 30) < 3 * outlier.causes[0].standard_error
 
 
 def test_two_measurements_that_disagree_blame_neither(project):

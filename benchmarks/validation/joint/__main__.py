@@ -1,6 +1,6 @@
 """Joint fits of several measurements, and docs/validation/joint.md.
 
-python -m benchmarks.validation.joint four|pull|cost|page
+python -m benchmarks.validation.joint four|pull|cost|real|page
 
 Each task makes the rows of results.json that are missing; remove a row to repeat it.
 """
@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from benchmarks.pages import filled, machine, table, write_page
-from benchmarks.validation.joint import cost, four, pull
-from jaxink.numerics.digits import rounded, with_uncertainty
+from benchmarks.validation.joint import cost, four, pull, real
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 RESULTS = Path(__file__).with_name("results.json")
 _DRAWS = range(10)
@@ -36,6 +36,8 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
         for wrong in (None, *pull.SHEETS):
             yield "pull", f"pull {seed} {wrong}", lambda seed=seed, wrong=wrong: pull.found(seed, wrong)
     yield "cost", "cost", cost.seconds
+    for name in real.SAMPLES:
+        yield "real", name, lambda name=name: real.fitted(name)
 
 
 def _make(task: str, results: dict) -> None:
@@ -48,10 +50,10 @@ def _make(task: str, results: dict) -> None:
 
 def _write_page(results: dict) -> None:
     here = Path(__file__).parent
-    text = (here / "joint.md.in").read_text(encoding="utf-8")
     made = {"declared": _four(results, "declared"), "free": _four(results, "free"), "pull": _pull(results)}
     made |= {"cost": _cost(results), "machine": machine(), "summary": _summary(results)}
-    write_page("joint.md", filled(text, **made))
+    made["real"] = _real(results)
+    write_page("joint.md", filled(here / "joint.md.in", **made))
 
 
 def _four(results: dict, kind: str) -> str:
@@ -106,6 +108,24 @@ def _pull(results: dict) -> str:
     return table(["measurement that is 3 % too high", "inks", "disagree", "named", "another one named"], rows)
 
 
+def _real(results: dict) -> str:
+    rows = []
+    for sample in real.SAMPLES:
+        found = results.get(sample)
+        if found is None:
+            continue
+        for name, alone in found["alone"].items():
+            joint = {n.rpartition("/")[2]: v for n, v in found["values"].items() if "/" not in n or name in n}
+            pairs = (f"{p} {rounded(v, 4)} : {rounded(joint[p], 4)}" for p, v in alone["values"].items())
+            row = [f"`{sample}`", name.replace("_", " "), "; ".join(pairs)]
+            row += [f"{percent(alone['rms'])} : {percent(found['rms'][name])}"]
+            row += [f"{rounded(alone['reduced_chi_square'], 3)} : {rounded(found['reduced'].get(name), 3)}"]
+            rows.append(row)
+    heads = ["sample", "measurement", "parameters, alone : together", "rms of measured / model - 1"]
+    said = [f"- `{n}`: {results[n]['agreement']}" for n in real.SAMPLES if n in results]
+    return "\n".join([table([*heads, "reduced chi-square"], rows), "", *said])
+
+
 def _cost(results: dict) -> str:
     rows = results.get("cost", [])
     if not rows:
@@ -129,7 +149,7 @@ def _cost(results: dict) -> str:
 def main() -> None:
     """Do what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="+", choices=("four", "pull", "cost", "page"))
+    parser.add_argument("tasks", nargs="+", choices=("four", "pull", "cost", "real", "page"))
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for task in parser.parse_args().tasks:
         _make(task, results)

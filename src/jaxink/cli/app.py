@@ -28,6 +28,7 @@ from jaxink.cli.reading_options import (
     Quiet,
     Reading,
     is_toml,
+    refuse_project,
     refuse_wavelengths,
     stated_sample,
     with_reading,
@@ -310,6 +311,7 @@ def diagnose(
     """Find the effects that the model lacks, add them, and report the error before and after."""
     with one_sentence(debug):
         refuse_wavelengths(wavelengths)
+        refuse_project(data, "diagnose")
         from jaxink.cli.diagnose import run_diagnose
 
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}

@@ -11,7 +11,7 @@ from jaxink.fitting.method import Method, search
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.uncertainty import covariance
 from jaxink.numerics.chi_square import probability_above
-from jaxink.numerics.digits import percent, rounded
+from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 # Measurements that agree are called in disagreement this often.
 DISAGREE = 1e-3
@@ -64,6 +64,33 @@ class PartMisfit:
 
 
 @dataclasses.dataclass(frozen=True)
+class OwnCause:
+    """A parameter of one measurement alone, with which all measurements agree.
+
+    Parameters
+    ----------
+    parameter
+        Its name in the project: an effect of the instrument, or a thickness.
+    value, standard_error, unit
+        Fitted with all others.
+    probability
+        Of the disagreement that is left.
+    """
+
+    parameter: str
+    value: float
+    standard_error: float | None
+    unit: str
+    probability: float
+
+    @property
+    def words(self) -> str:
+        """Name, value and probability."""
+        value = f"{with_uncertainty(self.value, self.standard_error)} {self.unit}".rstrip()
+        return f"{self.parameter} = {value} (p = {rounded(self.probability, 2)})"
+
+
+@dataclasses.dataclass(frozen=True)
 class Outlier:
     """A measurement that pulls against the others.
 
@@ -80,6 +107,8 @@ class Outlier:
     offset
         Mean of measured / predicted - 1 of the measurement, predicted from the fit of the others; None unless
         all values are positive.
+    causes
+        What would make it agree: one parameter of it alone, the best fit first.
     """
 
     name: str
@@ -89,6 +118,7 @@ class Outlier:
     value_without: float
     standard_error_without: float
     offset: float | None
+    causes: tuple[OwnCause, ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -103,6 +133,9 @@ class Outlier:
         if self.offset is not None:
             way = "above" if self.offset > 0 else "below"
             words += f" Its values are {percent(abs(self.offset))} {way} what the others predict, on average."
+        if self.causes:
+            listed = " or ".join(cause.words for cause in self.causes)
+            words += f" All agree with one more free parameter, of this measurement alone: {listed}."
         return f"{words} Look at this measurement, its instrument and its sample before the model."
 
 
@@ -220,7 +253,7 @@ def agreement(
                 parameters_alone=_rank(blocks[i]),
             )
         )
-    compared = _Comparison(tuple(parts), len(objective.prior_mean), noise_freedom)
+    compared = Comparison(tuple(parts), len(objective.prior_mean), noise_freedom)
     everything = range(len(parts))
     total = compared.of(float(best.loss), _rank(at.jacobian), everything)
     if not total.disagrees or len(parts) < 3:
@@ -237,30 +270,49 @@ def agreement(
 
 
 @dataclasses.dataclass(frozen=True)
-class _Comparison:
-    """Compares the chi-square of joint fits with the measurements alone."""
+class Comparison:
+    """Compares the chi-square of joint fits with the measurements alone.
+
+    Parameters
+    ----------
+    parts
+        The measurements.
+    n_priors
+        Number of priors, each of which determines a parameter, too.
+    noise_freedom
+        Degrees of freedom of the noise, if it is an estimate.
+    """
 
     parts: tuple[PartMisfit, ...]
     n_priors: int
     noise_freedom: float
 
+    def with_parameters(self, loss: float, degrees_of_freedom: int) -> float | None:
+        """Probability of the disagreement that is left with further parameters; None without freedom."""
+        if degrees_of_freedom < 1:
+            return None
+        apart = max(loss - sum(part.chi_square_alone for part in self.parts), 0.0)
+        return float(probability_above(apart / self.scale, degrees_of_freedom, self.noise_freedom))
+
+    @property
+    def scale(self) -> float:
+        """Chi-square per degree of freedom of the measurements alone, at least 1."""
+        alone = sum(part.chi_square_alone for part in self.parts)
+        spare = sum(part.points - part.parameters_alone for part in self.parts)
+        return max(alone / spare, 1.0) if spare > 0 else 1.0
+
     def of(self, loss: float, rank: int, chosen: Sequence[int]) -> Agreement:
         """Agreement of some measurements, of their joint minimum and the parameters that it determines."""
-        parts = tuple(self.parts[i] for i in chosen)
-        apart = max(loss - sum(part.chi_square_alone for part in parts), 0.0)
-        freedom = sum(part.parameters_alone for part in parts) + self.n_priors - rank
-        alone = sum(part.chi_square_alone for part in parts)
-        spare = sum(part.points - part.parameters_alone for part in parts)
-        scale = max(alone / spare, 1.0) if spare > 0 else 1.0
-        probability: float | None = None
-        if freedom > 0:
-            probability = float(probability_above(apart / scale, freedom, self.noise_freedom))
-        return Agreement(apart, max(freedom, 0), scale, probability, parts)
+        some = dataclasses.replace(self, parts=tuple(self.parts[i] for i in chosen))
+        apart = max(loss - sum(part.chi_square_alone for part in some.parts), 0.0)
+        freedom = sum(part.parameters_alone for part in some.parts) + self.n_priors - rank
+        probability = some.with_parameters(loss, freedom)
+        return Agreement(apart, max(freedom, 0), some.scale, probability, some.parts)
 
 
 def _without(
     objective: JointObjective,
-    compared: _Comparison,
+    compared: Comparison,
     left_out: int,
     best: Search,
     method: Method,

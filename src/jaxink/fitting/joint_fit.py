@@ -32,6 +32,7 @@ from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.minima import COMPARABLE_RISE, Minima
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Search
+from jaxink.fitting.own_causes import own_causes
 from jaxink.fitting.readings_objective import noise_of_readings
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult
@@ -147,6 +148,9 @@ def _assembled(
                 noise_freedom,
                 [np.asarray(part.measured) for part in objective.parts],
             )
+    if compared is not None and compared.outlier is not None:
+        causes = own_causes(project, noises, objective, best, compared, noise_freedom, found.failures)
+        compared = dataclasses.replace(compared, outlier=dataclasses.replace(compared.outlier, causes=causes))
     values = objective.numbers(best.unit)
     parts = _parts(project, options, noises, objective, unscaled)
     fitted = {

@@ -1,0 +1,90 @@
+"""Projects at the command line: fitted, refused where one measurement is needed, and planned further."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+import jaxink
+from jaxink.cli.app import app
+from tests.projects.conftest import TRUTH, project_folder  # noqa: F401
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """Run the command; the test session's JAX settings stay as they are."""
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
+    return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def test_a_project_is_fitted_and_written(run, project_folder, tmp_path):  # noqa: F811
+    out = tmp_path / "out"
+    done = run("fit", project_folder / "project.toml", "--out", out, "--profile", "none")
+    assert done.exit_code == 0, done.output
+    page = (out / "report.html").read_text()
+    for name in ("thin", "thick", "thick_lit_ink"):
+        assert name in done.stdout
+        assert (out / "measurements" / name / "report.html").exists()
+        assert f'href="measurements/{name}/report.html"' in page
+    assert "The measurements agree" in done.stdout
+    loaded = jaxink.load_joint_result(out)
+    assert loaded.parameters.keys() >= TRUTH.keys()
+    assert (out / "parameters.csv").read_text().count("\n") == len(loaded.parameters) + 1
+
+
+def test_json_is_the_result_file(run, project_folder, tmp_path):  # noqa: F811
+    arguments = "--no-figures", "--profile", "none", "--json"
+    done = run("fit", project_folder / "project.toml", "--out", tmp_path / "out", *arguments)
+    printed = json.loads(done.stdout)
+    del printed["files"]
+    assert printed == json.loads((tmp_path / "out" / "joint.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        (("--sample", "ink.toml"), "--sample"),
+        (("--side", "R"), "side"),
+        (("other.csv",), "other"),
+    ],
+)
+def test_what_a_project_states_itself_is_refused(run, more, named, project_folder, tmp_path, told):  # noqa: F811
+    done = run("fit", project_folder / "project.toml", *more, "--out", tmp_path / "out")
+    assert done.exit_code == 5
+    told(done.stderr, "project.toml", named)
+
+
+def test_a_measurement_needs_a_sample(run, project_folder, tmp_path, told):  # noqa: F811
+    done = run("fit", project_folder / "thin.csv", "--out", tmp_path / "out")
+    assert done.exit_code == 5
+    told(done.stderr, "--sample")
+
+
+def test_a_project_is_no_single_measurement(run, project_folder, tmp_path, told):  # noqa: F811
+    project_file = project_folder / "project.toml"
+    done = run("diagnose", project_file, "--sample", project_folder / "ink.toml", "--out", tmp_path / "out")
+    assert done.exit_code == 5
+    told(done.stderr, "project.toml", "jaxink fit")
+
+
+def test_the_plan_is_printed_and_written(run, project_folder, tmp_path):  # noqa: F811
+    data, sample = project_folder / "thin.csv", project_folder / "ink.toml"
+    assert run("fit", data, "--sample", sample, "--out", tmp_path / "fit", "--no-figures").exit_code == 0
+    done = run("plan", tmp_path / "fit", "--target", "ink.absorption_per_mm", "--out", tmp_path / "next.toml")
+    assert done.exit_code == 0, done.output
+    assert "ink.absorption_per_mm" in done.stdout
+    assert "To be measured" in (tmp_path / "next.toml").read_text()
+    again = run("plan", tmp_path / "fit", "--out", tmp_path / "next.toml")
+    assert again.exit_code == 5
+    assert "exists already" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"), [(("--readings", "0"), "readings"), (("--target", "ink.size"), "ink.size")]
+)
+def test_a_bad_plan_is_refused(run, arguments, named, project_folder, tmp_path, told):  # noqa: F811
+    data, sample = project_folder / "thin.csv", project_folder / "ink.toml"
+    run("fit", data, "--sample", sample, "--out", tmp_path / "fit", "--no-figures")
+    done = run("plan", tmp_path / "fit", *arguments)
+    assert done.exit_code == 5
+    told(done.stderr, named)
