@@ -137,6 +137,19 @@ def in_batches() -> None:
     assert_type([row.name for row in found], list[str])
 
 
+def of_several_measurements() -> None:
+    project = jaxink.load_project("project.toml")
+    assert_type(project, jaxink.Project)
+    result = jaxink.fit(project)
+    assert_type(result, jaxink.JointResult)
+    assert_type(result["ink.thickness_um"].value, float)
+    assert_type(result.reduced_chi_square, float | None)
+    assert_type(jaxink.load_joint_result("folder"), jaxink.JointResult)
+    plan = jaxink.plan_measurement(result, targets=["ink.thickness_um"])
+    assert_type(plan, jaxink.MeasurementPlan)
+    assert_type(plan.best.gain, float)
+
+
 def refused(sample: jaxink.Sample) -> None:
     jaxink.fit("measurement.csv", sample, method="simplex")  # type: ignore[call-overload]
     jaxink.load_sample(3)  # type: ignore[arg-type]

@@ -130,6 +130,7 @@ def test_the_measurement_with_a_gain_error_is_named(project, wrong):
     assert gain.parameter == f"{wrong}/gain.relative"
     assert abs(gain.value - 0.03) < 3 * gain.standard_error
     assert all(cause.parameter.endswith("side_gain.relative") for cause in others)
+    assert not [note for note in result.notes if "failed" in note]
 
 
 def test_a_wrong_thickness_of_one_measurement_is_offered_as_its_cause(project_folder):

@@ -1,6 +1,6 @@
 """Joint fits of several measurements, and docs/validation/joint.md.
 
-python -m benchmarks.validation.joint four|pull|cost|real|page
+python -m benchmarks.validation.joint four|pull|cost|readings|next|real|page
 
 Each task makes the rows of results.json that are missing; remove a row to repeat it.
 """
@@ -10,12 +10,16 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.pages import filled, machine, table, write_page
-from benchmarks.validation.joint import cost, four, pull, real
+from benchmarks.validation.joint import cost, four, next_one, pull, real, three_readings
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 RESULTS = Path(__file__).with_name("results.json")
 _DRAWS = range(10)
+# Until so many of them are undecided before.
+_MOST_TRIED, _UNDECIDED = 16, 10
 _SHORT = {
     "ink.radius_nm": "radius, nm",
     "ink.volume_fraction": "volume fraction",
@@ -36,12 +40,19 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
         for wrong in (None, *pull.SHEETS):
             yield "pull", f"pull {seed} {wrong}", lambda seed=seed, wrong=wrong: pull.found(seed, wrong)
     yield "cost", "cost", cost.seconds
+    for seed in _DRAWS:
+        yield "readings", f"readings {seed}", lambda seed=seed: three_readings.found(seed)
+    for seed in range(_MOST_TRIED):
+        yield "next", f"next {seed}", lambda seed=seed: next_one.found(seed)
     for name in real.SAMPLES:
         yield "real", name, lambda name=name: real.fitted(name)
 
 
 def _make(task: str, results: dict) -> None:
     for kind, name, work in _rows():
+        undecided = sum(bool(row.get("undecided")) for n, row in results.items() if n.startswith("next"))
+        if kind == "next" and undecided >= _UNDECIDED:
+            continue
         if kind == task and name not in results:
             results[name] = work()
             RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
@@ -52,7 +63,7 @@ def _write_page(results: dict) -> None:
     here = Path(__file__).parent
     made = {"declared": _four(results, "declared"), "free": _four(results, "free"), "pull": _pull(results)}
     made |= {"cost": _cost(results), "machine": machine(), "summary": _summary(results)}
-    made["real"] = _real(results)
+    made |= {"real": _real(results), "readings": _readings(results), "next": _next(results)}
     write_page("joint.md", filled(here / "joint.md.in", **made))
 
 
@@ -108,6 +119,44 @@ def _pull(results: dict) -> str:
     return table(["measurement that is 3 % too high", "inks", "disagree", "named", "another one named"], rows)
 
 
+def _readings(results: dict) -> str:
+    rows = []
+    for seed in _DRAWS:
+        found = results.get(f"readings {seed}")
+        if found is None:
+            continue
+        row = [rounded(found["optical_thickness"], 3), f"{100 * found['extinction_off']:+.2f} %"]
+        for name in ("ink.scattering_per_mm", "ink.absorption_per_mm", "ink.asymmetry_parameter"):
+            p = found["parameters"][name]
+            row.append(f"{_value(p)} : {rounded(p['true'], 4)}")
+        rows.append([*row, str(found["comparable_minima"])])
+    heads = [
+        "optical thickness",
+        "error of the extinction",
+        "scattering, 1/mm : true",
+        "absorption, 1/mm : true",
+    ]
+    return table([*heads, "asymmetry : true", "minima not excluded"], rows)
+
+
+def _next(results: dict) -> str:
+    rows = []
+    for name, found in results.items():
+        if name.startswith("next") and found["undecided"]:
+            worst = max((abs(off) for off in found["errors_off"].values() if off is not None), default=np.nan)
+            rows.append(
+                [
+                    str(found["minima_before"]),
+                    found["measurement"],
+                    rounded(found["forecast"], 3),
+                    str(found["minima_after"]),
+                    f"{worst:.1f}",
+                ]
+            )
+    heads = ["minima before", "first of the plan", "separation foreseen", "minima after"]
+    return table([*heads, "largest distance from the truth, s.e."], rows)
+
+
 def _real(results: dict) -> str:
     rows = []
     for sample in real.SAMPLES:
@@ -149,7 +198,9 @@ def _cost(results: dict) -> str:
 def main() -> None:
     """Do what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="+", choices=("four", "pull", "cost", "real", "page"))
+    parser.add_argument(
+        "tasks", nargs="+", choices=("four", "pull", "cost", "readings", "next", "real", "page")
+    )
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for task in parser.parse_args().tasks:
         _make(task, results)

@@ -49,7 +49,7 @@ def _directions() -> GonioData:
     return GonioData(*columns, bsdf_per_sr=np.ones(len(rows)), source="simulated")
 
 
-def _truth(rng: np.random.Generator) -> dict[str, float]:
+def drawn_ink(rng: np.random.Generator) -> dict[str, float]:
     """An ink drawn at random."""
     return {
         "ink.scattering_per_mm": float(np.exp(rng.uniform(np.log(20), np.log(200)))),
@@ -69,7 +69,7 @@ def _sheets() -> dict[str, Sample]:
 def drawn(seed: int, wrong: str | None) -> jaxink.Project:
     """A project of the three sheets of a random ink; the readings of one of them are too large."""
     rng, at, measurements = np.random.default_rng(seed), _directions(), []
-    truth = _truth(rng)
+    truth = drawn_ink(rng)
     for name, sample in _sheets().items():
         exact = jaxink.predict(sample.replace(truth), at) * (1 + GAIN * (name == wrong))
         sigma = np.hypot(_NOISE * exact, _FLOOR)

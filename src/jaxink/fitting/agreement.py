@@ -87,7 +87,7 @@ class OwnCause:
     def words(self) -> str:
         """Name, value and probability."""
         value = f"{with_uncertainty(self.value, self.standard_error)} {self.unit}".rstrip()
-        return f"{self.parameter} = {value} (p = {rounded(self.probability, 2)})"
+        return f"{self.parameter} = {value} ({_chance(self.probability)})"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Outlier:
         errors = abs(self.value - self.value_without) / self.standard_error_without
         words = (
             f"The measurement '{self.name}' pulls against the others, which agree without it "
-            f"(p = {rounded(self.probability_without, 2)}): it moves {self.parameter} from "
+            f"({_chance(self.probability_without)}): it moves {self.parameter} from "
             f"{rounded(self.value_without, 4)} to {rounded(self.value, 4)}, by {rounded(errors, 2)} standard "
             "errors."
         )
@@ -188,7 +188,7 @@ class Agreement:
         )
         apart = (
             f"the joint fit is {rounded(self.chi_square, 3)} above their own minima in chi-square, for "
-            f"{self.degrees_of_freedom} degrees of freedom{scaled} (p = {rounded(self.probability, 2)})"
+            f"{self.degrees_of_freedom} degrees of freedom{scaled} ({_chance(self.probability)})"
         )
         if not self.disagrees:
             return f"The measurements agree: {apart}."
@@ -308,6 +308,11 @@ class Comparison:
         freedom = sum(part.parameters_alone for part in some.parts) + self.n_priors - rank
         probability = some.with_parameters(loss, freedom)
         return Agreement(apart, max(freedom, 0), some.scale, probability, some.parts)
+
+
+def _chance(probability: float) -> str:
+    """A probability that may be too small for a float."""
+    return f"p = {rounded(probability, 2)}" if probability > 0 else "p < 1e-300"
 
 
 def _without(

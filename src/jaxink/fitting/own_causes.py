@@ -57,8 +57,9 @@ def own_causes(
     comparison = Comparison(found.parts, len(objective.prior_mean), noise_freedom)
     for parameter, sample in _samples(odd):
         with failures.sparing("the fit with {} of one measurement alone", parameter):
-            name = f"{odd.name}{OF}{parameter}"
-            changed = dataclasses.replace(odd, sample=sample, names={**odd.names, **_own(odd, sample)})
+            own = _own(project, odd, sample)
+            name = own[parameter]
+            changed = dataclasses.replace(odd, sample=sample, names={**odd.names, **own})
             others = (changed if one is odd else one for one in project.measurements)
             extended = dataclasses.replace(project, measurements=tuple(others))
             made = JointObjective.of(extended, noises, resolutions=objective.resolution)
@@ -100,13 +101,17 @@ def _samples(odd: Measurement) -> Iterator[tuple[str, Sample]]:
             yield name, dataclasses.replace(sample, parameters=table)
 
 
-def _own(odd: Measurement, sample: Sample) -> dict[str, str]:
+def _own(project: Project, odd: Measurement, sample: Sample) -> dict[str, str]:
     """Names in the project of the parameters that the measurement now has for itself."""
-    return {
-        name: f"{odd.name}{OF}{name}"
+    new = [
+        name
         for name, p in sample.parameters.items()
-        if name not in odd.sample.parameters or p.free and not odd.sample.parameters[name].free
-    }
+        if name not in odd.sample.parameters or (p.free and not odd.sample.parameters[name].free)
+    ]
+    # A specimen may have the name of the measurement.
+    taken = {name for one in project.measurements if one is not odd for name in one.names.values()}
+    owner = f"{odd.name}_alone" if any(f"{odd.name}{OF}{name}" in taken for name in new) else odd.name
+    return {name: f"{owner}{OF}{name}" for name in new}
 
 
 def _start(
