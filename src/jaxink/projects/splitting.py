@@ -1,0 +1,166 @@
+"""Files with several conditions are divided: one measurement for each of them.
+
+A column that states a condition (`jaxink.measurement.rows`) and has several values divides the rows of a
+measurement, unless its ``rows`` choose one of the values. Either way the value applies: which side was lit,
+which specimen it was, how thick its ink, what was behind it (`jaxink.projects.conditions`).
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxink.measurement.reader import ONE_A_FILE, overrides_of_files, read_conditions
+from jaxink.measurement.rows import LIT_SIDE, SAMPLE, THICKNESS, Conditions, same_cell
+from jaxink.measurement.table import refusal
+from jaxink.projects.conditions import Known, Part, Role, Value, explained, short
+
+# A column with more values is a reading, such as that of a thermometer.
+_MOST_VALUES = 50
+
+
+def split(table: Mapping[str, Any], known: Known, folder: Path) -> list[Part]:
+    """Divide a measurement by the conditions that its files state.
+
+    Parameters
+    ----------
+    table
+        The ``[[measurements]]`` table, with a name and the files.
+    known
+        What explains the words of the files.
+    folder
+        Folder of the files.
+
+    Returns
+    -------
+    list of Part
+        One for each combination of values that the files have, in their order; a single one if no condition
+        has several.
+
+    Raises
+    ------
+    InputRefusedError
+        A value is empty or not explained, or the measurement states the same by itself; the message names
+        file, row and column.
+    """
+    files = [table["data"]] if isinstance(table["data"], str) else list(table["data"])
+    reading, rows = table.get("reading", {}), table.get("rows", {})
+    of_files = overrides_of_files(len(files), reading)
+    held = [
+        (k, each)
+        for k, file in enumerate(files)
+        for each in read_conditions(folder / file, rows=rows, **of_files[k]) or [_none_of(folder / file)]
+    ]
+    tables = [each for _, each in held]
+    roles = _roles(tables)
+    combinations = _combinations(held, roles) if roles else []
+    if not combinations:
+        # Without conditions, or without rows, of which the reader tells.
+        return [Part(dict(table))]
+    dividing = [name for name, role in roles.items() if role is Role.DIVIDES]
+    names = {name: _short_names(name, [values[name].cell for values, _ in combinations]) for name in dividing}
+    # Files may head a column differently; it is then found by the condition that it states.
+    headings = {name: {each.columns[name].heading for each in tables} for name in dividing}
+    keys = {name: held.pop() if len(held) == 1 else name for name, held in headings.items()}
+    parts = []
+    for values, where in combinations:
+        part = dict(table)
+        if dividing:
+            part["name"] = "_".join([table["name"], *(names[name][values[name].cell] for name in dividing)])
+            part["rows"] = {**rows, **{keys[name]: values[name].cell for name in dividing}}
+            part["data"] = [files[k] for k in where]
+            part["reading"] = _reading_of(reading, where, len(files))
+        parts.append(explained(part, values, known))
+    return parts
+
+
+def _none_of(path: Path) -> Conditions:
+    """A file of a format without columns of conditions."""
+    return Conditions(str(path), {}, np.zeros(0, int), np.zeros(0, bool))
+
+
+def _roles(tables: Sequence[Conditions]) -> dict[str, Role]:
+    """The conditions that apply: those with several values in the files, and the lit side with one."""
+    found = {}
+    for name in dict.fromkeys(name for each in tables for name in each.columns):
+        here = [each for each in tables if name in each.columns]
+        n_values = len(_distinct(here, name, chosen=False))
+        if n_values > _MOST_VALUES or (n_values == 1 and name != LIT_SIDE):
+            continue
+        if len(here) < len(tables):
+            without = next(each for each in tables if name not in each.columns)
+            heading = here[0].columns[name].heading
+            text = f"has no column {heading}, but {here[0].source} has one; add it, or write two measurements"
+            raise refusal(without.source, text)
+        is_one = len(_distinct(here, name)) == 1
+        found[name] = Role.ONLY if n_values == 1 else Role.CHOSEN if is_one else Role.DIVIDES
+    return found
+
+
+def _distinct(tables: Sequence[Conditions], name: str, chosen: bool = True) -> list[str]:
+    """Different cells of a column, of the chosen rows or of all; one more than the most, if they are more."""
+    found: list[str] = []
+    for each in tables:
+        rows = zip(each.columns[name].cells, each.kept, strict=True)
+        for cell in dict.fromkeys(cell for cell, kept in rows if kept or not chosen):
+            if len(found) <= _MOST_VALUES and not any(same_cell(cell, other) for other in found):
+                found.append(cell)
+    return found
+
+
+def _combinations(
+    held: Sequence[tuple[int, Conditions]], roles: Mapping[str, Role]
+) -> list[tuple[dict[str, Value], list[int]]]:
+    """Values that occur together, in the order of the rows, and the positions of the files that have them."""
+    spelt = {name: _distinct([each for _, each in held], name) for name in roles}
+    found: dict[tuple[str, ...], tuple[dict[str, Value], list[int]]] = {}
+    for k, each in held:
+        first: dict[tuple[str, ...], int] = {}
+        columns = [each.columns[name] for name in roles]
+        for row, cells in enumerate(zip(*(column.cells for column in columns), strict=True)):
+            if each.kept[row]:
+                first.setdefault(cells, row)
+        for cells, row in first.items():
+            values = {}
+            for name, column, cell in zip(roles, columns, cells, strict=True):
+                one = next(other for other in spelt[name] if same_cell(cell, other))
+                values[name] = Value(one, column, each.source, int(each.lines[row]), roles[name])
+                if not cell and roles[name] is not Role.ONLY:
+                    raise values[name].refusal("the cell is empty, but others are not; fill it")
+            _, where = found.setdefault(tuple(value.cell for value in values.values()), (values, []))
+            if k not in where:
+                where.append(k)
+    return [(_within_specimens(values, [v for v, _ in found.values()]), w) for values, w in found.values()]
+
+
+def _within_specimens(
+    values: Mapping[str, Value], combinations: Sequence[Mapping[str, Value]]
+) -> dict[str, Value]:
+    """The values, with whether others of the same condition occur with their specimen."""
+    one = values.get(SAMPLE)
+    same = [other for other in combinations if one is None or other[SAMPLE].cell == one.cell]
+    return {
+        name: dataclasses.replace(value, divides_specimen=len({other[name].cell for other in same}) > 1)
+        for name, value in values.items()
+    }
+
+
+def _short_names(condition: str, cells: Sequence[str]) -> dict[str, str]:
+    """A part of a name for each value; numbers where letters do not tell them apart."""
+    unit = "um" if condition == THICKNESS else ""
+    names = {cell: f"{letters}{unit}" if (letters := short(cell)) else "" for cell in cells}
+    if "" in names.values() or len({name.lower() for name in names.values()}) < len(names):
+        return {cell: str(k) for k, cell in enumerate(names, 1)}
+    return names
+
+
+def _reading_of(reading: Mapping[str, Any], where: Sequence[int], n_files: int) -> dict[str, Any]:
+    """What is stated about some of the files."""
+    return {
+        key: [value[k] for k in where]
+        if key in ONE_A_FILE and isinstance(value, list) and len(value) == n_files
+        else value
+        for key, value in reading.items()
+    }
