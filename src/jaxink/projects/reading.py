@@ -165,7 +165,8 @@ def _parts(table: dict[str, Any], known: Known, folder: Path) -> list[Part]:
     """The measurements into which the conditions of its files divide one."""
     files, name = table.get("data"), table.get("name")
     files = [files] if isinstance(files, str) else files
-    if not isinstance(name, str) or not name or not _are_files(files):
+    is_complete = isinstance(name, str) and name and _are_files(files)
+    if "readings" in table or not is_complete:
         # What is wrong with these is said where they are read.
         return [Part(table)]
     only(table_of(table, "reading"), READING, "reading")
