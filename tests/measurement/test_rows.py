@@ -111,6 +111,14 @@ def test_two_columns_of_one_condition_are_refused(tmp_path, refused):
         read_conditions(path)
 
 
+def test_a_column_of_one_value_does_not_compete(tmp_path):
+    head, *body = table("lit layer")
+    path = written(tmp_path, [[*head, "illuminated side"], *([*row, "left"] for row in body)])
+    (found,) = read_conditions(path)
+    assert found.columns["lit_side"].heading == "lit layer"
+    assert levels(jaxink.read(path, rows={"lit_side": "plate"})) == [0.2]
+
+
 def test_files_without_columns_take_no_rows(tmp_path, refused):
     path = written(tmp_path, table())
     jaxink.read(path, rows={"thickness_um": 75.5}).to_netcdf(tmp_path / "ink.nc")

@@ -164,7 +164,7 @@ def test_backings(tmp_path):
 def test_several_files_and_what_is_stated_of_each(tmp_path):
     columns = {"lit_side": ["plate", "ink"]}
     written(tmp_path, columns)
-    written(tmp_path, {"Lit Side": ["ink"]}, "more.csv")
+    written(tmp_path, {"illuminated side": ["ink"]}, "more.csv")
     for name in ("print.csv", "more.csv"):
         lines = (tmp_path / name).read_text().splitlines()
         kept = [line.split(",") for line in lines if ",T," not in line]

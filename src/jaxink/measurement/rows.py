@@ -85,13 +85,11 @@ def conditions_of(table: TextTable, rows: Mapping[str, Any], sample: str | None)
     """The columns of a table that state conditions; parameters and errors as for `with_rows_of`."""
     columns = {}
     for condition in _HEADINGS:
-        found = [name for name in table.names if (condition_of(name) or ("",))[0] == condition]
+        found = _headings_of(table, condition)
         cells = {name: tuple(table.column(table.names.index(name))) for name in found}
-        # What is the same in all rows does not compete with what was changed.
-        several = [name for name in found if len(set(cells[name])) > 1]
-        if len(several) > 1:
-            raise refusal(table.source, _ambiguous(several, condition))
-        for name in (several or found)[:1]:
+        if len([name for name in found if len(set(cells[name])) > 1]) > 1:
+            raise refusal(table.source, _ambiguous(found, condition))
+        for name in found[:1]:
             columns[condition] = Condition(name, (condition_of(name) or ("", ""))[1], cells[name])
     kept = np.ones(len(table.rows), bool)
     for heading, value in (*rows.items(), *([] if sample is None else [(SAMPLE, sample)])):
@@ -180,17 +178,13 @@ def _chosen(table: TextTable, heading: Any, value: Any) -> Bool[np.ndarray, " ro
 
 def _index(table: TextTable, heading: str) -> int:
     """Position of the column with a heading, or that states the condition of this name."""
-    tests = (
-        lambda name: name == heading,
-        lambda name: plain_name(name) == plain_name(heading),
-        lambda name: heading in _HEADINGS and (condition_of(name) or ("",))[0] == heading,
-    )
-    for is_meant in tests:
-        found = [index for index, name in enumerate(table.names) if name and is_meant(name)]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise refusal(table.source, _ambiguous([table.names[index] for index in found], heading))
+    found = [name for name in table.names if name == heading]
+    found = found or [name for name in table.names if name and plain_name(name) == plain_name(heading)]
+    found = found or (_headings_of(table, heading) if heading in _HEADINGS else [])
+    if len(found) > 1:
+        raise refusal(table.source, _ambiguous(found, heading))
+    if found:
+        return table.names.index(found[0])
     text = f"has no column {heading} from which to choose rows; the header has {listed(table.names)}"
     raise refusal(table.source, text)
 
@@ -198,6 +192,14 @@ def _index(table: TextTable, heading: str) -> int:
 def _ambiguous(names: list[str], condition: str) -> str:
     several = " and ".join(f"'{name}'" for name in names)
     return f"the columns {several} can be {condition}; rename all but one"
+
+
+def _headings_of(table: TextTable, condition: str) -> list[str]:
+    """Columns that state a condition: the one of its name, else those with several values, else all."""
+    found = [name for name in table.names if (condition_of(name) or ("",))[0] == condition]
+    exact = [name for name in found if plain_name(name) == condition]
+    several = [name for name in found if len(set(table.column(table.names.index(name)))) > 1]
+    return exact or several or found
 
 
 def _kept(table: TextTable, keep: Bool[np.ndarray, " rows"]) -> TextTable:

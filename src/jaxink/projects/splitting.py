@@ -21,6 +21,38 @@ from jaxink.projects.conditions import Known, Part, Role, Value, explained, shor
 _MOST_VALUES = 50
 
 
+def conditions_in(table: Mapping[str, Any], folder: Path) -> list[tuple[dict[str, Value], list[int]]]:
+    """Find the conditions of a measurement, as its files state them.
+
+    Parameters
+    ----------
+    table
+        The ``[[measurements]]`` table, with a name and the files.
+    folder
+        Folder of the files.
+
+    Returns
+    -------
+    list of (values, files)
+        Values by condition that occur together, in the order of the rows, and the positions of the files that
+        have them; empty if the files state no condition.
+
+    Raises
+    ------
+    InputRefusedError
+        A file cannot be read, only some of the files state a condition, or a cell is empty.
+    """
+    files = _files(table)
+    of_files, rows = overrides_of_files(len(files), table.get("reading", {})), table.get("rows", {})
+    held = [
+        (k, each)
+        for k, file in enumerate(files)
+        for each in read_conditions(folder / file, rows=rows, **of_files[k]) or [_none_of(folder / file)]
+    ]
+    roles = _roles([each for _, each in held])
+    return _combinations(held, roles) if roles else []
+
+
 def split(table: Mapping[str, Any], known: Known, folder: Path) -> list[Part]:
     """Divide a measurement by the conditions that its files state.
 
@@ -45,35 +77,28 @@ def split(table: Mapping[str, Any], known: Known, folder: Path) -> list[Part]:
         A value is empty or not explained, or the measurement states the same by itself; the message names
         file, row and column.
     """
-    files = [table["data"]] if isinstance(table["data"], str) else list(table["data"])
-    reading, rows = table.get("reading", {}), table.get("rows", {})
-    of_files = overrides_of_files(len(files), reading)
-    held = [
-        (k, each)
-        for k, file in enumerate(files)
-        for each in read_conditions(folder / file, rows=rows, **of_files[k]) or [_none_of(folder / file)]
-    ]
-    tables = [each for _, each in held]
-    roles = _roles(tables)
-    combinations = _combinations(held, roles) if roles else []
+    combinations = conditions_in(table, folder)
     if not combinations:
         # Without conditions, or without rows, of which the reader tells.
         return [Part(dict(table))]
-    dividing = [name for name, role in roles.items() if role is Role.DIVIDES]
+    files, reading = _files(table), table.get("reading", {})
+    dividing = [name for name, value in combinations[0][0].items() if value.divides]
     names = {name: _short_names(name, [values[name].cell for values, _ in combinations]) for name in dividing}
-    # Files may head a column differently; it is then found by the condition that it states.
-    headings = {name: {each.columns[name].heading for each in tables} for name in dividing}
-    keys = {name: held.pop() if len(held) == 1 else name for name, held in headings.items()}
     parts = []
     for values, where in combinations:
         part = dict(table)
         if dividing:
             part["name"] = "_".join([table["name"], *(names[name][values[name].cell] for name in dividing)])
-            part["rows"] = {**rows, **{keys[name]: values[name].cell for name in dividing}}
+            # Files may head a column differently; each is found by the condition that it states.
+            part["rows"] = {**table.get("rows", {}), **{name: values[name].cell for name in dividing}}
             part["data"] = [files[k] for k in where]
             part["reading"] = _reading_of(reading, where, len(files))
         parts.append(explained(part, values, known))
     return parts
+
+
+def _files(table: Mapping[str, Any]) -> list[str]:
+    return [table["data"]] if isinstance(table["data"], str) else list(table["data"])
 
 
 def _none_of(path: Path) -> Conditions:
