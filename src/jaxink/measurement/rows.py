@@ -27,7 +27,7 @@ _CONDITION_OF = {
 }
 _MICROMETRES = {"um", "\N{MICRO SIGN}m", "\N{GREEK SMALL LETTER MU}m", "micron", "microns"}
 _MICROMETRES |= {"micrometre", "micrometres", "micrometer", "micrometers"}
-IN_A_PROJECT = "fit them together in a project (docs/manual/projects.md)"
+IN_A_PROJECT = "fit them together in a project (jaxink init --project)"
 
 
 def condition_of(heading: str) -> tuple[str, str] | None:

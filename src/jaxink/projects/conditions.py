@@ -115,7 +115,7 @@ class Value:
 def short(cell: str) -> str:
     """A value in letters, digits, hyphens and underscores."""
     if is_number(cell):
-        cell = f"{float(cell.replace(',', '.', 1)):g}"
+        cell = f"{_number(cell):g}"
     plain = unicodedata.normalize("NFKD", cell).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9-]+", "_", plain).strip("_")
 
@@ -123,6 +123,15 @@ def short(cell: str) -> str:
 def toml_key(word: str) -> str:
     """A key of TOML, in quotation marks where it needs them."""
     return word if re.fullmatch(r"[A-Za-z0-9_-]+", word) else json.dumps(word, ensure_ascii=False)
+
+
+def explains_itself(cell: str) -> bool:
+    """Whether a value of a backing needs no word of the project."""
+    return cell.casefold() in _NO_BACKING or (is_number(cell) and 0 <= _number(cell) <= 1)
+
+
+def _number(cell: str) -> float:
+    return float(cell.replace(",", ".", 1))
 
 
 def explained(part: dict[str, Any], values: Mapping[str, Value], known: Known) -> Part:
@@ -217,7 +226,7 @@ def _thickness(
         raise value.refusal(f"the unit {unit}; write micrometres, and name the column {THICKNESS}")
     if not is_number(value.cell):
         raise value.refusal(f"'{value.cell}' is not a number; write the thickness in micrometres")
-    number, common = float(value.cell.replace(",", ".", 1)), inks[0].get(THICKNESS)
+    number, common = _number(value.cell), inks[0].get(THICKNESS)
     if isinstance(common, dict):
         if other := sorted(common.keys() - _OF_ANY_THICKNESS):
             raise value.refusal(
@@ -242,7 +251,7 @@ def _backing(
     named = {key.casefold(): given for key, given in backings.items()}
     given = named.get(word, False if word in _NO_BACKING else None)
     if given is None and is_number(word):
-        given = float(word.replace(",", ".", 1))
+        given = _number(word)
         if not 0 <= given <= 1:
             raise value.refusal(
                 f"{value.cell} is no reflectance between 0 and 1; divide per cent by 100, or, if it is the "
