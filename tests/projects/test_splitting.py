@@ -100,6 +100,23 @@ def test_thicknesses_are_shared(tmp_path):
     assert project.parameters[thick].value == 75.5
 
 
+def test_files_of_one_value_each_differ(tmp_path):
+    written(tmp_path, {"thickness_um": [40], "backing": ["0.5"], "sample": ["a"]}, "thin.csv")
+    written(tmp_path, {"thickness_um": [75], "backing": ["0.5"], "sample": ["b"]}, "thick.csv")
+    pair = [f'[[measurements]]\nname = "{name}"\ndata = "{name}.csv"\n' for name in ("thin", "thick")]
+    project = project_of(HEAD + "[specimens.b]\nink.refractive_index = 1.51\n" + "".join(pair), tmp_path)
+    assert names(project) == ["thin", "thick"]
+    assert [value(one, "ink.thickness_um") for one in project.measurements] == [40, 75]
+    assert [value(one, "ink.refractive_index") for one in project.measurements] == [1.5, 1.51]
+    assert project["thin"].sample.backing is None
+    # A column without a cell says nothing.
+    written(tmp_path, {"thickness_um": [""]}, "thick.csv")
+    assert value(project_of(HEAD + "".join(pair), tmp_path)["thin"], "ink.thickness_um") == 30
+    written(tmp_path, {"thickness_um": [75]}, "thick.csv")
+    # Alone, each is left to the sample file.
+    assert value(project_of(HEAD + pair[1], tmp_path)["thick"], "ink.thickness_um") == 30
+
+
 def test_samples_are_specimens(tmp_path):
     text = edited(
         ONE,

@@ -52,11 +52,14 @@ class Known:
         Changes by specimen.
     backings
         Reflectance, or table, by the word for a card behind the sample.
+    several
+        Conditions that have several values in the project.
     """
 
     sample: dict[str, Any]
     specimens: Mapping[str, dict[str, Any]]
     backings: Mapping[str, Any]
+    several: frozenset[str]
 
 
 class Role(Enum):
@@ -136,6 +139,9 @@ def _number(cell: str) -> float:
 
 def explained(part: dict[str, Any], values: Mapping[str, Value], known: Known) -> Part:
     """A measurement with what its values mean for the sample."""
+    # What is the same everywhere is left to the sample file, but a side that is lit has no place there.
+    always = known.several | {LIT_SIDE}
+    values = {k: value for k, value in values.items() if k in always or value.role is not Role.ONLY}
     if LIT_SIDE in values:
         part |= _lit_side(part, values[LIT_SIDE], known.sample)
     if SAMPLE in values:

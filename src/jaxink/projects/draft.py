@@ -10,7 +10,7 @@ from jaxink.measurement.reader import overrides_of_files
 from jaxink.measurement.rows import BACKING, LIT_SIDE, SAMPLE, THICKNESS
 from jaxink.projects.conditions import Value, explains_itself, short, toml_key
 from jaxink.projects.schema import PROJECT_VERSION
-from jaxink.projects.splitting import conditions_in
+from jaxink.projects.splitting import conditions_in, several_of
 
 # Reflectance of usual cards; of others nothing is known.
 _USUAL = {"white": 0.85, "black": 0.04}
@@ -60,7 +60,12 @@ def project_text(
     layers
         Names of its layers, the lit one first.
     """
-    found = [[values for values, _ in conditions_in(table, folder)] for table in tables]
+    held = [conditions_in(table, folder) for table in tables]
+    applies = several_of(held) | {LIT_SIDE}
+    found = [
+        [{name: value for name, value in values.items() if name in applies} for values, _ in combinations]
+        for combinations in held
+    ]
     lines = [*_head(tables, sample), *_cards(found), *_specimens(found)]
     for table, combinations in zip(tables, found, strict=True):
         lines += [*_measurement(table, combinations, layers)]
@@ -89,7 +94,7 @@ def _head(tables: Sequence[Mapping[str, Any]], sample: str) -> Iterator[str]:
 
 def _cards(found: Sequence[Sequence[Mapping[str, Value]]]) -> Iterator[str]:
     """The reflectance of each card that a file names."""
-    cells = dict.fromkeys(cell for cell in _dividing(found, BACKING) if not explains_itself(cell))
+    cells = dict.fromkeys(cell for cell in _cells(found, BACKING) if not explains_itself(cell))
     if not cells:
         return
     yield ""
@@ -103,7 +108,7 @@ def _specimens(found: Sequence[Sequence[Mapping[str, Value]]]) -> Iterator[str]:
     """A table for each sample that a file names, or an example of one."""
     yield ""
     yield "# What differs on one print or drawdown, by the names of the layers; its measurements share it."
-    cells = dict.fromkeys(_dividing(found, SAMPLE))
+    cells = dict.fromkeys(_cells(found, SAMPLE))
     if not cells:
         yield "# [specimens.thick]"
         yield "# ink.thickness_um = 75"
@@ -116,11 +121,11 @@ def _specimens(found: Sequence[Sequence[Mapping[str, Value]]]) -> Iterator[str]:
     yield "# noise.relative = 0.01"
 
 
-def _dividing(found: Sequence[Sequence[Mapping[str, Value]]], name: str) -> Iterator[str]:
-    """Values of a condition by which a file is divided."""
+def _cells(found: Sequence[Sequence[Mapping[str, Value]]], name: str) -> Iterator[str]:
+    """Values of a condition."""
     for combinations in found:
         for values in combinations:
-            if name in values and values[name].divides:
+            if name in values:
                 yield values[name].cell
 
 
@@ -132,8 +137,8 @@ def _measurement(
     yield "[[measurements]]"
     for key, value in table.items():
         yield f"{key} = {_toml(value)}"
-    divides = {name: value for name, value in (combinations[0] if combinations else {}).items()}
-    for name, value in divides.items():
+    stated = combinations[0] if combinations else {}
+    for name, value in stated.items():
         cells = list(dict.fromkeys(values[name].cell for values in combinations))
         column = f"Column {value.column.heading}"
         if value.divides:
@@ -141,14 +146,14 @@ def _measurement(
             yield f"# {column} divides it into measurements of {len(cells)} values: {listed}."
         else:
             yield f"# {column} says {cells[0]}."
-    if SAMPLE not in divides:
+    if SAMPLE not in stated:
         yield '# specimen = "thick"  # one of [specimens.NAME] above'
     yield '# instrument = "arm"  # one of [instruments.NAME] above'
-    if LIT_SIDE not in divides and len(layers) > 1:
+    if LIT_SIDE not in stated and len(layers) > 1:
         yield f'# lit_side = "{layers[-1]}"  # if light meets that layer first; else it is {layers[0]}'
-    if THICKNESS not in divides:
+    if THICKNESS not in stated:
         yield "# changes.ink.thickness_um = 75  # what differs here alone"
-    if BACKING not in divides:
+    if BACKING not in stated:
         yield "# changes.backing.reflectance = 0.04"
 
 

@@ -12,7 +12,7 @@ from jaxink.measurement import GonioData, Readings
 from jaxink.projects.conditions import Known, Part
 from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
-from jaxink.projects.splitting import split
+from jaxink.projects.splitting import Combinations, conditions_in, several_of, split
 from jaxink.sample import Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import only, table_of
@@ -92,15 +92,17 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
         raise InputRefusedError(
             "there are no measurements; write a [[measurements]] table for each, with name and data."
         )
-    known = Known(common, shared["specimens"], _backings(document))
+    conditions = []
+    for i, table in enumerate(tables):
+        with _named_in_messages(_called(table, i)):
+            conditions.append(_conditions(table, folder))
+    known = Known(common, shared["specimens"], _backings(document), several_of(conditions))
     parts, measurements = [], []
     for i, table in enumerate(tables):
-        name = table.get("name")
-        with _named_in_messages(f"'{name}'" if isinstance(name, str) and name else f"{i + 1}"):
-            divided = _parts(table, known, folder)
+        with _named_in_messages(_called(table, i)):
+            divided = split(table, conditions[i], known)
         for part in divided:
-            name = part.table.get("name")
-            with _named_in_messages(f"'{name}'" if isinstance(name, str) and name else f"{i + 1}"):
+            with _named_in_messages(_called(part.table, i)):
                 measurements.append(_measurement(part, common, shared, (folder, home), effects))
         parts += divided
     for kind, key in _SHARED.items():
@@ -112,6 +114,12 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
                 "or remove it."
             )
     return Project(tuple(measurements), str(document.get("title", "")))
+
+
+def _called(table: Mapping[str, Any], position: int) -> str:
+    """What messages call a measurement: its name, or its number if it has none."""
+    name = table.get("name")
+    return f"'{name}'" if isinstance(name, str) and name else f"{position + 1}"
 
 
 @contextmanager
@@ -161,21 +169,21 @@ def _backings(document: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _parts(table: dict[str, Any], known: Known, folder: Path) -> list[Part]:
-    """The measurements into which the conditions of its files divide one."""
+def _conditions(table: dict[str, Any], folder: Path) -> Combinations:
+    """The conditions that the files of a measurement state."""
     files, name = table.get("data"), table.get("name")
     files = [files] if isinstance(files, str) else files
     is_complete = isinstance(name, str) and name and _are_files(files)
     if "readings" in table or not is_complete:
         # What is wrong with these is said where they are read.
-        return [Part(table)]
+        return []
     only(table_of(table, "reading"), READING, "reading")
     for column, cell in _as_table(table.get("rows", {}), "rows").items():
         if isinstance(cell, bool) or not isinstance(cell, str | int | float):
             raise InputRefusedError(
                 f"rows.{column} is {cell!r}; it must be the text or the number of a cell of that column."
             )
-    return split(table, known, folder)
+    return conditions_in(table, folder)
 
 
 def _measurement(

@@ -2,11 +2,12 @@
 
 A column that states a condition (`jaxink.measurement.rows`) and has several values divides the rows of a
 measurement, unless its ``rows`` choose one of the values. Either way the value applies: which side was lit,
-which specimen it was, how thick its ink, what was behind it (`jaxink.projects.conditions`).
+which specimen it was, how thick its ink, what was behind it (`jaxink.projects.conditions`). So does the only
+value of a file, if other measurements of the project have other ones.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,13 @@ from jaxink.measurement.rows import LIT_SIDE, SAMPLE, THICKNESS, Conditions, sam
 from jaxink.measurement.table import refusal
 from jaxink.projects.conditions import Known, Part, Role, Value, explained, short
 
+# Values by condition that occur together, and the positions of the files that have them.
+Combinations = list[tuple[dict[str, Value], list[int]]]
 # A column with more values is a reading, such as that of a thermometer.
 _MOST_VALUES = 50
 
 
-def conditions_in(table: Mapping[str, Any], folder: Path) -> list[tuple[dict[str, Value], list[int]]]:
+def conditions_in(table: Mapping[str, Any], folder: Path) -> Combinations:
     """Find the conditions of a measurement, as its files state them.
 
     Parameters
@@ -53,17 +56,28 @@ def conditions_in(table: Mapping[str, Any], folder: Path) -> list[tuple[dict[str
     return _combinations(held, roles) if roles else []
 
 
-def split(table: Mapping[str, Any], known: Known, folder: Path) -> list[Part]:
+def several_of(found: Iterable[Combinations]) -> frozenset[str]:
+    """Conditions that have several values in the measurements of a project."""
+    cells: dict[str, list[str]] = {}
+    for values in (values for combinations in found for values, _ in combinations):
+        for name, value in values.items():
+            known = cells.setdefault(name, [])
+            if not any(same_cell(value.cell, other) for other in known):
+                known.append(value.cell)
+    return frozenset(name for name, known in cells.items() if len(known) > 1)
+
+
+def split(table: Mapping[str, Any], combinations: Combinations, known: Known) -> list[Part]:
     """Divide a measurement by the conditions that its files state.
 
     Parameters
     ----------
     table
         The ``[[measurements]]`` table, with a name and the files.
+    combinations
+        Its conditions, from `conditions_in`.
     known
         What explains the words of the files.
-    folder
-        Folder of the files.
 
     Returns
     -------
@@ -74,10 +88,9 @@ def split(table: Mapping[str, Any], known: Known, folder: Path) -> list[Part]:
     Raises
     ------
     InputRefusedError
-        A value is empty or not explained, or the measurement states the same by itself; the message names
-        file, row and column.
+        A value is not explained, or the measurement states the same by itself; the message names file, row
+        and column.
     """
-    combinations = conditions_in(table, folder)
     if not combinations:
         # Without conditions, or without rows, of which the reader tells.
         return [Part(dict(table))]
@@ -107,14 +120,17 @@ def _none_of(path: Path) -> Conditions:
 
 
 def _roles(tables: Sequence[Conditions]) -> dict[str, Role]:
-    """The conditions that apply: those with several values in the files, and the lit side with one."""
+    """The conditions that the files state, and what each is to the measurement."""
     found = {}
     for name in dict.fromkeys(name for each in tables for name in each.columns):
         here = [each for each in tables if name in each.columns]
-        n_values = len(_distinct(here, name, chosen=False))
-        if n_values > _MOST_VALUES or (n_values == 1 and name != LIT_SIDE):
+        all_values = _distinct(here, name, chosen=False)
+        n_values = len(all_values)
+        is_partial = len(here) < len(tables)
+        is_left_out = n_values == 1 and name != LIT_SIDE and is_partial
+        if n_values > _MOST_VALUES or all_values == [""] or is_left_out:
             continue
-        if len(here) < len(tables):
+        if is_partial:
             without = next(each for each in tables if name not in each.columns)
             heading = here[0].columns[name].heading
             text = f"has no column {heading}, but {here[0].source} has one; add it, or write two measurements"
@@ -135,9 +151,7 @@ def _distinct(tables: Sequence[Conditions], name: str, chosen: bool = True) -> l
     return found
 
 
-def _combinations(
-    held: Sequence[tuple[int, Conditions]], roles: Mapping[str, Role]
-) -> list[tuple[dict[str, Value], list[int]]]:
+def _combinations(held: Sequence[tuple[int, Conditions]], roles: Mapping[str, Role]) -> Combinations:
     """Values that occur together, in the order of the rows, and the positions of the files that have them."""
     spelt = {name: _distinct([each for _, each in held], name) for name in roles}
     found: dict[tuple[str, ...], tuple[dict[str, Value], list[int]]] = {}
