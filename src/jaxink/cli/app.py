@@ -213,9 +213,20 @@ app.command()(convert)
 @with_reading
 def init(
     data: Data,
-    out: Annotated[Path, typer.Option(metavar="SAMPLE.toml", help="The sample file to write.")] = Path(
-        "sample.toml"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="The file to write; by default sample.toml, or project.toml with --project.",
+        ),
+    ] = None,
+    project: Annotated[
+        bool,
+        typer.Option(
+            "--project",
+            help="Write a project, with one measurement for each file, and the common sample.toml beside it.",
+        ),
+    ] = False,
     order: Annotated[
         str | None,
         typer.Option(
@@ -270,7 +281,14 @@ def init(
         given |= {"particle_index": particle_index, "radius_nm": radius_nm}
         given |= {"wavelengths_nm": wavelengths, "asymmetry": asymmetry}
         stated = reading.keywords()
-        raise typer.Exit(run_init(data, out, given, stated, option_words(stated), force, quiet))
+        options = option_words(stated)
+        if project:
+            from jaxink.cli.init_project import run_init_project
+
+            out = out or Path("project.toml")
+            raise typer.Exit(run_init_project(data, out, given, stated, options, force, quiet))
+        out = out or Path("sample.toml")
+        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
 
 
 @app.command()

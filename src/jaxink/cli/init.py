@@ -3,7 +3,7 @@
 import re
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,33 +56,25 @@ def run_init(
     ``given`` are fields of `Draft` as texts, None if not stated; ``columns`` are keywords of `jaxink.read`,
     and ``options`` the same for the command line.
     """
-    if out.exists() and not force:
-        raise InputRefusedError(f"{shown_path(out)}: exists already; choose another name, or add --force.")
-    require_file(out)
-    stated = {name: _stated(name, text) for name, text in given.items() if text is not None}
+    require_new(out, force)
+    stated = stated_fields(given)
     data = jaxink.read(data_files, **columns)
     refuse_other_samples(
         data,
         "Write a sample file for each; if it is one sample, give one of the files here, and state as "
         "relative in [noise] how well its readings reproduce",
     )
-    if "order" not in stated and (order := lit_order(data)) is not None:
-        stated["order"] = order
-    stated["wavelengths_nm"] = tuple(chosen_wavelengths(data, stated.get("wavelengths_nm", ())))
-    if _is_terminal() and not quiet:
-        command = CommandLine(
-            "init", data_files, {"--out": out, "--force": force, "--wavelengths": given["wavelengths_nm"]}
-        )
-        stated = _asked(data, stated, command, options)
-    draft = Draft(**stated)
-    assumed = [name for name in draft.needed if name not in stated]
+    command = CommandLine(
+        "init", data_files, {"--out": out, "--force": force, "--wavelengths": given["wavelengths_nm"]}
+    )
+    draft, assumed = drafted(data, stated, None if quiet else command, options)
     text = sample_text(data, draft, assumed)
     # What is written can be read, or the reason is said.
     sample = jaxink.parse_sample(text, shown_path(out), out.parent)
     with written_whole(out) as part:
         part.write_text(text, encoding="utf-8")
     if not quiet:
-        _show(data, sample, draft, assumed, out)
+        show(data, sample, draft, assumed, out)
         command_words = [
             "jaxink",
             "fit",
@@ -95,6 +87,42 @@ def run_init(
         ]
         typer.echo(f"Next: {shlex.join(command_words)}")
     return ExitCode.FITTED
+
+
+def require_new(out: Path, force: bool, otherwise: str = "choose another name") -> None:
+    """Reject a file that exists, unless the user wants it replaced, or that cannot be written."""
+    if out.exists() and not force:
+        raise InputRefusedError(f"{shown_path(out)}: exists already; {otherwise}, or add --force.")
+    require_file(out)
+
+
+def stated_fields(given: Mapping[str, str | None]) -> dict[str, Any]:
+    """Fields of `Draft` that the options state."""
+    return {name: _stated(name, text) for name, text in given.items() if text is not None}
+
+
+def drafted(
+    data: jaxink.GonioData, stated: dict[str, Any], command: CommandLine | None, options: Sequence[str]
+) -> tuple[Draft, list[str]]:
+    """What is known of the sample, after questions to the user, and the fields that are assumed.
+
+    Parameters
+    ----------
+    data
+        The measurement.
+    stated
+        Fields of `Draft` that are known.
+    command, options
+        The command, which goes on where the user stops; None: nobody is asked.
+    """
+    stated = dict(stated)
+    if "order" not in stated and (order := lit_order(data)) is not None:
+        stated["order"] = order
+    stated["wavelengths_nm"] = tuple(chosen_wavelengths(data, stated.get("wavelengths_nm", ())))
+    if command is not None and _is_terminal():
+        stated = _asked(data, stated, command, options)
+    draft = Draft(**stated)
+    return draft, [name for name in draft.needed if name not in stated]
 
 
 def _is_terminal() -> bool:
@@ -177,7 +205,8 @@ def _stopped(answers: dict[str, Any], command: CommandLine, options: Sequence[st
     return StoppedError("stopped; nothing was written.", [("With the answers so far it goes on by", words)])
 
 
-def _show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: list[str], out: Path) -> None:
+def show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: list[str], out: Path) -> None:
+    """Print what was read, written and assumed."""
     sides = " and ".join(sorted(set(data.side.tolist())))
     lines = [f"Read {data.source}: {len(data)} rows in {len(data.scans)} scans, {sides}."]
     lines += [f"  {note}" for note in data.notes]

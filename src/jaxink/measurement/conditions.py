@@ -15,6 +15,7 @@ from jaxtyping import Int
 
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.pairs import stated_groups
+from jaxink.measurement.rows import IN_A_PROJECT, condition_of
 from jaxink.measurement.table import refusal
 
 _CONDITIONS = {"lit", "illuminated", "polarisation", "polarization", "polariser", "polarizer"}
@@ -42,14 +43,22 @@ def refuse_several_conditions(data: GonioData, source: str = "") -> None:
         pair = _pair(name, values, group)
         if pair is None:
             continue
-        first, second = (_shown(value) for value in values[list(pair)].tolist())
+        values_there = values[list(pair)].tolist()
+        first, second = map(_shown, values_there)
         raise refusal(
             f"{source or data.source}, {data.place(pair[1])}",
             f"the cell is {second}, but {first} in {data.place(pair[0])}, at equal angles, wavelength and "
-            "side; different conditions cannot be fitted together, so keep the rows of one of them, or name "
-            "the column 'repeat' if these are repeats of one measurement",
+            f"side; the conditions differ, so {_remedy(name, values_there[1])}, or name the column 'repeat' "
+            "if these are repeats",
             column=name,
         )
+
+
+def _remedy(name: str, value: str | float) -> str:
+    """What to do with the rows of several conditions: a project knows what some of them change."""
+    cell = repr(value) if isinstance(value, str) else "''" if value != value else f"{value:.15g}"
+    one = f"keep the rows of one (in Python: rows={{{name!r}: {cell}}})"
+    return one if condition_of(name) is None else f"{IN_A_PROJECT}, {one}"
 
 
 def _shown(value: str | float) -> str:

@@ -137,7 +137,7 @@ def meaning(name: str) -> tuple[str, str] | None:
     """Quantity and unit (may be empty) of a column with this name; None if the name is unknown."""
     if (exact := plain_name(name)) in NAMES:
         return exact, ""
-    stem, unit = _split(name)
+    stem, unit = name_and_unit(name)
     target = _TARGET.get(_key(stem)) or _TARGET.get(_key(name))
     return None if target is None else (target, unit)
 
@@ -190,10 +190,10 @@ def _side_of_ideographs(word: str) -> str | None:
 
 def is_cosine(name: str) -> bool:
     """Whether the name is that of a direction cosine or of sine space."""
-    return _key(_split(name)[0]) in _COSINES or _key(name) in _COSINES
+    return _key(name_and_unit(name)[0]) in _COSINES or _key(name) in _COSINES
 
 
-def _split(name: str) -> tuple[str, str]:
+def name_and_unit(name: str) -> tuple[str, str]:
     """Name and unit of a header."""
     if found := _BRACKETS.fullmatch(name):
         return found[1], found[2]

@@ -15,10 +15,11 @@ from jaxink.measurement.frame import is_frame, kind_of, table_of
 from jaxink.measurement.joining import join
 from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.remedies import FROM_ITS_SOURCE, FROM_PYTHON, remedy_for
+from jaxink.measurement.rows import Conditions
 from jaxink.measurement.sheets import Wanted, wanted_of
-from jaxink.measurement.table import AS_CSV, refusal
+from jaxink.measurement.table import AS_CSV, TextTable, refusal
 from jaxink.measurement.text_file import read_table
-from jaxink.measurement.tidy import Stated, measurement_of
+from jaxink.measurement.tidy import Stated, measurement_of, stated_conditions
 from jaxink.measurement.workbook import EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES, read_sheets
 
 _CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc")
@@ -43,7 +44,7 @@ _FOREIGN = {
 # Of exchange files; their content, not the name, says which format they have.
 _EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".binary")
 # What may be stated for each of several files.
-_ONE_A_FILE = ("side", "theta_i_deg")
+ONE_A_FILE = ("side", "theta_i_deg")
 # What only exchange files leave open.
 _EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "theta_i_deg", "cosine_weighted"}
 # A file, or a table in memory such as a pandas DataFrame.
@@ -84,18 +85,9 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
     paths = list(path)
     if not paths:
         raise InputRefusedError("there is no measurement file; give at least one.")
-    each = {name: _of_each(name, overrides.pop(name, None), len(paths)) for name in _ONE_A_FILE}
+    of_files = overrides_of_files(len(paths), overrides)
     read_parts = [
-        (
-            file,
-            _parts(
-                file,
-                f"{kind_of(file)} {k + 1}",
-                **overrides,
-                **{name: v[k] for name, v in each.items() if v[k] is not None},
-            ),
-        )
-        for k, file in enumerate(paths)
+        (file, _parts(file, f"{kind_of(file)} {k + 1}", **of_files[k])) for k, file in enumerate(paths)
     ]
     parts = [(file, part) for file, held in read_parts for part in held]
     names = [part.source for _, part in parts]
@@ -108,6 +100,44 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
             for file, part in parts
         ]
     )
+
+
+def read_conditions(path: str | Path, **overrides: Any) -> list[Conditions]:
+    """Read which conditions a file states: of the whole file, or of each sheet that the caller wants.
+
+    Parameters
+    ----------
+    path
+        The file. Those of instruments and ray tracers, and netCDF files, state none by columns.
+    **overrides
+        Keyword arguments of ``read_csv`` or ``read_workbook``.
+
+    Raises
+    ------
+    InputRefusedError
+        If the file cannot be read, or ``rows`` names what it does not have.
+    """
+    path = Path(path)
+    with open_bounded(path, MOST_BYTES, "measurement file") as file:
+        is_exchange = format_of(file.read(HEAD_BYTES)) is not None
+    suffix = path.suffix.lower()
+    if is_exchange or suffix not in (*_CSV_SUFFIXES, *_WORKBOOK_SUFFIXES):
+        return []
+    _refuse_options_of_exchange(path, overrides)
+    if suffix in _WORKBOOK_SUFFIXES:
+        return [stated_conditions(*each) for each in _sheet_tables(path, **overrides)]
+    stated = _stated({name: value for name, value in overrides.items() if name != "sheet"})
+    return [stated_conditions(read_table(path, stated.columns.values(), stated.edges), stated)]
+
+
+def overrides_of_files(n_files: int, overrides: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What is stated about each of several files: the same for all, or entries of a list."""
+    each = {name: _of_each(name, overrides.get(name), n_files) for name in ONE_A_FILE}
+    shared = {name: value for name, value in overrides.items() if name not in ONE_A_FILE}
+    return [
+        shared | {name: values[k] for name, values in each.items() if values[k] is not None}
+        for k in range(n_files)
+    ]
 
 
 def _joined(parts: list[GonioData]) -> GonioData:
@@ -208,6 +238,7 @@ def read_csv(
     phi_o_deg: float | None = None,
     matrix: str | Sequence[str] | None = None,
     needs_values: bool = True,
+    rows: Mapping[str, Any] | None = None,
 ) -> GonioData:
     """Read a text table: each row is the BSDF value of one pair of directions, or each cell of a matrix.
 
@@ -246,6 +277,9 @@ def read_csv(
     needs_values
         Whether the column ``bsdf_per_sr`` is required. A table of directions for a prediction may lack it;
         all values are then 0.
+    rows
+        Which rows to read, if the file has several conditions: the cell by column, for instance
+        ``{"lit_side": "ink"}``. Numbers are compared as numbers.
 
     Returns
     -------
@@ -269,6 +303,7 @@ def read_csv(
         phi_o_deg,
         matrix,
         needs_values,
+        rows or {},
     )
     return measurement_of(read_table(Path(path), stated.columns.values(), stated.edges), stated)
 
@@ -296,11 +331,14 @@ def read_workbook(path: str | Path, *, sheet: Wanted | None = None, **overrides:
 
 
 def _read_sheets(path: Path, sheet: Any = None, **overrides: Any) -> list[GonioData]:
+    return [measurement_of(*each) for each in _sheet_tables(path, sheet, **overrides)]
+
+
+def _sheet_tables(path: Path, sheet: Any = None, **overrides: Any) -> list[tuple[TextTable, Stated]]:
+    """The wanted sheets, and what is stated about each."""
     stated = _stated(overrides)
     sheets = read_sheets(path, wanted_of(sheet), stated.columns.values(), stated.edges)
     return [
-        measurement_of(
-            each.table, stated if each.side is None else stated.of_side(each.side, each.table.source)
-        )
+        (each.table, stated if each.side is None else stated.of_side(each.side, each.table.source))
         for each in sheets
     ]

@@ -18,6 +18,7 @@ from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import value_bits, value_notes
 from jaxink.measurement.names import meaning
 from jaxink.measurement.pairs import direction_groups
+from jaxink.measurement.rows import Conditions, conditions_of, with_one_sample, with_rows_of
 from jaxink.measurement.signed_angles import unsigned_directions
 from jaxink.measurement.table import TextTable, refusal
 
@@ -44,6 +45,8 @@ class Stated:
         Quantities down and along the edges of a matrix, or the latter only; also as text with a comma.
     needs_values
         Whether the column of values is required; without it all values are 0.
+    rows
+        Cell of the wanted rows by column.
     """
 
     wavelength_nm: float | None = None
@@ -57,6 +60,7 @@ class Stated:
     phi_o_deg: float | None = None
     matrix: str | Sequence[str] | None = None
     needs_values: bool = True
+    rows: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def edges(self) -> Sequence[str] | None:
@@ -81,12 +85,9 @@ class Stated:
 
 def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     """The measurement that a table contains; parameters and errors as for `jaxink.measurement.read_csv`."""
-    table, constant_notes = _with_constants(table, stated)
-    known, extra, column_notes = match_columns(table, dict(stated.columns), stated.supplied)
-    notes = [*table.notes, *constant_notes, *column_notes]
-    table = without_units(table, known, notes)
-    table = with_decimal_points(table, known, extra, notes)
-    table, attrs = _one_sample(table, extra, stated.sample)
+    table, known, extra, notes = _understood(table, stated)
+    table, chosen = with_rows_of(table, stated.rows, notes)
+    table, of_sample = with_one_sample(table, extra, stated.sample)
     angles = _angles(table, known, stated.signed_angles, notes)
     divided = _cosine(table, angles["theta_o_deg"], stated.cosine_weighted, notes)
     has_values = "bsdf_per_sr" in known
@@ -104,7 +105,7 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
         row=table.lines,
         mask=value_bits(directions, bsdf),
         source=Path(table.source).name,
-        attrs=attrs,
+        attrs=chosen | of_sample,
     )
     if not has_values:
         return data.replace(notes=[*notes, "The table has directions, but no values of the BSDF."])
@@ -112,6 +113,23 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     refuse_several_conditions(data, table.source)
     notes += [*value_notes(data.mask, directions, data.row), *_order_notes(data), *_repeat_notes(table, data)]
     return data.replace(notes=notes)
+
+
+def stated_conditions(table: TextTable, stated: Stated) -> Conditions:
+    """The columns of a table that say what was changed between its rows."""
+    table, *_ = _understood(table, stated)
+    return conditions_of(table, stated.rows, stated.sample)
+
+
+def _understood(
+    table: TextTable, stated: Stated
+) -> tuple[TextTable, dict[str, int], dict[str, int], list[str]]:
+    """The table without its units and decimal commas, its known and other columns, and notes."""
+    table, constant_notes = _with_constants(table, stated)
+    known, extra, column_notes = match_columns(table, dict(stated.columns), stated.supplied)
+    notes = [*table.notes, *constant_notes, *column_notes]
+    table = without_units(table, known, notes)
+    return with_decimal_points(table, known, extra, notes), known, extra, notes
 
 
 def _with_constants(table: TextTable, stated: Stated) -> tuple[TextTable, list[str]]:
@@ -135,28 +153,6 @@ def _with_constants(table: TextTable, stated: Stated) -> tuple[TextTable, list[s
         table = table.with_constant(name, cell.replace(".", ",") if has_decimal_commas(table) else cell)
         notes.append(f"The file states no {name}; the caller gave {float(value):g}.")
     return table, notes
-
-
-def _one_sample(table: TextTable, extra, sample) -> tuple[TextTable, dict[str, str]]:
-    if "sample" not in extra:
-        if sample is not None:
-            raise refusal(table.source, f"has no column sample from which to select '{sample}'")
-        return table, {}
-    cells = table.column(extra["sample"])
-    held = list(dict.fromkeys(cells))
-    if sample is None and len(held) > 1:
-        text = (
-            f"contains {len(held)} samples, {', '.join(held)}; select one with --which NAME (in Python: "
-            "sample='NAME')"
-        )
-        raise refusal(table.source, text, column="sample")
-    if sample is not None and sample not in held:
-        text = f"does not contain sample '{sample}'; it must be one of {', '.join(held)}"
-        raise refusal(table.source, text, column="sample")
-    chosen = held[0] if sample is None else sample
-    keep = np.array([cell == chosen for cell in cells])
-    rows = tuple(row for row, kept in zip(table.rows, keep, strict=True) if kept)
-    return table.with_rows(rows, table.lines[keep]), {"sample": chosen}
 
 
 def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:

@@ -1,15 +1,18 @@
 """Reading and checking project files; anything unknown is rejected."""
 
 import copy
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import jaxink.measurement
 from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.measurement import GonioData, Readings
+from jaxink.projects.conditions import Known, Part
 from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
+from jaxink.projects.splitting import Combinations, conditions_in, several_of, split
 from jaxink.sample import Sample
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import only, table_of
@@ -89,17 +92,21 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
         raise InputRefusedError(
             "there are no measurements; write a [[measurements]] table for each, with name and data."
         )
-    measurements = []
+    conditions = []
     for i, table in enumerate(tables):
-        name = table.get("name")
-        where = f"measurement '{name}'" if isinstance(name, str) and name else f"measurement {i + 1}"
-        try:
-            measurements.append(_measurement(table, common, shared, (folder, home), effects))
-        except InputRefusedError as problem:
-            known = str(problem).startswith(where)
-            raise InputRefusedError(str(problem) if known else f"{where}: {problem}") from None
+        with _named_in_messages(_called(table, i)):
+            conditions.append(_conditions(table, folder))
+    known = Known(common, shared["specimens"], _backings(document), several_of(conditions))
+    parts, measurements = [], []
+    for i, table in enumerate(tables):
+        with _named_in_messages(_called(table, i)):
+            divided = split(table, conditions[i], known)
+        for part in divided:
+            with _named_in_messages(_called(part.table, i)):
+                measurements.append(_measurement(part, common, shared, (folder, home), effects))
+        parts += divided
     for kind, key in _SHARED.items():
-        unused = set(shared[kind]) - {table.get(key) for table in tables}
+        unused = set(shared[kind]) - {part.table.get(key) for part in parts}
         if unused:
             name = min(unused)
             raise InputRefusedError(
@@ -107,6 +114,23 @@ def _project(document: dict[str, Any], folder: Path, effects: Collection[Any]) -
                 "or remove it."
             )
     return Project(tuple(measurements), str(document.get("title", "")))
+
+
+def _called(table: Mapping[str, Any], position: int) -> str:
+    """What messages call a measurement: its name, or its number if it has none."""
+    name = table.get("name")
+    return f"'{name}'" if isinstance(name, str) and name else f"{position + 1}"
+
+
+@contextmanager
+def _named_in_messages(which: str) -> Iterator[None]:
+    """Begin a refusal with the measurement that it is about."""
+    where = f"measurement {which}"
+    try:
+        yield
+    except InputRefusedError as problem:
+        is_named = str(problem).startswith(where)
+        raise InputRefusedError(str(problem) if is_named else f"{where}: {problem}") from None
 
 
 def _common_sample(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], Path]:
@@ -133,13 +157,43 @@ def _named_changes(document: dict[str, Any], kind: str) -> dict[str, dict[str, A
     return found
 
 
+def _backings(document: dict[str, Any]) -> dict[str, Any]:
+    """What the words for cards mean."""
+    found = table_of(document, "backings")
+    for word, given in found.items():
+        if given is True or not isinstance(given, int | float | dict):
+            raise InputRefusedError(
+                f"backings.{word} is {given!r}; it must be a reflectance from 0 to 1, a table as [backing], "
+                "or false for no backing."
+            )
+    return found
+
+
+def _conditions(table: dict[str, Any], folder: Path) -> Combinations:
+    """The conditions that the files of a measurement state."""
+    files, name = table.get("data"), table.get("name")
+    files = [files] if isinstance(files, str) else files
+    is_complete = isinstance(name, str) and name and _are_files(files)
+    if "readings" in table or not is_complete:
+        # What is wrong with these is said where they are read.
+        return []
+    only(table_of(table, "reading"), READING, "reading")
+    for column, cell in _as_table(table.get("rows", {}), "rows").items():
+        if isinstance(cell, bool) or not isinstance(cell, str | int | float):
+            raise InputRefusedError(
+                f"rows.{column} is {cell!r}; it must be the text or the number of a cell of that column."
+            )
+    return conditions_in(table, folder)
+
+
 def _measurement(
-    table: dict[str, Any],
+    part: Part,
     common: dict[str, Any],
     shared: Mapping[str, dict[str, dict[str, Any]]],
     folders: tuple[Path, Path],
     effects: Collection[Any],
 ) -> Measurement:
+    table = part.table
     only(table, MEASUREMENT, "its table")
     folder, home = folders
     name = table.get("name")
@@ -150,6 +204,8 @@ def _measurement(
         owner = _owner(table, key, shared[kind], kind)
         if owner and owner in shared[kind]:
             owners |= dict.fromkeys(_apply(changed, shared[kind][owner], f"{kind}.{owner}"), owner)
+    for owner, changes in part.stated.items():
+        owners |= dict.fromkeys(_apply(changed, changes, owner), owner)
     owners |= dict.fromkeys(_apply(changed, table_of(table, "changes"), "changes"), name)
     sample = sample_of_document(changed, home, effects)
     names = {parameter: _named(parameter, owners) for parameter in sample.parameters}
@@ -241,12 +297,17 @@ def _data(table: dict[str, Any], folder: Path) -> GonioData | Readings:
         return _readings(table, folder)
     given = table.get("data")
     files = [given] if isinstance(given, str) else given
-    if not isinstance(files, list) or not files or not all(isinstance(f, str) and f.strip() for f in files):
+    if not _are_files(files):
         raise InputRefusedError(f'data is {given!r}; write data = "thin.csv", or a list of files.')
     reading = table_of(table, "reading")
     only(reading, READING, "reading")
+    rows = {"rows": table["rows"]} if table.get("rows") else {}
     paths = [folder / file for file in files]
-    return jaxink.measurement.read(paths if len(paths) > 1 else paths[0], **reading)
+    return jaxink.measurement.read(paths if len(paths) > 1 else paths[0], **reading, **rows)
+
+
+def _are_files(files: Any) -> TypeGuard[list[str]]:
+    return isinstance(files, list) and bool(files) and all(isinstance(f, str) and f.strip() for f in files)
 
 
 def _readings(table: dict[str, Any], folder: Path) -> Readings:
@@ -256,6 +317,8 @@ def _readings(table: dict[str, Any], folder: Path) -> Readings:
         raise InputRefusedError(
             "has both data and readings; write a measurement for each, as each has a noise of its own."
         )
+    if "rows" in table:
+        raise InputRefusedError("has rows, which choose among the rows of data; readings are read whole.")
     if not isinstance(given, str) or not given.strip():
         raise InputRefusedError(f'readings is {given!r}; write readings = "totals.csv", the name of a file.')
     reading = table_of(table, "reading")

@@ -21,6 +21,12 @@ TOP = {
     "specimens": Entry(
         "tables", "none", "`[specimens.NAME]`: changes that the measurements of one print or drawdown share"
     ),
+    "backings": Entry(
+        "a table",
+        "none",
+        "reflectance of the cards that files name, such as `{ white = 0.83, black = 0.04 }`; "
+        "also a table as `[backing]`, or `false` for no backing",
+    ),
     "measurements": Entry("tables", "required", "one `[[measurements]]` for each"),
 }
 # Of a sample file, what is a property of an instrument.
@@ -30,6 +36,12 @@ MEASUREMENT = {
     "data": Entry("a file, or a list", "this or `readings`", "files of a BSDF, from the project's folder"),
     "readings": Entry(
         "a file", "this or `data`", "totals, collimated light or reflectance factors: [readings](readings.md)"
+    ),
+    "rows": Entry(
+        "a table",
+        "all rows",
+        'rows of the files that are read: the cell by column, such as `{ lit_side = "ink" }`; '
+        'see "Several conditions in one file"',
     ),
     "reading": Entry("a table", "empty", "what the files do not state: keywords of `jaxink.read`"),
     "instrument": Entry("a name", "none", "one of `[instruments.NAME]`, or a word for people"),
