@@ -90,7 +90,8 @@ def test_targets_choose_what_counts(result):
 
 def test_the_menu_leaves_out_what_was_measured(result):
     names = {n: n for n in result.sample.parameters}
-    items = {one.name for one in menu(Measurement("present", result.data, result.sample, names))}
+    present = Measurement("present", result.data, result.sample, names)
+    items = {one.name for one in menu(present, Project((present,)))}
     # Measured at 0, 30 and 60 degrees.
     assert {"incidence_15", "incidence_45", "incidence_75", "other_side", "over_black"} <= items
     assert not {"incidence_0", "incidence_30", "incidence_60", "no_card"} & items

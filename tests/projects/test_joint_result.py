@@ -7,7 +7,7 @@ import pytest
 
 import jaxink
 from jaxink.errors import InputRefusedError
-from tests.projects.conftest import TRUTH
+from tests.projects.conftest import PROJECT, SAMPLE, TRUTH, project_of
 
 
 @pytest.fixture(scope="module")
@@ -88,3 +88,23 @@ def test_a_folder_without_a_joint_fit_is_refused(tmp_path, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.load_joint_result(tmp_path)
     told(str(refused.value), "jaxink fit")
+
+
+def test_a_fit_with_estimated_noise_is_loaded_too(project_folder, tmp_path):
+    """Repeated readings without a sigma: the noise is an estimate, with its degrees of freedom."""
+    for name in ("thin", "thick"):
+        lines = (project_folder / f"{name}.csv").read_text().splitlines()
+        head, *rows = [line.rpartition(",")[0] for line in lines]
+        rng, again = np.random.default_rng(4), []
+        for row in rows:
+            directions, _, value = row.rpartition(",")
+            again.append(f"{directions},{float(value) * (1 + 0.007 * rng.standard_normal())!r}")
+        (tmp_path / f"{name}.csv").write_text("\n".join([head, *rows, *again]) + "\n")
+    sample = SAMPLE[: SAMPLE.index("[noise]")]
+    (tmp_path / "ink.toml").write_text(sample)
+    text = PROJECT[: PROJECT.index('[[measurements]]\nname = "thick_lit_ink"')]
+    project = project_of(text, tmp_path)
+    result = jaxink.fit(project, options=jaxink.FitOptions(profile="none"))
+    assert result.noise_freedom is not None
+    result.save(tmp_path / "out")
+    assert jaxink.load_joint_result(tmp_path / "out").to_dict() == result.to_dict()

@@ -295,10 +295,12 @@ def init(
 @with_reading
 def diagnose(
     data: Data,
-    sample: SampleFile,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for report.html, report.json and figures.")
     ],
+    sample: Annotated[
+        Path | None, typer.Option(metavar="SAMPLE.toml", help="Description of the sample; required.")
+    ] = None,
     max_effects: Annotated[int, typer.Option(metavar="N", help="Largest number of effects to add.")] = 3,
     max_parameters: Annotated[
         int | None,
@@ -336,7 +338,16 @@ def diagnose(
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         choices |= {"time_limit_s": time_limit}
         output = _output(json, quiet)
-        arguments = data, sample, out, choices, accuracy, reading.keywords(), not no_figures, output
+        arguments = (
+            data,
+            stated_sample(sample),
+            out,
+            choices,
+            accuracy,
+            reading.keywords(),
+            not no_figures,
+            output,
+        )
         raise typer.Exit(run_diagnose(*arguments, is_resumed=resume))
 
 

@@ -46,14 +46,23 @@ def run_init_project(
         )
     require_new(out, force)
     require_new(sample_file, force, "write the project into another folder, such as --out ink/project.toml")
+    if "rows" in columns:
+        raise InputRefusedError("--rows chooses one condition, but a project takes all; leave it out.")
     tables = first_measurements(data_files, folder, columns)
+    bsdfs = [i for i, table in enumerate(tables) if "data" in table]
+    if not bsdfs:
+        raise InputRefusedError(
+            "all files are readings; jaxink init drafts a sample from a BSDF, so write the sample file by "
+            "hand (docs/manual/sample-file.md)."
+        )
+    base = tables[bsdfs[0]]
     stated = stated_fields(given)
-    first = next((values for values, _ in conditions_in(tables[0], folder)), {})
+    first = next((values for values, _ in conditions_in(base, folder)), {})
     if THICKNESS in first and first[THICKNESS].column.unit == "um" and is_number(first[THICKNESS].cell):
         stated.setdefault("ink_um", float(first[THICKNESS].cell))
     rows = {name: value.cell for name, value in first.items() if value.divides}
-    reading = tables[0].get("reading", {})
-    data = jaxink.read(data_files[0], **reading, **({"rows": rows} if rows else {}))
+    reading = base.get("reading", {})
+    data = jaxink.read(data_files[bsdfs[0]], **reading, **({"rows": rows} if rows else {}))
     held = {"--out": out, "--project": True, "--force": force, "--wavelengths": given["wavelengths_nm"]}
     command = CommandLine("init", data_files, held)
     draft, assumed = drafted(data, stated, None if quiet else command, options)

@@ -101,6 +101,13 @@ class Reading:
             help="Header of a column that has another name, such as theta_o_deg=arm; once for each column.",
         ),
     ] = None
+    rows: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN=VALUE",
+            help="Rows to read, of a file with several conditions, such as lit_side=ink; once for each.",
+        ),
+    ] = None
     theta_i_deg: Annotated[
         str | None,
         typer.Option(
@@ -138,7 +145,8 @@ class Reading:
         given: dict[str, Any] = {"wavelength_nm": self.wavelength_nm, "side": sides, "sample": self.which}
         given |= {"sheet": self.sheet, "signed_angles": self.signed_angles or None}
         given |= {"cosine_weighted": self.cosine_weighted}
-        given["columns"] = _headers(self.columns) if self.columns else None
+        given["columns"] = _pairs("--columns", self.columns, "NAME=HEADER", "theta_o_deg=arm")
+        given["rows"] = _pairs("--rows", self.rows, "COLUMN=VALUE", "lit_side=ink")
         given["theta_i_deg"] = numbers_of("--theta-i-deg", self.theta_i_deg)
         given |= {"phi_deg": self.phi_deg, "phi_o_deg": self.phi_o_deg, "matrix": self.matrix}
         return {name: value for name, value in given.items() if value is not None}
@@ -193,14 +201,16 @@ def numbers_of(option: str, text: str | None) -> list[float] | None:
         ) from None
 
 
-def _headers(columns: list[str]) -> dict[str, str]:
-    """Header of each column, from ``NAME=HEADER``."""
-    headers: dict[str, str] = {}
-    for text in columns:
-        name, equals, header = (part.strip() for part in text.partition("="))
-        if not (name and equals and header):
-            raise InputRefusedError(f"--columns is {text!r}; write NAME=HEADER, such as theta_o_deg=arm.")
-        if name in headers:
-            raise InputRefusedError(f"--columns names {name} twice; give one header for each column.")
-        headers[name] = header
-    return headers
+def _pairs(option: str, given: list[str] | None, form: str, example: str) -> dict[str, str] | None:
+    """What an option gives by name, each as ``NAME=VALUE``; None if it is not given."""
+    if not given:
+        return None
+    found: dict[str, str] = {}
+    for text in given:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputRefusedError(f"{option} is {text!r}; write {form}, such as {example}.")
+        if name in found:
+            raise InputRefusedError(f"{option} names {name} twice; give it once.")
+        found[name] = value
+    return found

@@ -188,6 +188,12 @@ def _assembled(
             *notes_of(free, objective, options, found),
             *(minima.rivals(is_chi_square) if minima is not None else ()),
             *decisions,
+            *(
+                f"{one.name}: {note}"
+                for one in project.measurements
+                if isinstance(one.data, Readings)
+                for note in one.data.notes
+            ),
             *(failure.sentence for failure in found.failures.found),
         ),
     )

@@ -11,10 +11,16 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.decoding import Rules, decode, described, read_json
 from jaxink.files.exchange import settle
 from jaxink.files.reading import shown_path
-from jaxink.files.result_folder import JOINT_FILE, LARGEST_RESULT_BYTES, MEASUREMENTS, READINGS_FILE
+from jaxink.files.result_folder import (
+    JOINT_FILE,
+    LARGEST_RESULT_BYTES,
+    MEASUREMENTS,
+    READINGS_FILE,
+    RESULT_FILE,
+)
 from jaxink.fitting.agreement import Agreement
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
-from jaxink.fitting.joint_result import SCHEMA_VERSION, JointResult
+from jaxink.fitting.joint_result import SCHEMA_VERSION, JointResult, digest_of
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.methods import METHODS
 from jaxink.fitting.minima import Minima
@@ -62,6 +68,7 @@ class _Readings(TypedDict):
     """Entries of ``readings.json``."""
 
     schema_version: int
+    result_id: str
     sample: Any
     data: Any
     predicted: tuple[float, ...]
@@ -142,12 +149,20 @@ def load_joint_result(path: str | Path, effects: Collection[Any] = ()) -> JointR
             "correlations": np.array(document["correlations"], float).reshape(size, size),
         }
     )
-    if result.result_id != document["result_id"]:
+    # Of the data as they are in the files: an older jaxink may have written them in other forms.
+    content = {key: value for key, value in plain.items() if key not in ("schema_version", "result_id")}
+    if digest_of(content, [_identifier(folder / one) for one in result.measurements]) != plain["result_id"]:
         raise InputRefusedError(
             f"{name}: does not belong to the results in {shown_path(folder)}; restore the files of one joint "
             "fit, or fit again."
         )
     return result
+
+
+def _identifier(folder: Path) -> str:
+    """Identifier of the result of a measurement, as it is saved."""
+    name = READINGS_FILE if os.path.lexists(folder / READINGS_FILE) else RESULT_FILE
+    return str(read_json(folder / name, LARGEST_RESULT_BYTES, "result").get("result_id"))
 
 
 def _part(folder: Path, effects: Collection[Any]) -> FitResult | ReadingsResult:

@@ -3,7 +3,7 @@
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -26,6 +26,14 @@ from jaxink.numerics.digits import percent, rounded
 from jaxink.sample import Sample
 
 SCHEMA_VERSION = 1
+
+
+def digest_of(content: Mapping[str, Any], parts: Iterable[str]) -> str:
+    """Digest of the plain data of a joint result and of the identifiers of its measurements."""
+    digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
+    for identifier in parts:
+        digest.update(identifier.encode())
+    return digest.hexdigest()[:32]
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -92,11 +100,8 @@ class JointResult(SavedInFolder, Presented):
 
     @cached_property
     def result_id(self) -> str:
-        """Identifier that all files of a saved result carry: a digest of their content."""
-        digest = hashlib.sha256(json.dumps(self._plain, sort_keys=True).encode())
-        for one in self.measurements.values():
-            digest.update(one.result_id.encode())
-        return digest.hexdigest()[:32]
+        """Identifier of the saved result: a digest of its content and of the results of its measurements."""
+        return digest_of(self._plain, [one.result_id for one in self.measurements.values()])
 
     @property
     def converged(self) -> bool:
@@ -216,6 +221,14 @@ class JointResult(SavedInFolder, Presented):
             )
         return CardTable(heads, rows)
 
+    def parameter_table(self) -> CardTable:
+        """All parameters; standard errors that mean nothing are called that."""
+        table = self.parameters.table()
+        if self.verdict.standard_errors_hold:
+            return table
+        heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
+        return dataclasses.replace(table, heads=heads)
+
     def card(self) -> Card:
         """How the fit ended, its measurements, whether they agree, parameters and remarks."""
         misfit = (
@@ -226,11 +239,7 @@ class JointResult(SavedInFolder, Presented):
         sentences = [self.verdict.sentence, ended]
         if self.agreement is not None:
             sentences.append(self.agreement.sentence)
-        table = self.parameters.table()
-        if not self.verdict.standard_errors_hold:
-            heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
-            table = dataclasses.replace(table, heads=heads)
-        tables, remarks = [self.measurement_table(), table], self.notes
+        tables, remarks = [self.measurement_table(), self.parameter_table()], self.notes
         if self.minima is not None and self.minima.is_told:
             tables, remarks = [*tables, self.minima.table()], (self.minima.sentence, *remarks)
         return Card(title, sentences, tables, remarks)

@@ -23,7 +23,7 @@ from jaxink.sample import Sample
 # Of the instrument, and simple enough that a few readings show them.
 _EFFECTS = ("gain", "side_gain", "stray_light", "angle_offset", "incidence_angle")
 # An unknown thickness lies within this factor of the declared one.
-_THICKNESS = 2.0
+_THICKNESS = 4.0
 
 
 def own_causes(

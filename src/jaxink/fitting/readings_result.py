@@ -145,7 +145,7 @@ class ReadingsResult(SavedInFolder, Presented):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as in ``readings.json``."""
-        return {"schema_version": SCHEMA_VERSION, **self._plain}
+        return {"schema_version": SCHEMA_VERSION, "result_id": self.result_id, **self._plain}
 
     @cached_property
     def _plain(self) -> dict[str, Any]:

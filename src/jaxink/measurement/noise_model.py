@@ -153,7 +153,7 @@ class NoiseEstimate:
         """The relative noise, and how well it is known."""
         if self.model is None or self.adopted is None:
             return None
-        return NoiseLevel(self.model.relative, self.source(self.adopted).pairs)
+        return NoiseLevel(self.model.relative, float(self.source(self.adopted).pairs))
 
     def relative_of(self, data: GonioData) -> Float[np.ndarray, " points"]:
         """Relative standard deviation of each point of the measurement; NaN without a model.

@@ -37,6 +37,9 @@ _STATED = re.compile(r"\s*#\s*(sphere_\w*)\s*=\s*(.*?)\s*")
 _SPECULAR_DEG = 180.0
 
 
+_HEAD_BYTES = 20_000
+
+
 def read_readings(path: str | Path, *, wavelength_nm: float | None = None) -> Readings:
     """Read totals, regular light and reflectance factors.
 
@@ -59,6 +62,17 @@ def read_readings(path: str | Path, *, wavelength_nm: float | None = None) -> Re
     if begins == MAGIC.encode():
         return read_adding_doubling(path, wavelength_nm)
     return _of_table(_known(read_table(path, _COLUMNS)), _stated_of_spheres(path), wavelength_nm)
+
+
+def is_readings_file(path: str | Path) -> bool:
+    """Whether a file holds readings, by its first word or its header."""
+    with open_bounded(Path(path), _MOST_BYTES, "file of readings") as file:
+        head = file.read(_HEAD_BYTES).decode("utf-8", errors="replace")
+    if head.startswith(MAGIC):
+        return True
+    rows = (line for line in head.splitlines() if line.strip() and not line.startswith("#"))
+    names = {name.strip().lower() for name in next(rows, "").split(",")}
+    return "quantity" in names and bool(names & {"value", "value_percent"})
 
 
 def _known(table: TextTable) -> TextTable:

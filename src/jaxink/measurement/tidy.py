@@ -125,6 +125,12 @@ def _understood(
     table: TextTable, stated: Stated
 ) -> tuple[TextTable, dict[str, int], dict[str, int], list[str]]:
     """The table without its units and decimal commas, its known and other columns, and notes."""
+    if {name.lower() for name in table.names} >= {"quantity", "value"}:
+        text = (
+            'is a file of readings of other instruments: write readings = "..." for it in a project, or read '
+            "it with jaxink.read_readings"
+        )
+        raise refusal(table.source, text, table.header_line)
     table, constant_notes = _with_constants(table, stated)
     known, extra, column_notes = match_columns(table, dict(stated.columns), stated.supplied)
     notes = [*table.notes, *constant_notes, *column_notes]

@@ -30,12 +30,15 @@ class Known:
         At the resolution of the fit.
     minima
         Those that the fit has found, or None.
+    disagreement
+        What is said if its measurements disagree; else empty.
     """
 
     project: Project
     noises: tuple[FitNoise, ...]
     objective: JointObjective
     minima: Minima | None
+    disagreement: str = ""
 
     @classmethod
     def of(cls, result: FitResult | JointResult) -> "Known":
@@ -66,7 +69,16 @@ class Known:
             )
         resolutions = tuple(one.config for one in parts.values())
         objective = JointObjective.of(project, noises, resolutions=resolutions)
-        return cls(project, tuple(noises), objective, result.minima)
+        compared = result.agreement if isinstance(result, JointResult) else None
+        disagreement = ""
+        if compared is not None and compared.disagrees:
+            odd = compared.outlier
+            which = "the one that is wrong" if odd is None else f"'{odd.name}'"
+            disagreement = (
+                f"The measurements disagree: repeat or remove {which} first; forecasts from this fit may be "
+                "far off."
+            )
+        return cls(project, tuple(noises), objective, result.minima, disagreement)
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -1,12 +1,12 @@
 """The menu: measurements that one may add to those of a fit."""
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
 from jaxink.measurement import GonioData, Readings
-from jaxink.projects import Measurement
+from jaxink.projects import Measurement, Project
 from jaxink.sample import Backing, Parameter, ParameterTable, Sample
 from jaxink.sample.turning import opposite_medium, turned_over
 
@@ -46,14 +46,18 @@ class Candidate:
     lit_side: str = ""
 
 
-def menu(base: Measurement) -> Iterator[Candidate]:
+def menu(base: Measurement, project: Project) -> Iterator[Candidate]:
     """Measurements that may be added.
 
     Parameters
     ----------
     base
         A measurement of a BSDF, whose sample, sides and wavelengths the others take over.
+    project
+        All present measurements; what they have already is left out.
     """
+    read = {q for one in project.measurements if isinstance(one.data, Readings) for q in one.data.quantity}
+    fronts = {one.sample.layers[0].name for one in project.measurements if isinstance(one.data, GonioData)}
     data, sample = base.data, base.sample
     assert isinstance(data, GonioData)
     measured = np.unique(data.theta_i_deg[data.used])
@@ -72,7 +76,7 @@ def menu(base: Measurement) -> Iterator[Candidate]:
         words = f"the plane normal to that of incidence, at {steepest:g} degrees"
         yield bsdf("out_of_plane", words, theta_i=steepest, phi=90.0)
     turned = turned_over(sample)
-    if turned is not None and not sample.layers[-1].opaque:
+    if turned is not None and not sample.layers[-1].opaque and turned.layers[0].name not in fronts:
         names = {opposite_medium(own): name for own, name in base.names.items()}
         side = turned.layers[0].name
         yield bsdf("other_side", f"lit on the other side ({side})", turned, names, lit_side=side)
@@ -80,7 +84,7 @@ def menu(base: Measurement) -> Iterator[Candidate]:
     yield from _cards(bsdf, sample, base.names)
     yield from _immersed(bsdf, sample, base.names)
     yield from _wavelengths(base)
-    yield from _readings(base)
+    yield from _readings(base, read)
 
 
 def _prints(bsdf, base: Measurement) -> Iterator[Candidate]:
@@ -151,7 +155,7 @@ def _wavelengths(base: Measurement) -> Iterator[Candidate]:
         yield Candidate(f"{wave:g}_nm", words, Measurement(NEXT, at, other, base.names), changes)
 
 
-def _readings(base: Measurement) -> Iterator[Candidate]:
+def _readings(base: Measurement, read: Collection[str]) -> Iterator[Candidate]:
     """Totals of an integrating sphere, and collimated light."""
     if base.sample.effects:
         return
@@ -159,10 +163,10 @@ def _readings(base: Measurement) -> Iterator[Candidate]:
     waves = np.unique(base.data.wavelength_nm[base.data.used])
     is_opaque = base.sample.layers[-1].opaque
     totals = ("R_total",) if is_opaque else ("R_total", "T_total")
-    yield _of_quantities(
-        base, "totals", "total reflectance and transmittance, integrating sphere", totals, waves
-    )
-    if not is_opaque:
+    if not {*totals} <= {*read}:
+        words = "total reflectance and transmittance, integrating sphere"
+        yield _of_quantities(base, "totals", words, totals, waves)
+    if not is_opaque and "T_collimated" not in read:
         yield _of_quantities(base, "collimated", "collimated transmittance", ("T_collimated",), waves)
 
 

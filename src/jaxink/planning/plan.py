@@ -66,6 +66,8 @@ class MeasurementPlan(Presented):
         Of each reading, relative to its value, and of the factor common to a scan.
     targets
         Parameters that are to be determined, with their standard errors now.
+    disagreement
+        That the present measurements disagree; empty if they do not.
     undetermined
         Those of them that the present measurements do not determine within their ranges.
     rivals
@@ -89,6 +91,7 @@ class MeasurementPlan(Presented):
     readings: int
     noise: tuple[float, float]
     targets: dict[str, float]
+    disagreement: str
     undetermined: tuple[str, ...]
     rivals: tuple[dict[str, float], ...]
     separation: float | None
@@ -105,7 +108,7 @@ class MeasurementPlan(Presented):
     @property
     def sentences(self) -> tuple[str, ...]:
         """What is open, and what would settle it."""
-        said = []
+        said = [self.disagreement] if self.disagreement else []
         if self.undetermined:
             said.append(f"The data do not determine {', '.join(self.undetermined)} within the range.")
         if self.separation is not None:
@@ -212,7 +215,7 @@ def _planned(
     present = known.information(known.unit) + weak
     now = _errors(known, present)
     rivals = _rivals(known)
-    items, found, programs = list(menu(known.base[0])), list[Forecast](), dict[str, Planned]()
+    items, found, programs = list(menu(known.base[0], known.project)), list[Forecast](), dict[str, Planned]()
     for number, candidate in enumerate(items, start=1):
         progress("forecast", StepOf(number, len(items)), 0.0)
         with failures.sparing("the forecast of {}", candidate.words):
@@ -245,6 +248,7 @@ def _planned(
         readings=readings,
         noise=(noise.relative, noise.scan_relative),
         targets={name: now[name] for name in chosen},
+        disagreement=known.disagreement,
         undetermined=tuple(name for name in chosen if now[name] > (1 - _UNDETERMINED) * wide[name]),
         rivals=tuple(known.objective.numbers(rival) for rival, _ in rivals),
         separation=min((rise for _, rise in rivals), default=None),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxink.measurement.reader import overrides_of_files
+from jaxink.measurement.readings_file import is_readings_file
 from jaxink.measurement.rows import BACKING, LIT_SIDE, SAMPLE, THICKNESS
 from jaxink.projects.conditions import Value, explains_itself, short, toml_key
 from jaxink.projects.schema import PROJECT_VERSION
@@ -39,6 +40,9 @@ def first_measurements(
         used = {table["name"].lower() for table in tables}
         names = (stem, *(f"{stem}_{n}" for n in range(2, len(files) + 2)))
         name = next(name for name in names if name.lower() not in used)
+        if is_readings_file(file):
+            tables.append({"name": name, "readings": _from(folder, file)})
+            continue
         table: dict[str, Any] = {"name": name, "data": _from(folder, file)}
         tables.append(table | ({"reading": of_files[k]} if of_files[k] else {}))
     return tables
@@ -60,7 +64,7 @@ def project_text(
     layers
         Names of its layers, the lit one first.
     """
-    held = [conditions_in(table, folder) for table in tables]
+    held = [[] if "readings" in table else conditions_in(table, folder) for table in tables]
     applies = several_of(held) | {LIT_SIDE}
     found = [
         [{name: value for name, value in values.items() if name in applies} for values, _ in combinations]

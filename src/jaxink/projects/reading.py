@@ -296,6 +296,11 @@ def _data(table: dict[str, Any], folder: Path) -> GonioData | Readings:
     if "readings" in table:
         return _readings(table, folder)
     given = table.get("data")
+    if given is None and isinstance(table.get("reading"), str):
+        raise InputRefusedError(
+            f"reading is {table['reading']!r}; it is a table of keywords. A file of readings is named by "
+            "readings, one of a BSDF by data."
+        )
     files = [given] if isinstance(given, str) else given
     if not _are_files(files):
         raise InputRefusedError(f'data is {given!r}; write data = "thin.csv", or a list of files.')

@@ -114,7 +114,7 @@ def joint_page(
     sections = [html.section("Measurements", result.measurement_table().html(), paragraph(_COLUMNS))]
     for name, one in result.measurements.items():
         sections.append(_measurement(name, one, overviews))
-    details = [html.section("Parameters", result.parameters.table().html())]
+    details = [html.section("Parameters", result.parameter_table().html())]
     if result.minima is not None and result.minima.is_told:
         words = paragraph(result.minima.sentence)
         details.append(html.section("Minima", result.minima.table().html(), words))

@@ -125,7 +125,8 @@ def joint_next_steps(result: JointResult, folder: str | Path) -> list[NextStep]:
         sample = str(places / next(iter(result.measurements)) / SAMPLE_FILE)
         predict = _command("predict", sample, "OTHER.csv", "--out", "predicted.csv")
         return [NextStep(f"Predict a BSDF in the directions of a file{caution}:", predict)]
-    return _use(str(places / bsdfs[0]), caution)
+    further = NextStep(f"See what to measure next{caution}:", _command("plan", str(folder)))
+    return [further, *_use(str(places / bsdfs[0]), caution)]
 
 
 def _use(folder: str, caution: str) -> list[NextStep]:
