@@ -9,7 +9,9 @@ import pytest
 import jaxink
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitOptions, make_objective
+from jaxink.fitting.joint_fit import decisions
 from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
+from jaxink.fitting.minima import Minima, Minimum
 from jaxink.measurement import noise_of
 from jaxink.numerics.precision import computing
 from jaxink.sample import Prior
@@ -202,3 +204,25 @@ def test_a_method_that_compiles_one_program_is_refused(project, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.fit(project, options=FitOptions(method="optimistix_dogleg"))
     told(str(refused.value), "optimistix_dogleg", "gradient")
+
+
+def test_the_measurement_that_decides_between_minima_is_named(project, fitted):
+    thin, thick, *_ = project.measurements
+    # The thick print is measured so badly that it excludes nothing.
+    vague = dataclasses.replace(thick, data=thick.data.replace(sigma_per_sr=100 * thick.data.sigma_per_sr))
+    pair = dataclasses.replace(project, measurements=(thin, vague))
+    noises = [noise_of(one.data, one.sample.noise) for one in pair.measurements]
+    best = {name: fitted[name].value for name in TRUTH}
+    other = best | {"ink.scattering_per_mm": 1.05 * best["ink.scattering_per_mm"]}
+    entries = [
+        Minimum(values, loss=300.0 + rise, rise=rise, weight=weight, starts=1, is_searched=True)
+        for values, rise, weight in ((best, 0.0, 1.0), (other, 100.0, 0.0))
+    ]
+    minima = Minima(starts=2, unfinished=0, noise_scale=1.0, left_out=0, found=tuple(entries))
+    with computing():
+        (sentence,) = decisions(JointObjective.of(pair, noises), ["thin", "thick"], minima)
+    assert "'thin' decides against the minimum" in sentence
+    both = dataclasses.replace(project, measurements=(thin, thick))
+    noises = [noise_of(one.data, one.sample.noise) for one in both.measurements]
+    with computing():
+        assert not list(decisions(JointObjective.of(both, noises), ["thin", "thick"], minima))

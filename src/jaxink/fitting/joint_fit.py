@@ -133,10 +133,10 @@ def _assembled(
         with found.failures.sparing("the list of minima", ""):
             scale = noise_scale(best.loss, max(objective.n_rows - len(free), 1), is_chi_square)
             minima = minima_of(found.endings, best, scale, objective.numbers)
-    decisions: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
     if minima is not None and is_chi_square:
         with found.failures.sparing("the share of the measurements in the choice of the minimum", ""):
-            decisions = tuple(_decisions(objective, [one.name for one in project.measurements], minima))
+            said = tuple(decisions(objective, [one.name for one in project.measurements], minima))
     compared: Agreement | None = None
     if is_chi_square and best.triangle is not None and best.outcome.converged and len(project) > 1:
         with found.failures.sparing("the comparison of the measurements", ""):
@@ -187,7 +187,7 @@ def _assembled(
         notes=(
             *notes_of(free, objective, options, found),
             *(minima.rivals(is_chi_square) if minima is not None else ()),
-            *decisions,
+            *said,
             *(
                 f"{one.name}: {note}"
                 for one in project.measurements
@@ -199,8 +199,18 @@ def _assembled(
     )
 
 
-def _decisions(objective: JointObjective, names: Sequence[str], minima: Minima) -> Iterator[str]:
-    """Which measurement excludes a minimum that the others would leave in question."""
+def decisions(objective: JointObjective, names: Sequence[str], minima: Minima) -> Iterator[str]:
+    """Which measurement excludes a minimum that the others would leave in question.
+
+    Parameters
+    ----------
+    objective
+        Of the joint fit.
+    names
+        Of the measurements.
+    minima
+        Of the joint fit.
+    """
     programs = CompiledJointObjective(objective)
 
     def of_measurements(values: Mapping[str, float]) -> Float[np.ndarray, " measurements"]:
