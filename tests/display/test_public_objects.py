@@ -16,7 +16,8 @@ from jaxink.fitting import make_objective
 from jaxink.fitting.fitted_parameters import FittedParameters
 from tests.display.walk import too_long
 
-ROOMS = ("", ".diagnosis", ".effects", ".export", ".fitting", ".ink", ".measurement", ".sample")
+ROOMS = ("", ".diagnosis", ".effects", ".export", ".fitting", ".ink", ".measurement", ".planning")
+ROOMS += (".projects", ".sample")
 
 
 def public_classes():

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
 from jaxink.fitting.method import Method, search
 from jaxink.fitting.outcome import Search
@@ -44,6 +45,8 @@ class PartMisfit:
         Number of parameters, or of combinations of these, that it determines alone.
     """
 
+    __repr__ = brief_repr
+
     name: str
     points: int
     chi_square: float
@@ -76,6 +79,8 @@ class OwnCause:
     probability
         Of the disagreement that is left.
     """
+
+    __repr__ = brief_repr
 
     parameter: str
     value: float
@@ -110,6 +115,8 @@ class Outlier:
     causes
         What would make it agree: one parameter of it alone, the best fit first.
     """
+
+    __repr__ = brief_repr
 
     name: str
     probability_without: float
@@ -163,6 +170,8 @@ class Agreement:
     ----------
     Maltoni, Schwetz 2003 Phys. Rev. D 68, 033020 (parameter goodness of fit).
     """
+
+    __repr__ = brief_repr
 
     chi_square: float
     degrees_of_freedom: int

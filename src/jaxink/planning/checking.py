@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.fitting.gradient import Descent
 from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
 from jaxink.fitting.method import search
@@ -30,6 +31,8 @@ class SimulatedCheck:
         Least chi-square by which a minimum that the data do not follow is above the one that they follow,
         over data simulated at each of the minima; None without rivals.
     """
+
+    __repr__ = brief_repr
 
     name: str
     standard_errors: dict[str, float]
@@ -58,7 +61,7 @@ def simulated_check(
     rng, hypotheses = np.random.default_rng(seed), [known.unit, *rivals]
     apart, errors = list[float](), dict[str, float]()
     for number, truth in enumerate(hypotheses):
-        programs = CompiledJointObjective(_drawn(known, planned, truth, rng))
+        programs = CompiledJointObjective(simulated(known, planned, truth, rng))
         ends = [search(Descent(), programs, start) for start in hypotheses]
         if number == 0:
             errors = _errors(known, ends[0])
@@ -68,17 +71,32 @@ def simulated_check(
     return SimulatedCheck(planned.candidate.name, errors, min(apart) if apart else None)
 
 
-def _drawn(
-    known: Known, planned: Planned, truth: Float[np.ndarray, " parameters"], rng: np.random.Generator
+def simulated(
+    known: Known,
+    planned: Planned,
+    truth: Float[np.ndarray, " parameters"],
+    rng: np.random.Generator | None = None,
 ) -> JointObjective:
-    """The objective of data that follow a hypothesis, with noise."""
+    """The objective of data that follow a hypothesis.
+
+    Parameters
+    ----------
+    known, planned
+        The present measurements, and the further one.
+    truth
+        The hypothesis, scaled to [0, 1].
+    rng
+        Of the noise; None for none.
+    """
     present, part = known.objective, planned.at_noise_of(truth)
     parts = []
     for one, at in zip((*present.parts, part), (*present.positions, planned.positions), strict=True):
         exact = _predicted(one, truth[at], known, planned)
-        factor = one.scan_relative * rng.standard_normal(one.n_scans)
-        noisy = exact * (1 + factor[one.scan]) + one.sigma * rng.standard_normal(len(exact))
-        parts.append(dataclasses.replace(one, measured=noisy))
+        measured = exact
+        if rng is not None:
+            factor = one.scan_relative * rng.standard_normal(one.n_scans)
+            measured = exact * (1 + factor[one.scan]) + one.sigma * rng.standard_normal(len(exact))
+        parts.append(dataclasses.replace(one, measured=measured))
     return dataclasses.replace(
         present,
         parts=tuple(parts),

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.measurement import GonioData, Readings
 from jaxink.projects import Measurement, Project
 from jaxink.sample import Backing, Parameter, ParameterTable, Sample
@@ -38,6 +39,8 @@ class Candidate:
     lit_side
         The layer that is lit; empty: the first of the sample.
     """
+
+    __repr__ = brief_repr
 
     name: str
     words: str

@@ -6,16 +6,20 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError, require_integer
 from jaxink.files.encoding import plain
 from jaxink.fitting import FitResult, JointResult
+from jaxink.fitting.gradient import Descent
+from jaxink.fitting.joint_objective import CompiledJointObjective
+from jaxink.fitting.method import search
 from jaxink.fitting.minima import COMPARABLE_RISE
 from jaxink.numerics.digits import percent, rounded
 from jaxink.numerics.failures import Failure, Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, StepOf, log_progress
-from jaxink.planning.checking import SimulatedCheck, simulated_check
+from jaxink.planning.checking import SimulatedCheck, simulated, simulated_check
 from jaxink.planning.forecast import NoiseOfKind, Planned
 from jaxink.planning.known import Known
 from jaxink.planning.menu import Candidate, menu
@@ -26,7 +30,7 @@ _RANGE_DEVIATION = 0.289
 _UNDETERMINED = 0.2
 # Minima that are so little higher are told apart by a plan, even if the fit excludes them already.
 _NEAR_RISE = 3 * COMPARABLE_RISE
-_MOST_RIVALS = 3
+_MOST_RIVALS = 8
 _CHECKED = 2
 
 
@@ -43,9 +47,11 @@ class Forecast:
     gain
         Geometric mean over the targets of the standard error now divided by that then.
     separation
-        Least chi-square of the other minima on data that follow the present one, all parameters refitted;
-        None without rival minima.
+        Least chi-square of the other minima on noise-free data that follow the present one, all parameters
+        refitted; None without rival minima.
     """
+
+    __repr__ = brief_repr
 
     name: str
     words: str
@@ -274,21 +280,31 @@ Rival = tuple[Float[np.ndarray, " parameters"], float]
 
 
 def _rivals(known: Known) -> list[Rival]:
-    """Other minima that the present measurements exclude barely or not, with their rise in chi-square."""
+    """Other minima that the present measurements exclude barely or not, with their rise in chi-square.
+
+    What a scan has only passed by is searched to its end first, which may be a minimum that is known already.
+    """
     if known.minima is None:
         return []
-    near = [one for one in known.minima.found[1:] if one.rise < _NEAR_RISE][:_MOST_RIVALS]
-    units = [known.objective.scale.to_unit(np.array([one.values[n] for n in known.free])) for one in near]
-    return [(np.clip(unit, 0.0, 1.0), one.rise) for unit, one in zip(units, near, strict=True)]
+    lowest, found = known.programs.residual(known.unit).loss, list[Rival]()
+    for one in [one for one in known.minima.found[1:] if one.rise < _NEAR_RISE][:_MOST_RIVALS]:
+        start = known.objective.scale.to_unit(np.array([one.values[name] for name in known.free]))
+        end = search(Descent(), known.programs, np.clip(start, 0.0, 1.0))
+        others = [known.unit, *(unit for unit, _ in found)]
+        if end.outcome.converged and not any(_is_same(known, other, end.unit) for other in others):
+            found.append((end.unit, end.loss - lowest))
+    return found
+
+
+def _is_same(
+    known: Known, minimum: Float[np.ndarray, " parameters"], other: Float[np.ndarray, " parameters"]
+) -> bool:
+    """Whether a point is less than a standard error from a minimum."""
+    apart = other - minimum
+    return float(apart @ known.information(minimum) @ apart) < 1
 
 
 def _separated(known: Known, planned: Planned, rival: Rival) -> float:
-    """Chi-square of a rival minimum on data that follow the present one, refitted by a linear step."""
-    unit, rise = rival
-    truth = planned.predicted(known.unit)
-    there, slopes = planned.whitened(unit)
-    apart = planned.in_noise((truth - there)[:, None], there)[:, 0]
-    information = known.information(unit) + slopes.T @ slopes
-    step = np.linalg.lstsq(information, slopes.T @ apart, rcond=None)[0]
-    left = apart - slopes @ step
-    return float(rise + left @ left + step @ known.information(unit) @ step)
+    """Chi-square of a rival minimum, all parameters refitted, on noise-free data of the present one."""
+    programs = CompiledJointObjective(simulated(known, planned, known.unit))
+    return search(Descent(), programs, rival[0]).loss
