@@ -47,7 +47,7 @@ def test_help_shows_it_and_annotations_stay():
     line = pydoc.plain(pydoc.render_doc(jaxink.fit)).splitlines()[2]
     assert line.startswith("fit(data: GonioData | str | Path")
     assert line.endswith("-> FitResult | JointResult")
-    assert jaxink.fit.__annotations__["sample"] == jaxink.Sample | str | Path
+    assert jaxink.fit.__annotations__["sample"] == jaxink.Sample | str | Path | None
     assert len(str(inspect.signature(jaxink.DiagnosisOptions))) < LONGEST
     assert "Callable[[" not in str(inspect.signature(jaxink.batch))
     # Methods, too.
