@@ -149,8 +149,9 @@ def test_reciprocity_between_media_of_different_index(order, turned):
     optics, front, back = seeded(), jnp.asarray(1.0), jnp.asarray(1.33)
     there = np.asarray(bsdf_of_pairs(order, jnp.asarray(optics), (front, back)))[:, 1, 0]
     back_again = np.asarray(bsdf_of_pairs(turned, jnp.asarray(optics), (back, front)))[:, 1, 1]
-    # As of the energy: the zero eigenvalue of a thick layer carries a rounding that grows with its thickness.
-    close(there / 1.33**2, back_again, np.where(optics[:, 2:3] > 1e3, 1e-8, 1e-10))
+    # As of the energy: the zero eigenvalue of a thick layer carries a rounding that grows with its thickness,
+    # to between 1e-8 and 2e-8 at an optical thickness of 1e4, depending on the processor.
+    close(there / 1.33**2, back_again, np.maximum(1e-10, 2e-12 * optics[:, 2:3]))
 
 
 @pytest.mark.parametrize("order", ["ink", "plate, ink, second ink"])
