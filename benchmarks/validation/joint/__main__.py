@@ -29,6 +29,8 @@ _SHORT = {
     "thick/ink.thickness_um": "thickness (thick), um",
 }
 
+_NO_MINIMUM = "The joint search did not end in a minimum, so the measurements were not compared."
+
 
 def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
     """Task, name and work of every row."""
@@ -171,7 +173,7 @@ def _real(results: dict) -> str:
             row += [f"{rounded(alone['reduced_chi_square'], 3)} : {rounded(found['reduced'].get(name), 3)}"]
             rows.append(row)
     heads = ["sample", "measurement", "parameters, alone : together", "rms of measured / model - 1"]
-    said = [f"- `{n}`: {results[n]['agreement']}" for n in real.SAMPLES if n in results]
+    said = [f"- `{n}`: {results[n]['agreement'] or _NO_MINIMUM}" for n in real.SAMPLES if n in results]
     return "\n".join([table([*heads, "reduced chi-square"], rows), "", *said])
 
 
