@@ -81,7 +81,8 @@ def test_only_quantity_and_value_are_required(tmp_path, told):
             usual, angle = getattr(quantity, name), getattr(data, name)[k]
             assert angle == usual if usual is not None else np.isnan(angle)
     told("\n".join(data.notes), "theta_i_deg", "ideal")
-    told(data.summary(), "R_45_0", "633")
+    # Lines break where the name of the folder lets them.
+    told(data.summary(), "R_45_0", "633", numbers=False)
 
 
 def test_wavelengths_are_selected(tmp_path, refused):
