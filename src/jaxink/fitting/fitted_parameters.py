@@ -1,6 +1,7 @@
 """Parameters after a fit: values, standard errors and their covariance."""
 
 import dataclasses
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -112,6 +113,17 @@ class FittedCovariance:
     matrix: Float[np.ndarray, "parameters parameters"]
 
     __repr__ = brief_repr
+
+    @classmethod
+    def of(
+        cls, parameters: FittedParameters, names: Sequence[str], correlations: Float[np.ndarray, "all all"]
+    ) -> "FittedCovariance":
+        """The covariance of parameters with these correlations, without those that have no standard error."""
+        errors = [parameters[name].standard_error for name in names]
+        known = [i for i, error in enumerate(errors) if error is not None]
+        deviation = np.array([errors[i] for i in known], float)
+        matrix = correlations[np.ix_(known, known)] * np.outer(deviation, deviation)
+        return cls(tuple(names[i] for i in known), matrix)
 
     def to_frame(self) -> "pandas.DataFrame":
         """The matrix as a pandas DataFrame, with names along both axes."""

@@ -150,11 +150,7 @@ class JointResult(SavedInFolder, Presented):
     @property
     def covariance(self) -> FittedCovariance:
         """Covariance of the fitted parameters in their units; without those that have no standard error."""
-        errors = [self.parameters[name].standard_error for name in self.correlation_names]
-        known = [i for i, error in enumerate(errors) if error is not None]
-        deviation = np.array([errors[i] for i in known], float)
-        matrix = self.correlations[np.ix_(known, known)] * np.outer(deviation, deviation)
-        return FittedCovariance(tuple(self.correlation_names[i] for i in known), matrix)
+        return FittedCovariance.of(self.parameters, self.correlation_names, self.correlations)
 
     @cached_property
     def verdict(self) -> FitVerdict:

@@ -361,12 +361,7 @@ class FitResult(SavedInFolder, Presented):
     @property
     def covariance(self) -> FittedCovariance:
         """Covariance of the fitted parameters in their units; without those that have no standard error."""
-        errors = [self.parameters[name].standard_error for name in self.correlation_names]
-        known = [i for i, error in enumerate(errors) if error is not None]
-        names = tuple(self.correlation_names[i] for i in known)
-        deviation = np.array([errors[i] for i in known], float)
-        matrix = self.correlations[np.ix_(known, known)] * np.outer(deviation, deviation)
-        return FittedCovariance(names, matrix)
+        return FittedCovariance.of(self.parameters, self.correlation_names, self.correlations)
 
     @property
     def config(self) -> SolverConfig:
