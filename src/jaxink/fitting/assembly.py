@@ -83,15 +83,9 @@ def assemble(
     data: GonioData, sample: Sample, options: FitOptions, noise: FitNoise, objective: Objective, found: Found
 ) -> FitResult:
     """The result of a fit, given its input, the objective at the final resolution, and its searches."""
-    if found.errors is not None:
-        scaled = found.errors.for_noise_of(noise.degrees_of_freedom)
-        found = dataclasses.replace(found, errors=scaled)
+    found = _with_noise(found, noise)
     best, errors, free = found.best, found.errors, sample.parameters.free
-    table = sample.parameters
-    found_values = objective.numbers(best.unit)
-    for name, value in found_values.items():
-        table = table.replace(name, value=value)
-    values, start = (sample.parameters.values_with(given) for given in (found_values, {}))
+    values = sample.parameters.values_with(objective.numbers(best.unit))
     whitened = None
     if noise.known:
         whitened = np.asarray(objective.in_noise(best.predicted, objective.measured - best.predicted))
@@ -117,7 +111,7 @@ def assemble(
     if check is not None and check.warning is not None:
         said.insert(0, check.warning)
     return FitResult(
-        sample=dataclasses.replace(sample, parameters=table),
+        sample=_with_values(sample, objective, best),
         data=data,
         predicted_per_sr=best.predicted,
         sigma_per_sr=np.asarray(noise.sigma_per_sr),
@@ -125,12 +119,7 @@ def assemble(
         method=options.method,
         objective=options.objective,
         outcome=best.outcome,
-        parameters=FittedParameters.of(
-            tuple(
-                fitted_parameter(p, float(values[p.name]), float(start[p.name]), objective, found, minima)
-                for p in sample.parameters.values()
-            )
-        ),
+        parameters=_fitted_parameters(sample, objective, found, minima),
         correlation_names=() if errors is None else tuple(p.name for p in free),
         correlations=np.zeros((0, 0)) if errors is None else errors.correlation,
         derived=derived,
@@ -159,6 +148,35 @@ def assemble(
     )
 
 
+def _with_noise(found: Found, noise: FitNoise) -> Found:
+    """With standard errors that know how well the noise is known."""
+    if found.errors is None:
+        return found
+    return dataclasses.replace(found, errors=found.errors.for_noise_of(noise.degrees_of_freedom))
+
+
+def _with_values(sample: Sample, objective: Objective, best: Search) -> Sample:
+    """The sample with the fitted values."""
+    table = sample.parameters
+    for name, value in objective.numbers(best.unit).items():
+        table = table.replace(name, value=value)
+    return dataclasses.replace(sample, parameters=table)
+
+
+def _fitted_parameters(
+    sample: Sample, objective: Objective, found: Found, minima: Minima | None
+) -> FittedParameters:
+    """All parameters of a sample after the fit."""
+    fitted = objective.numbers(found.best.unit)
+    values, start = (sample.parameters.values_with(given) for given in (fitted, {}))
+    return FittedParameters.of(
+        tuple(
+            fitted_parameter(p, float(values[p.name]), float(start[p.name]), objective, found, minima)
+            for p in sample.parameters.values()
+        )
+    )
+
+
 def readings_result(
     readings: Readings,
     sample: Sample,
@@ -168,27 +186,17 @@ def readings_result(
     found: Found,
 ) -> ReadingsResult:
     """Readings as a joint fit predicts them; parameters as of `assemble`."""
-    if found.errors is not None:
-        scaled = found.errors.for_noise_of(noise.degrees_of_freedom)
-        found = dataclasses.replace(found, errors=scaled)
-    table, found_values = sample.parameters, objective.numbers(found.best.unit)
-    for name, value in found_values.items():
-        table = table.replace(name, value=value)
-    values, start = (sample.parameters.values_with(given) for given in (found_values, {}))
+    found = _with_noise(found, noise)
     predicted = found.best.predicted
-    rows = tuple(
-        fitted_parameter(p, float(values[p.name]), float(start[p.name]), objective, found, None)
-        for p in sample.parameters.values()
-    )
     return ReadingsResult(
-        sample=dataclasses.replace(sample, parameters=table),
+        sample=_with_values(sample, objective, found.best),
         data=readings,
         predicted=predicted,
         sigma=np.asarray(noise.sigma_per_sr),
         whitened=np.asarray(objective.in_noise(predicted, objective.measured - predicted)),
         objective=options.objective,
         outcome=found.best.outcome,
-        parameters=FittedParameters.of(rows),
+        parameters=_fitted_parameters(sample, objective, found, None),
         noise={"origin": noise.origin, "scan_relative": noise.scan_relative, "known": True, "level": None},
         config=objective.model.config,
     )
