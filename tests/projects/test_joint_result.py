@@ -106,5 +106,8 @@ def test_a_fit_with_estimated_noise_is_loaded_too(project_folder, tmp_path):
     project = project_of(text, tmp_path)
     result = jaxink.fit(project, options=jaxink.FitOptions(profile="none"))
     assert result.noise_freedom is not None
+    for one in result.measurements.values():
+        for name, p in one.parameters.items():
+            assert p.standard_error == result[name].standard_error
     result.save(tmp_path / "out")
     assert jaxink.load_joint_result(tmp_path / "out").to_dict() == result.to_dict()

@@ -78,12 +78,17 @@ class Found:
     failures: Failures = dataclasses.field(default_factory=Failures)
     is_from_search: bool = False
 
+    def for_noise_of(self, degrees_of_freedom: float) -> "Found":
+        """With standard errors that know how well the noise is known; see `Covariance.for_noise_of`."""
+        if self.errors is None:
+            return self
+        return dataclasses.replace(self, errors=self.errors.for_noise_of(degrees_of_freedom))
+
 
 def assemble(
     data: GonioData, sample: Sample, options: FitOptions, noise: FitNoise, objective: Objective, found: Found
 ) -> FitResult:
-    """The result of a fit, given its input, the objective at the final resolution, and its searches."""
-    found = _with_noise(found, noise)
+    """The result of a fit, given its input, the objective at the final resolution, and what was found."""
     best, errors, free = found.best, found.errors, sample.parameters.free
     values = sample.parameters.values_with(objective.numbers(best.unit))
     whitened = None
@@ -148,13 +153,6 @@ def assemble(
     )
 
 
-def _with_noise(found: Found, noise: FitNoise) -> Found:
-    """With standard errors that know how well the noise is known."""
-    if found.errors is None:
-        return found
-    return dataclasses.replace(found, errors=found.errors.for_noise_of(noise.degrees_of_freedom))
-
-
 def _with_values(sample: Sample, objective: Objective, best: Search) -> Sample:
     """The sample with the fitted values."""
     table = sample.parameters
@@ -186,7 +184,6 @@ def readings_result(
     found: Found,
 ) -> ReadingsResult:
     """Readings as a joint fit predicts them; parameters as of `assemble`."""
-    found = _with_noise(found, noise)
     predicted = found.best.predicted
     return ReadingsResult(
         sample=_with_values(sample, objective, found.best),

@@ -124,9 +124,7 @@ def _assembled(
 ) -> JointResult:
     # Of estimates that are independent, the least certain one is decisive.
     noise_freedom = min(noise.degrees_of_freedom for noise in noises)
-    unscaled = found
-    if found.errors is not None:
-        found = dataclasses.replace(found, errors=found.errors.for_noise_of(noise_freedom))
+    found = found.for_noise_of(noise_freedom)
     best, free, is_chi_square = found.best, project.free, options.objective == "chi_square"
     minima: Minima | None = None
     if found.endings:
@@ -152,7 +150,7 @@ def _assembled(
         causes = own_causes(project, noises, objective, best, compared, noise_freedom, found.failures)
         compared = dataclasses.replace(compared, outlier=dataclasses.replace(compared.outlier, causes=causes))
     values = objective.numbers(best.unit)
-    parts = _parts(project, options, noises, objective, unscaled)
+    parts = _parts(project, options, noises, objective, found)
     fitted = {
         one.names[name]: part.parameters[name].value
         for one, part in zip(project.measurements, parts, strict=True)

@@ -104,4 +104,4 @@ def _fit(data: GonioData, sample: Sample, options: FitOptions, progress: Progres
 
     objective, found = minimise(objective_at, free, options, progress)
     assert isinstance(objective, Objective)
-    return assemble(data, sample, options, noise, objective, found)
+    return assemble(data, sample, options, noise, objective, found.for_noise_of(noise.degrees_of_freedom))

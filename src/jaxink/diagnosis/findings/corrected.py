@@ -39,7 +39,7 @@ def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     if search is None:
         return fit(data, sample, options, follow)
     end = search.derivatives
-    errors = covariance(end.triangle, search.unit, end.gradient)
+    errors = covariance(end.triangle, search.unit, end.gradient).for_noise_of(noise.degrees_of_freedom)
     others = (_in_order_of(objective, rival, bench) for rival in found.rivals)
     endings = (Ending(search, is_start=True), *(Ending(other) for other in others if other is not None))
     ended = Found(search, errors, (search,), endings=endings, is_from_search=True)
