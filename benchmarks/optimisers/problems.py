@@ -19,6 +19,7 @@ from benchmarks.validation.published.problems import EVERYTHING, NAMES, PROTOCOL
 from benchmarks.validation.simulated.fits import text_of
 from jaxink.fitting import Objective, make_objective, prepare_data
 from jaxink.sample import Sample
+from jaxink.solver.config import SolverConfig
 
 ACCURACY = 1e-3
 _SIMULATED = ("plain_hg", "index_step_hg", "free_film_mie")

@@ -18,6 +18,7 @@ import jaxink
 from benchmarks.validation.published.judgement import inside, loss_at, misfits, truth_values, with_values
 from benchmarks.validation.published.problems import EVERYTHING, NAMES, WHITE, Problem, problem, variants
 from jaxink.fitting import FitOptions, FitResult, JointResult
+from jaxink.numerics.precision import computing
 from jaxink.sample import Sample, parse_sample, sample_text
 
 KEPT = Path(__file__).parent / "kept"
