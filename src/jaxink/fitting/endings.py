@@ -1,7 +1,7 @@
 """Ends of searches sorted into distinct minima."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -29,16 +29,15 @@ class Ending:
     is_start
         Whether it began at a start: that of the sample, or a random one.
     scanned
-        For a minimum among the values of a scan, at one of which a parameter was held: the position of that
-        parameter, and the distance in its unit variable from which minima are surely others. None for a
-        search of all parameters.
+        For a minimum that a scan has passed by: by the position of a scanned parameter, the distance in its
+        unit variable from which minima are surely others. None for a search that went on to its end.
     shift
         Change of the best minimum's loss by later refinements of the resolution.
     """
 
     search: Search
     is_start: bool = False
-    scanned: tuple[int, float] | None = None
+    scanned: Mapping[int, float] | None = None
     shift: float = 0.0
 
     @property
@@ -122,8 +121,7 @@ def _is_same(one: Ending, other: Ending, scale: float) -> bool:
     """Whether an end is in the minimum of another, lower one."""
     apart = other.search.unit - one.search.unit
     if other.scanned is not None:
-        position, distance = other.scanned
-        return abs(float(apart[position])) < distance
+        return all(abs(float(apart[at])) < distance for at, distance in other.scanned.items())
     triangle = one.search.triangle
     if triangle is None:
         return _largest(apart) < _CLOSE_WITHOUT_JACOBIAN

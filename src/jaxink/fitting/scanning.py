@@ -1,6 +1,6 @@
 """A scan along a parameter whose misfit has many minima, before the searches of all parameters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +12,11 @@ from jaxink.fitting.outcome import Search
 # Minima along the radius of a sphere are about 5 % apart, so a range of 1 : 6 needs about 40 values.
 _VALUES = 48
 _KEPT = 3
-_DIRECT_JACOBIANS, _JACOBIANS, _ANEW_JACOBIANS = 50, 10, 20
+DIRECT_JACOBIANS, _JACOBIANS, _ANEW_JACOBIANS = 50, 10, 20
 # Where the loss at the last value is so many times the lowest one, a fit only has to keep up.
 _FAR, _FAR_JACOBIANS = 10.0, 5
 # A scan only ranks the values: their losses need not be exact.
-_DECREMENT = 0.1
+RANKING_DECREMENT = 0.1
 # After fits anew that have lowered the loss by less than this share, more and more ends at a bound pass
 # without one, up to so many.
 _GAIN, _MOST_PASSED = 0.01, 4
@@ -34,16 +34,16 @@ class Scan(NamedTuple):
     direct
         The search of all parameters that came first.
     minima
-        Fits at the values of the scan that are lower than those at the neighbouring ones, lowest first.
-    distance
-        Other minima are further away along the scanned unit variable.
+        Fits along the way that are lower than their neighbours, lowest first.
+    distances
+        By the position of a scanned parameter: other minima are further away along its unit variable.
     """
 
     starts: list[np.ndarray]
     whole: Search
     direct: Search
     minima: tuple[Search, ...]
-    distance: float
+    distances: Mapping[int, float]
 
 
 def scan(
@@ -76,7 +76,7 @@ def scan(
         Limits of the fit that the scan belongs to; it ends where they are reached.
     """
     grid = np.linspace(0.0, 1.0, _VALUES)
-    direct = engine.run(first, max_jacobians=_DIRECT_JACOBIANS, within=within)
+    direct = engine.run(first, max_jacobians=DIRECT_JACOBIANS, within=within)
     sweeps, number = _Sweeps(engine, position, within, [direct]), 0
     found: dict[int, Search] = {}
     up = range(_VALUES)
@@ -100,7 +100,7 @@ def scan(
     if not ends or direct.loss < ends[0].loss:
         ends.insert(0, direct)
     whole = together("scan", sweeps.every, ends[0])
-    return Scan([end.unit for end in ends], whole, direct, lowest, 1.5 * float(grid[1]))
+    return Scan([end.unit for end in ends], whole, direct, lowest, {position: 1.5 * float(grid[1])})
 
 
 class _Sweeps:
@@ -142,7 +142,7 @@ class _Sweeps:
 
     def _run(self, start: np.ndarray, value: float, jacobians: int) -> Search:
         held = {self._position: value}
-        self.every.append(self._engine.run(start, held, None, jacobians, self._within, _DECREMENT))
+        self.every.append(self._engine.run(start, held, None, jacobians, self._within, RANKING_DECREMENT))
         return self.every[-1]
 
     def _is_at_bound(self, found: Search) -> bool:

@@ -12,6 +12,7 @@ from jaxink.fitting.assembly import Found
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.endings import Ending
 from jaxink.fitting.gradient import GradientSearch, starts, together
+from jaxink.fitting.grid_scan import index_beside, scan_grid
 from jaxink.fitting.joint_objective import FitObjective, JointObjective, compile_objective
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.many import searches_at_once
@@ -118,10 +119,15 @@ def _search(
     rugged = [i for i, p in enumerate(free) if p.multimodal]
     if rugged and options.scans_first:
         position = rugged[0]
-        made = scan(GradientSearch(objective), first, position, _named(progress, "scan"), budget)
+        engine, follow = GradientSearch(objective), _named(progress, "scan")
+        index = index_beside(free, position) if isinstance(objective, JointObjective) else None
+        if index is None:
+            made = scan(engine, first, position, follow, budget)
+        else:
+            made = scan_grid(engine, first, (position, index), follow, budget)
         points, scans, n_scanned = made.starts + points[1:], (made.whole,), len(made.starts)
         endings.append(Ending(made.direct, is_start=True))
-        endings += [Ending(passed, scanned=(position, made.distance)) for passed in made.minima]
+        endings += [Ending(passed, scanned=made.distances) for passed in made.minima]
     programs, searches = compile_objective(objective), list[Search]()
     declared = max(n_scanned, 1)
     at_once = _at_once(objective, options, len(points) - declared)
