@@ -469,6 +469,59 @@ def predict(
 
 
 @app.command()
+def colour(
+    source: Annotated[Path, typer.Argument(metavar="RESULT", help="Folder of a fit of several wavelengths.")],
+    geometry: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="45:0|8:di|...",
+            help="Illumination and view: 45:0, 0:45, 8:di, 8:de, di:8, de:8, a quantity of readings, or angles "
+            "such as 30:15; repeat it for several. By default 45:0, 8:di and 8:de.",
+        ),
+    ] = None,
+    illuminant: Annotated[
+        str,
+        typer.Option(
+            metavar="D65|D50|A|E|FILE.csv", help="Light; a file has the columns wavelength_nm and power."
+        ),
+    ] = "D65",
+    observer: Annotated[int, typer.Option(metavar="2|10", help="Standard observer, in degrees.")] = 2,
+    thickness_um: Annotated[
+        float | None, typer.Option(metavar="UM", help="Another thickness of the ink, in um.")
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option(
+            metavar="R|nothing|FILE.csv",
+            help="What is behind the sample: a reflectance, nothing, or a file with the columns wavelength_nm "
+            "and reflectance.",
+        ),
+    ] = None,
+    contact: Annotated[
+        bool, typer.Option("--contact", help="The card is in optical contact with the last layer.")
+    ] = False,
+    lit_from: Annotated[
+        str, typer.Option(metavar="front|back", help="Side that is lit: that of the measurement, or the other.")
+    ] = "front",
+    free: Annotated[bool, typer.Option("--free", help="The ink alone, without its clear layers.")] = False,
+    layer: Annotated[
+        str | None, typer.Option(metavar="NAME", help="The ink whose thickness is given, if there are several.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the colours as JSON.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Print the CIE colours of a fitted ink, as measured or in another arrangement."""
+    with one_sentence(debug):
+        from jaxink.cli.colour import ArrangementOptions, run_colour
+
+        options = ArrangementOptions(thickness_um, over, contact, lit_from, free, layer)
+        raise typer.Exit(
+            run_colour(source, geometry or [], illuminant, observer, options, _output(json, quiet))
+        )
+
+
+@app.command()
 def export(
     source: Annotated[
         Path,
