@@ -22,7 +22,7 @@ NM = np.arange(360.0, 781.0, 10.0)
     ],
 )
 def test_white_is_that_of_the_cie(illuminant, observer, white):
-    np.testing.assert_allclose(Viewing.of(NM, illuminant, observer).white, white, atol=0.03)
+    np.testing.assert_allclose(Viewing.of(NM, illuminant, observer).white, white, atol=0.05)
 
 
 def test_published_pairs_of_ciede2000():
@@ -36,7 +36,7 @@ def test_published_pairs_of_ciede2000():
 def test_grey_is_neutral_in_any_band():
     for low, high in ((360, 780), (400, 700), (570, 630)):
         wave = np.arange(low, high + 1, 10.0)
-        grey = Colour("grey", Viewing.of(wave, "D65", 10), np.full(len(wave), 0.184187))
+        grey = Colour("grey", Viewing.of(wave), np.full(len(wave), 0.184187))
         np.testing.assert_allclose(grey.lab, [50, 0, 0], atol=1e-4)
         assert grey.luminance_factor == pytest.approx(0.184187)
         assert grey.display_code == "#777777"
@@ -73,6 +73,9 @@ def test_what_has_no_colour(told):
         Viewing.of(np.array([550.0, 900.0]))
     told(str(refused.value), "550", "360 to 780")
     with pytest.raises(InputRefusedError) as refused:
+        Viewing.of(np.arange(600.0, 701.0, 10.0), observer_deg=10)
+    told(str(refused.value), "600 to 700")
+    with pytest.raises(InputRefusedError) as refused:
         Viewing.of(NM, "D64")
     told(str(refused.value), "D64", "D65")
     with pytest.raises(InputRefusedError) as refused:
@@ -84,7 +87,7 @@ def test_what_has_no_colour(told):
     with pytest.raises(InputRefusedError) as refused:
         Colour("soot", Viewing.of(NM), np.zeros(len(NM)))
     told(str(refused.value), "soot")
+    one, other = (Colour("x", Viewing.of(NM, name), np.ones(len(NM))) for name in ("D65", "A"))
     with pytest.raises(InputRefusedError) as refused:
-        one, other = (Colour("x", Viewing.of(NM, name), np.ones(len(NM))) for name in ("D65", "A"))
         one.difference(other)
     told(str(refused.value), "D65", "A")

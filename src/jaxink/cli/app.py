@@ -475,8 +475,8 @@ def colour(
         list[str] | None,
         typer.Option(
             metavar="45:0|8:di|...",
-            help="Illumination and view: 45:0, 0:45, 8:di, 8:de, di:8, de:8, a quantity of readings, or angles "
-            "such as 30:15; repeat it for several. By default 45:0, 8:di and 8:de.",
+            help="Illumination and view: 45:0, 0:45, 8:di, 8:de, di:8, de:8, a quantity of readings, or "
+            "angles such as 30:15; repeat it for several. By default 45:0, 8:di and 8:de.",
         ),
     ] = None,
     illuminant: Annotated[
@@ -493,19 +493,21 @@ def colour(
         str | None,
         typer.Option(
             metavar="R|nothing|FILE.csv",
-            help="What is behind the sample: a reflectance, nothing, or a file with the columns wavelength_nm "
-            "and reflectance.",
+            help="What is behind the sample: a reflectance, nothing, or a file with the columns "
+            "wavelength_nm and reflectance.",
         ),
     ] = None,
     contact: Annotated[
         bool, typer.Option("--contact", help="The card is in optical contact with the last layer.")
     ] = False,
     lit_from: Annotated[
-        str, typer.Option(metavar="front|back", help="Side that is lit: that of the measurement, or the other.")
+        str,
+        typer.Option(metavar="front|back", help="Side that is lit: as measured, or the other."),
     ] = "front",
     free: Annotated[bool, typer.Option("--free", help="The ink alone, without its clear layers.")] = False,
     layer: Annotated[
-        str | None, typer.Option(metavar="NAME", help="The ink whose thickness is given, if there are several.")
+        str | None,
+        typer.Option(metavar="NAME", help="The ink whose thickness is given."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the colours as JSON.")] = False,
     quiet: Quiet = False,

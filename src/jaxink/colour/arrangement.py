@@ -155,8 +155,8 @@ def thickness_name(sample: Sample, layer: str | None = None) -> str:
         raise InputRefusedError(f"several layers scatter ({names}); name the one whose thickness is meant.")
     if found[0].opaque:
         raise InputRefusedError(
-            f"{found[0].name} is opaque, so the fit knows no coefficients per length and nothing follows for a "
-            "thickness; measure and fit a layer that lets light through."
+            f"{found[0].name} is opaque, so its coefficients per length are unknown and nothing "
+            "follows for a thickness; measure and fit a layer that lets light through."
         )
     return f"{found[0].name}.thickness_um"
 

@@ -2,7 +2,7 @@
 
 import warnings
 from functools import cache
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -16,8 +16,8 @@ VISIBLE_NM = (360.0, 780.0)
 
 
 @cache
-def science() -> ModuleType:
-    """The package colour-science.
+def science() -> Any:
+    """The package colour-science, which puts an object in the place of its module.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from jaxink.colour.arrangement import Arrangement, arranged_names, thickness_nam
 from jaxink.colour.at_points import ColoursAtPoints
 from jaxink.colour.coordinates import HEADS, Colour
 from jaxink.colour.geometry import Geometry
-from jaxink.colour.of_sample import GEOMETRIES, Known, ParameterCovariance, SampleSpectra
+from jaxink.colour.of_sample import GEOMETRIES, Known, SampleSpectra
 from jaxink.colour.viewing import Illuminant
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.sample import Sample
@@ -61,9 +61,7 @@ class FittedColours(Presented):
         return Card(title, [self.colours[0].viewing.sentence], tables, [f"{self.errors}."])
 
 
-def arranged_covariance(
-    arrangement: Arrangement, sample: Sample, known: ParameterCovariance
-) -> ParameterCovariance:
+def arranged_covariance(arrangement: Arrangement, sample: Sample, known: Known) -> Known:
     """Covariance of the parameters of a fit, by their names in an arrangement and without what it states."""
     thickness = None
     if arrangement.thickness_um is not None:
@@ -76,7 +74,7 @@ def arranged_covariance(
 def fitted_colours(
     sample: Sample,
     wavelength_nm: Sequence[float],
-    known: ParameterCovariance | None,
+    known: Known | None,
     errors: str,
     geometries: Sequence[str | Geometry] = GEOMETRIES,
     illuminant: str | Illuminant = "D65",

@@ -70,8 +70,10 @@ class Geometry:
         quantity = _NAMED.get(name, name if name in QUANTITIES else None)
         if quantity is not None:
             kind = QUANTITIES[quantity]
-            angles = [np.nan if angle is None else angle for angle in (kind.theta_i_deg, kind.theta_o_deg)]
-            return cls(name, quantity, *angles, _BEHIND_DEG if kind.has_azimuth else np.nan)
+            theta_i, theta_o = (
+                np.nan if angle is None else angle for angle in (kind.theta_i_deg, kind.theta_o_deg)
+            )
+            return cls(name, quantity, theta_i, theta_o, _BEHIND_DEG if kind.has_azimuth else np.nan)
         found = _ANGLES.fullmatch(name)
         if found is None:
             raise InputRefusedError(
@@ -83,9 +85,13 @@ class Geometry:
         phi = _BEHIND_DEG if azimuth is None else float(azimuth)
         for angle, words in ((theta_i, "incidence"), (theta_o, "view")):
             if not angle < 90:
-                raise InputRefusedError(f"the angle of {words} of '{name}' is {angle:g}; it must be below 90.")
+                raise InputRefusedError(
+                    f"the angle of {words} of '{name}' is {angle:g}; it must be below 90."
+                )
         if not -180 < phi <= 180:
-            raise InputRefusedError(f"the azimuth of '{name}' is {phi:g}; it must be above -180, at most 180.")
+            raise InputRefusedError(
+                f"the azimuth of '{name}' is {phi:g}; it must be above -180, at most 180."
+            )
         return cls(name, None if behind else "R_45_0", theta_i, theta_o, phi)
 
     @property
@@ -109,9 +115,10 @@ def readings_at(
     read = [g for g in geometries if g.quantity is not None]
     if not read:
         return None
-    repeated = [np.repeat([getattr(g, key) for g in read], len(wavelength_nm)) for key in _COLUMNS]
+    size = len(wavelength_nm)
+    quantity, theta_i, theta_o, phi = (np.repeat([getattr(g, key) for g in read], size) for key in _COLUMNS)
     wave = np.tile(wavelength_nm, len(read))
-    return Readings(*repeated, wave, np.zeros(len(wave)))
+    return Readings(quantity, theta_i, theta_o, phi, wave, np.zeros(len(wave)))
 
 
 _COLUMNS = ("quantity", "theta_i_deg", "theta_o_deg", "phi_deg")

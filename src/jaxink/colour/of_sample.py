@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import Protocol
 
 import equinox as eqx
 import jax
@@ -22,18 +21,6 @@ from jaxink.sample import Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 GEOMETRIES = ("45:0", "8:di", "8:de")
-
-
-class ParameterCovariance(Protocol):
-    """Names of parameters and their covariance, in their units."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The parameters."""
-
-    @property
-    def matrix(self) -> Float[np.ndarray, "parameters parameters"]:
-        """Their covariance."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -123,12 +110,13 @@ class SampleSpectra:
 
     def _through(self, geometries: list[Geometry], accuracy: float) -> ForwardModel:
         size = len(self.wavelength_nm)
-        columns = (
+        theta_i, theta_o, phi = (
             np.repeat([getattr(g, key) for g in geometries], size)
             for key in ("theta_i_deg", "theta_o_deg", "phi_deg")
         )
         wave = np.tile(self.wavelength_nm, len(geometries))
-        return ForwardModel(self.sample, *columns, wave, np.ones(len(wave), bool), accuracy=accuracy)
+        behind = np.ones(len(wave), bool)
+        return ForwardModel(self.sample, theta_i, theta_o, phi, wave, behind, accuracy=accuracy)
 
     @cached_property
     def _start(self) -> dict[str, float]:
@@ -175,10 +163,12 @@ class SampleSpectra:
         return each
 
     def covariances(
-        self, known: ParameterCovariance, values: Mapping[str, float] | None = None
+        self, known: Known, values: Mapping[str, float] | None = None
     ) -> Float[np.ndarray, "geometries wavelengths wavelengths"]:
         """Covariance of each spectrum from that of the parameters; ``values`` that are given are exact."""
-        keep = [i for i, n in enumerate(known.names) if n in self.sample.parameters and n not in (values or {})]
+        keep = [
+            i for i, n in enumerate(known.names) if n in self.sample.parameters and n not in (values or {})
+        ]
         shape = (len(self.geometries), len(self.wavelength_nm), len(self.wavelength_nm))
         if not keep:
             return np.zeros(shape)
@@ -190,7 +180,7 @@ class SampleSpectra:
         self,
         illuminant: str | Illuminant = "D65",
         observer_deg: int = 2,
-        known: ParameterCovariance | None = None,
+        known: Known | None = None,
         values: Mapping[str, float] | None = None,
     ) -> tuple[Colour, ...]:
         """The colour in each geometry.

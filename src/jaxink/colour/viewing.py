@@ -116,6 +116,12 @@ class Viewing:
             raise InputRefusedError(
                 f"the illuminant {light.name} has no visible power from {known[0]:g} to {known[-1]:g} nm."
             )
+        # The 10-degree observer has none above 560 nm, and CIELAB divides by that of the white.
+        if not seen.sum(axis=1).min() > 0:
+            raise InputRefusedError(
+                f"the {observer_deg}-degree observer has no blue from {known[0]:g} to {known[-1]:g} nm, so "
+                "CIELAB does not exist there; give shorter wavelengths or another observer."
+            )
         degree = 3 if len(known) >= _CUBIC else 1
         spline = make_interp_spline(known, np.eye(len(known)), k=degree)(grid)
         weights = np.zeros((3, len(wavelength_nm)))

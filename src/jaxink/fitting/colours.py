@@ -14,7 +14,7 @@ from jaxink.colour import (
     colours_at_points,
     fitted_colours,
 )
-from jaxink.colour.of_sample import wavelengths_of
+from jaxink.colour.of_sample import Known, wavelengths_of
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
 from jaxink.measurement import GonioData
@@ -23,21 +23,22 @@ from jaxink.sample import Sample
 
 def known_of_fit(
     parameters: FittedParameters, covariance: FittedCovariance, errors_hold: bool
-) -> tuple[FittedCovariance | None, str]:
+) -> tuple[Known | None, str]:
     """Covariance for what follows from a fit, and a sentence without its full stop; None if there is none."""
     lost = [p.name for p in parameters.free if p.standard_error is None and not p.flag.startswith("at ")]
     if not errors_hold:
         return None, "No standard errors: those of the fit are meaningless, as the model does not fit"
     if lost:
         return None, f"No standard errors: the fit does not determine {', '.join(lost)}"
-    return covariance, "Standard errors from the fit's covariance, in units of the last digits"
+    found = Known(covariance.names, covariance.matrix)
+    return found, "Standard errors from the fit's covariance, in units of the last digits"
 
 
 def colours_of_fit(
     sample: Sample,
     data: GonioData,
     predicted_per_sr: Float[np.ndarray, " used"],
-    known: tuple[FittedCovariance | None, str],
+    known: tuple[Known | None, str],
     geometries: Sequence[str | Geometry],
     illuminant: str | Illuminant,
     observer_deg: int,
@@ -62,6 +63,4 @@ def colours_of_fit(
         except InputRefusedError:
             # Each wavelength was measured in other directions: only the fit has colours.
             at_points = None
-    return fitted_colours(
-        sample, wave, *known, geometries, illuminant, observer_deg, arrangement, at_points
-    )
+    return fitted_colours(sample, wave, *known, geometries, illuminant, observer_deg, arrangement, at_points)
