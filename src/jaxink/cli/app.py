@@ -34,6 +34,7 @@ from jaxink.cli.reading_options import (
     with_reading,
 )
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
+from jaxink.errors import InputRefusedError
 from jaxink.files.version import installed_version
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -107,7 +108,10 @@ def fit(
     ] = "gradient",
     objective: Annotated[
         str,
-        typer.Option(metavar="chi_square|absolute|relative|logarithmic", help="Objective to minimise."),
+        typer.Option(
+            metavar="chi_square|absolute|relative|logarithmic|intensity|photometric",
+            help="Objective to minimise.",
+        ),
     ] = "chi_square",
     starts: Annotated[
         int,
@@ -266,6 +270,13 @@ def init(
         str | None,
         typer.Option(metavar="one|each", help="One asymmetry g for all wavelengths, or one for each."),
     ] = None,
+    colour_from_reflectance: Annotated[
+        bool,
+        typer.Option(
+            "--colour-from-reflectance",
+            help="Take the shape of the spectrum from the diffuse reflectance; only its mean is fitted.",
+        ),
+    ] = False,
     reading: Reading = AS_IN_FILE,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
@@ -286,9 +297,15 @@ def init(
             from jaxink.cli.init_project import run_init_project
 
             out = out or Path("project.toml")
+            if colour_from_reflectance:
+                raise InputRefusedError(
+                    "--colour-from-reflectance is for one measurement; leave out --project, and copy the "
+                    "shape into the sample file of the project."
+                )
             raise typer.Exit(run_init_project(data, out, given, stated, options, force, quiet))
         out = out or Path("sample.toml")
-        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
+        shaped = colour_from_reflectance
+        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet, shaped))
 
 
 @app.command()
