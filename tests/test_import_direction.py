@@ -23,6 +23,7 @@ FLOORS = (
     ("data", "projects", "solver"),
     ("model",),
     ("effects",),
+    ("colour",),
     ("fitting",),
     ("diagnosis", "ink", "planning"),
     ("export",),

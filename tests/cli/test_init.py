@@ -328,3 +328,33 @@ def test_wavelengths_of_other_commands_are_those_of_the_sample_file(run, command
     assert done.exit_code == 5
     told(done.stderr, "wavelength_nm of the sample file", "jaxink init --wavelengths")
     assert "--wavelengths" not in run(command, "--help").stdout
+
+
+def test_the_shape_of_the_colour_is_that_of_the_diffuse_reflectance():
+    waves = (500, 600)
+    data = measurement(waves)
+    data = data.replace(bsdf_per_sr=data.bsdf_per_sr * np.where(data.wavelength_nm == 600, 2.0, 1.0))
+    as_hg = jaxink.parse_sample(sample_text(data, Draft(colour_from_reflectance=True)))
+    np.testing.assert_allclose(as_hg.parameters["ink.scattering_per_mm"].shape, (2 / 3, 4 / 3), rtol=1e-4)
+    assert [p.name for p in as_hg.parameters.free] == [
+        "ink.scattering_per_mm",
+        "ink.absorption_per_mm",
+        "ink.asymmetry_parameter",
+    ]
+    mie = Draft(colour_from_reflectance=True, phase_function="mie")
+    shape = jaxink.parse_sample(sample_text(data, mie)).parameters["ink.particle_absorption_index"].shape
+    # The wavelength that is reflected less is absorbed more.
+    assert shape[0] > shape[1]
+
+
+def test_colours_that_have_no_shape(run, told):
+    done = run("init", DATA, "--colour-from-reflectance")
+    assert done.exit_code == 5
+    told(done.stderr, "one wavelength")
+    done = run("init", DATA, "--colour-from-reflectance", "--project")
+    assert done.exit_code == 5
+    told(done.stderr, "--project")
+    with pytest.raises(jaxink.errors.InputRefusedError, match="opaque"):
+        sample_text(measurement((500, 600), "R"), Draft(ink_um="opaque", colour_from_reflectance=True))
+    with pytest.raises(jaxink.errors.InputRefusedError, match="reflection"):
+        sample_text(measurement((500, 600), "T"), Draft(colour_from_reflectance=True))

@@ -6,7 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxink.errors import InputRefusedError
 from jaxink.fitting import make_objective, prepare_data
+from jaxink.fitting.emphasis import factor_of_points
 from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
 from jaxink.sample import Noise, Prior, parse_sample
@@ -138,3 +140,27 @@ def test_nothing_to_fit_is_refused(data, sample, refused):
         make_objective(data, sample, "least")
     with refused("600"):
         prepare_data(data, dataclasses.replace(sample, wavelengths_nm=(600.0,)))
+
+
+def test_intensities_are_residuals_times_a_factor(data, sample):
+    unit = jnp.array([0.4, 0.6])
+    plain, _ = make_objective(data, sample, "absolute", SMALL).residual(unit)
+    cosine = np.cos(np.deg2rad(data.theta_o_deg))
+    for kind in ("intensity", "photometric"):
+        # At one wavelength, the eye changes nothing.
+        found, _ = make_objective(data, sample, kind, SMALL).residual(unit)
+        np.testing.assert_allclose(found, plain * cosine, rtol=1e-12)
+
+
+def test_photometric_residuals_follow_the_eye(data):
+    red = data.replace(wavelength_nm=np.where(np.arange(16) < 8, 555.0, 650.0))
+    factor = factor_of_points("photometric", red) / np.cos(np.deg2rad(red.theta_o_deg))
+    # V(650 nm) = 0.107, and D65 has 80.0 there, 102.9 at 555 nm.
+    assert factor[8] / factor[0] == pytest.approx(0.107 * 80.0268 / 102.023, rel=0.01)
+    assert (factor[0] + factor[8]) / 2 == pytest.approx(1)
+
+
+def test_no_eye_sees_infrared(data, told):
+    with pytest.raises(InputRefusedError) as refused:
+        factor_of_points("photometric", data.replace(wavelength_nm=np.full(16, 1000.0)))
+    told(str(refused.value), "intensity")

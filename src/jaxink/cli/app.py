@@ -34,6 +34,7 @@ from jaxink.cli.reading_options import (
     with_reading,
 )
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
+from jaxink.errors import InputRefusedError
 from jaxink.files.version import installed_version
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
@@ -107,7 +108,10 @@ def fit(
     ] = "gradient",
     objective: Annotated[
         str,
-        typer.Option(metavar="chi_square|absolute|relative|logarithmic", help="Objective to minimise."),
+        typer.Option(
+            metavar="chi_square|absolute|relative|logarithmic|intensity|photometric",
+            help="Objective to minimise.",
+        ),
     ] = "chi_square",
     starts: Annotated[
         int,
@@ -266,6 +270,13 @@ def init(
         str | None,
         typer.Option(metavar="one|each", help="One asymmetry g for all wavelengths, or one for each."),
     ] = None,
+    colour_from_reflectance: Annotated[
+        bool,
+        typer.Option(
+            "--colour-from-reflectance",
+            help="Take the shape of the spectrum from the diffuse reflectance; only its mean is fitted.",
+        ),
+    ] = False,
     reading: Reading = AS_IN_FILE,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
@@ -286,9 +297,15 @@ def init(
             from jaxink.cli.init_project import run_init_project
 
             out = out or Path("project.toml")
+            if colour_from_reflectance:
+                raise InputRefusedError(
+                    "--colour-from-reflectance is for one measurement; leave out --project, and copy the "
+                    "shape into the sample file of the project."
+                )
             raise typer.Exit(run_init_project(data, out, given, stated, options, force, quiet))
         out = out or Path("sample.toml")
-        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet))
+        shaped = colour_from_reflectance
+        raise typer.Exit(run_init(data, out, given, stated, options, force, quiet, shaped))
 
 
 @app.command()
@@ -466,6 +483,61 @@ def predict(
 
         stated = reading.keywords()
         raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet, set_ or ()))
+
+
+@app.command()
+def colour(
+    source: Annotated[Path, typer.Argument(metavar="RESULT", help="Folder of a fit of several wavelengths.")],
+    geometry: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="45:0|8:di|...",
+            help="Illumination and view: 45:0, 0:45, 8:di, 8:de, di:8, de:8, a quantity of readings, or "
+            "angles such as 30:15; repeat it for several. By default 45:0, 8:di and 8:de.",
+        ),
+    ] = None,
+    illuminant: Annotated[
+        str,
+        typer.Option(
+            metavar="D65|D50|A|E|FILE.csv", help="Light; a file has the columns wavelength_nm and power."
+        ),
+    ] = "D65",
+    observer: Annotated[int, typer.Option(metavar="2|10", help="Standard observer, in degrees.")] = 2,
+    thickness_um: Annotated[
+        float | None, typer.Option(metavar="UM", help="Another thickness of the ink, in um.")
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option(
+            metavar="R|nothing|FILE.csv",
+            help="What is behind the sample: a reflectance, nothing, or a file with the columns "
+            "wavelength_nm and reflectance.",
+        ),
+    ] = None,
+    contact: Annotated[
+        bool, typer.Option("--contact", help="The card is in optical contact with the last layer.")
+    ] = False,
+    lit_from: Annotated[
+        str,
+        typer.Option(metavar="front|back", help="Side that is lit: as measured, or the other."),
+    ] = "front",
+    free: Annotated[bool, typer.Option("--free", help="The ink alone, without its clear layers.")] = False,
+    layer: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The ink whose thickness is given."),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the colours as JSON.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Print the CIE colours of a fitted ink, as measured or in another arrangement."""
+    with one_sentence(debug):
+        from jaxink.cli.colour import ArrangementOptions, run_colour
+
+        options = ArrangementOptions(thickness_um, over, contact, lit_from, free, layer)
+        raise typer.Exit(
+            run_colour(source, geometry or [], illuminant, observer, options, _output(json, quiet))
+        )
 
 
 @app.command()

@@ -50,14 +50,16 @@ def run_init(
     options: Sequence[str],
     force: bool,
     quiet: bool,
+    colour_from_reflectance: bool = False,
 ) -> ExitCode:
     """Write a first sample file for a measurement.
 
     ``given`` are fields of `Draft` as texts, None if not stated; ``columns`` are keywords of `jaxink.read`,
-    and ``options`` the same for the command line.
+    and ``options`` the same for the command line. With ``colour_from_reflectance`` the spectrum of the ink
+    has the shape that its diffuse reflectance gives it.
     """
     require_new(out, force)
-    stated = stated_fields(given)
+    stated = stated_fields(given) | {"colour_from_reflectance": colour_from_reflectance}
     data = jaxink.read(data_files, **columns)
     refuse_other_samples(
         data,
@@ -65,7 +67,14 @@ def run_init(
         "relative in [noise] how well its readings reproduce",
     )
     command = CommandLine(
-        "init", data_files, {"--out": out, "--force": force, "--wavelengths": given["wavelengths_nm"]}
+        "init",
+        data_files,
+        {
+            "--out": out,
+            "--force": force,
+            "--wavelengths": given["wavelengths_nm"],
+            "--colour-from-reflectance": colour_from_reflectance,
+        },
     )
     draft, assumed = drafted(data, stated, None if quiet else command, options)
     text = sample_text(data, draft, assumed)
@@ -171,7 +180,7 @@ def _asked(
     typer.echo("Enter takes the value in brackets; all of them can be changed in the file.")
     for name, question in _QUESTIONS.items():
         # Which questions there are depends on the order of the layers and on the phase function.
-        known = ("order", "phase_function", "wavelengths_nm")
+        known = ("order", "phase_function", "wavelengths_nm", "colour_from_reflectance")
         so_far = Draft(**{key: answers[key] for key in known if key in answers})
         if name in answers or name not in so_far.needed:
             continue
@@ -205,6 +214,12 @@ def _stopped(answers: dict[str, Any], command: CommandLine, options: Sequence[st
     return StoppedError("stopped; nothing was written.", [("With the answers so far it goes on by", words)])
 
 
+def _coefficients(draft: Draft) -> str:
+    if draft.colour_from_reflectance:
+        return "with a spectrum of the shape that the diffuse reflectance gives"
+    return "each with its own coefficients"
+
+
 def show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: list[str], out: Path) -> None:
     """Print what was read, written and assumed."""
     sides = " and ".join(sorted(set(data.side.tolist())))
@@ -219,7 +234,7 @@ def show(data: jaxink.GonioData, sample: jaxink.Sample, draft: Draft, assumed: l
     elif n_held > 1:
         some = ",".join(f"{kept[k]:g}" for k in sorted({0, n_held // 2, n_held - 1}))
         lines.append(
-            f"All {n_held} wavelengths are fitted, each with its own coefficients; fewer are faster: "
+            f"All {n_held} wavelengths are fitted, {_coefficients(draft)}; fewer are faster: "
             f"--wavelengths {some}"
         )
     if assumed:

@@ -14,13 +14,14 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from jaxink.display.brief import brief_repr
 from jaxink.effects import model_at, tabulated
 from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.fitting.emphasis import INTENSITIES, factor_of_points
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.config import SolverConfig
 
-OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic")
+OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic", *INTENSITIES)
 
 
 @partial(jax.jit, static_argnames="n_scans")
@@ -98,7 +99,7 @@ class Objective(eqx.Module):
     scan, n_scans, scan_relative
         Scan of each point, their number, and the standard deviation of their common factors.
     weight
-        Square root of the weight of each point.
+        Square root of the weight of each point, times the factor of `jaxink.fitting.emphasis`.
     scale
         Maps variables in [0, 1] to the free parameters.
     prior_weights, prior_mean, prior_deviation
@@ -227,7 +228,8 @@ class Objective(eqx.Module):
     def _misfit(self, predicted):
         measured = self.measured
         n = len(measured)
-        if self.kind == "absolute":
+        # Of an intensity, the weights contain the factor of each point.
+        if self.kind == "absolute" or self.kind in INTENSITIES:
             return (measured - predicted) * np.sqrt(1 / n)
         if self.kind == "relative":
             return (measured - predicted) / (0.5 * (measured + predicted)) * np.sqrt(1 / n)
@@ -260,7 +262,7 @@ def make_objective(
     sample
         The sample; its free parameters become the variables.
     kind
-        ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
+        One of `OBJECTIVES`.
     config
         Resolution of the solver; None to choose it for the accuracy.
     noise
@@ -357,7 +359,7 @@ def compose(
         measured=data.bsdf_per_sr[used],
         sigma=np.asarray(noise.sigma_per_sr, float),
         scan=scan.reshape(-1),
-        weight=np.sqrt(weights_of(data, sample)),
+        weight=np.sqrt(weights_of(data, sample)) * factor_of_points(fields["kind"], data),
         prior_weights=weights,
         prior_mean=mean,
         prior_deviation=deviation,

@@ -3,6 +3,7 @@
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.fitting.emphasis import INTENSITIES
 from jaxink.fitting.objective import (
     OBJECTIVES,
     Objective,
@@ -59,6 +60,11 @@ def readings_objective(
         cannot take the values.
     """
     require_one_of("objective", kind, OBJECTIVES)
+    if kind in INTENSITIES:
+        raise InputRefusedError(
+            f"the objective '{kind}' is of the directions of a goniometer, and "
+            f"{readings.source or 'the readings'} are numbers of other instruments; choose chi_square."
+        )
     free = free_of(sample)
     readings = readings.at_wavelengths(sample.wavelengths_nm)
     require_positive(kind, readings.value, "readings", "leave them out")

@@ -3,11 +3,14 @@
 import dataclasses
 import hashlib
 import json
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, TypedDict, cast
 
 import numpy as np
 
+from jaxink.colour import Arrangement, FittedColours, Geometry, Illuminant
+from jaxink.colour.of_sample import GEOMETRIES
 from jaxink.display.brief import brief_repr
 from jaxink.display.card import Card, Presented
 from jaxink.effects import AugmentedModel, forward_model
@@ -16,6 +19,7 @@ from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.result_folder import FIT_HEAD, PARAMETER_FILE, RESULT_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
+from jaxink.fitting.colours import colours_of_fit, known_of_fit
 from jaxink.fitting.deviation import Deviation, deviation, deviation_of_scan
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
 from jaxink.fitting.log_density import LogDensity
@@ -399,6 +403,18 @@ class FitResult(SavedInFolder, Presented):
     def predict(self, data: GonioData | None = None) -> np.ndarray:
         """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""
         return evaluate(self.forward_model(data))
+
+    def colour(
+        self,
+        geometries: Sequence[str | Geometry] = GEOMETRIES,
+        illuminant: str | Illuminant = "D65",
+        observer_deg: int = 2,
+        arrangement: Arrangement | None = None,
+    ) -> FittedColours:
+        """CIE colours of the fitted ink; arguments as of `jaxink.colour.fitted_colours`."""
+        known = known_of_fit(self.parameters, self.covariance, self.verdict.standard_errors_hold)
+        seen = geometries, illuminant, observer_deg, arrangement
+        return colours_of_fit(self.sample, self.data, self.predicted_per_sr, known, *seen)
 
     def to_dataset(self):
         """The measurement as an xarray Dataset, with prediction, noise and residuals."""

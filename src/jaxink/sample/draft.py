@@ -10,6 +10,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.measurement import GonioData, estimate_noise
+from jaxink.measurement.diffuse_reflectance import diffuse_reflectance
 from jaxink.measurement.noise import MINIMUM_PAIRS
 from jaxink.measurement.scans import SAME
 from jaxink.sample.measurement_schema import SCHEMA_VERSION
@@ -48,6 +49,9 @@ class Draft:
         Wavelengths of the measurement that are fitted; empty: all of them.
     asymmetry
         One of `ASYMMETRIES`, for a Henyey-Greenstein function at several wavelengths.
+    colour_from_reflectance
+        Whether the spectrum of the ink has the shape that its diffuse reflectance gives it, and only its
+        mean is free: of the absorption index for ``mie``, of the scattering coefficient otherwise.
     """
 
     order: str = ORDERS[0]
@@ -60,6 +64,7 @@ class Draft:
     radius_nm: float = 150.0
     wavelengths_nm: tuple[float, ...] = ()
     asymmetry: str = ASYMMETRIES[0]
+    colour_from_reflectance: bool = False
 
     def __post_init__(self):
         require_one_of("order", self.order, ORDERS)
@@ -113,11 +118,40 @@ def sample_text(data: GonioData, draft: Draft, assumed: Collection[str] = ()) ->
             f"{data.source}: has rows with side T, but ink_um is {OPAQUE}; give the thickness of the ink."
         )
     wavelengths = chosen_wavelengths(data, draft.wavelengths_nm)
-    writer = _Writer(data, draft, frozenset(assumed), wavelengths)
+    shape: tuple[float, ...] = ()
+    if draft.colour_from_reflectance:
+        shape = _shape(data, draft, wavelengths)
+    writer = _Writer(data, draft, frozenset(assumed), wavelengths, shape)
     lines = [*writer.head()]
     for layer in draft.layers:
         lines += [*(writer.plate() if layer == "plate" else writer.ink())]
     return "\n".join([*lines, *_noise(data), *_OPTIONAL]) + "\n"
+
+
+def _shape(data: GonioData, draft: Draft, wavelengths: list[float]) -> tuple[float, ...]:
+    """Ratios of the spectrum of the ink at the wavelengths, from its diffuse reflectance.
+
+    Raises
+    ------
+    InputRefusedError
+        If there is one wavelength, no reading in reflection, or the layer is opaque.
+    """
+    name = data.source or "the measurement"
+    if len(wavelengths) < 2:
+        raise InputRefusedError(
+            f"{name}: has one wavelength, so its colour has no shape; leave out --colour-from-reflectance."
+        )
+    if draft.ink_um == OPAQUE and draft.phase_function != "mie":
+        raise InputRefusedError(
+            f"ink_um is {OPAQUE}, so the ink has no scattering coefficient to be given a shape; "
+            "leave out --colour-from-reflectance, or give the thickness."
+        )
+    found = diffuse_reflectance(data.select(wavelength_nm=wavelengths))
+    if len(found.wavelength_nm) < len(wavelengths):
+        raise InputRefusedError(f"{name}: lacks readings in reflection at some wavelengths.")
+    is_mie = draft.phase_function == "mie"
+    shape = found.absorption_index_shape if is_mie else found.scattering_shape
+    return tuple(shape.tolist())
 
 
 def chosen_wavelengths(data: GonioData, wanted_nm: Sequence[float]) -> list[float]:
@@ -147,6 +181,7 @@ class _Writer:
     draft: Draft
     assumed: frozenset[str]
     wavelengths: list[float]
+    shape: tuple[float, ...] = ()
 
     def head(self) -> Iterator[str]:
         """What the measurement contains, and the top of the file."""
@@ -213,9 +248,15 @@ class _Writer:
             for w in self.wavelengths
         ]
         yield "# Scattering coefficient, 1/mm; the start is a rough estimate from the measured values."
+        most = _rounded(_ABSORBED / thickness_mm)
+        if self.shape:
+            yield "# Its shape is that of the diffuse reflectance; its mean and one absorption are free."
+            start = _rounded(float(np.mean(starts)))
+            yield _free("scattering_per_mm", start, low, high, shape=self.shape)
+            yield _free("absorption_per_mm", _rounded(most / 500), 0, most)
+            return
         yield _free("scattering_per_mm", starts if several else starts[0], low, high, several)
         yield "# Absorption coefficient, 1/mm."
-        most = _rounded(_ABSORBED / thickness_mm)
         yield _free("absorption_per_mm", _rounded(most / 500), 0, most, several)
 
     @property
@@ -234,6 +275,10 @@ class _Writer:
         yield self._fixed("particle_index", "particle_index")
         several = len(self.wavelengths) > 1
         yield "# Imaginary part of the particles' index."
+        if self.shape:
+            yield "# Its shape follows from the diffuse reflectance; the mean is free."
+            yield _free("particle_absorption_index", 1e-4, 0, 0.5, shape=self.shape)
+            return
         yield _free("particle_absorption_index", 1e-4, 0, 0.5, several)
 
     def _fixed(self, key: str, field: str) -> str:
@@ -300,9 +345,17 @@ _OPTIONAL = (
 )
 
 
-def _free(key: str, value: Any, low: float, high: float, per_wavelength: bool = False) -> str:
+def _free(
+    key: str,
+    value: Any,
+    low: float,
+    high: float,
+    per_wavelength: bool = False,
+    shape: Sequence[float] = (),
+) -> str:
     start = _numbers(value) if isinstance(value, list) else f"{value:g}"
     each = "per_wavelength = true, " if per_wavelength else ""
+    each += f"shape = [{', '.join(f'{one:.5g}' for one in shape)}], " if shape else ""
     return f"{key} = {{ {each}value = {start}, free = true, min = {low:g}, max = {high:g} }}"
 
 
