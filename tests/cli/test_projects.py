@@ -60,11 +60,23 @@ def test_a_measurement_needs_a_sample(run, project_folder, tmp_path, told):  # n
     told(done.stderr, "--sample")
 
 
-def test_a_project_is_no_single_measurement(run, project_folder, tmp_path, told):  # noqa: F811
-    project_file = project_folder / "project.toml"
-    done = run("diagnose", project_file, "--sample", project_folder / "ink.toml", "--out", tmp_path / "out")
+@pytest.mark.parametrize("option", [("--sample", "ink.toml"), ("--resume",), ("--time-limit", "60")])
+def test_what_a_project_takes_no_option_for(run, project_folder, tmp_path, option, told):  # noqa: F811
+    done = run("diagnose", project_folder / "project.toml", *option, "--out", tmp_path / "out")
     assert done.exit_code == 5
-    told(done.stderr, "project.toml", "jaxink fit")
+    told(done.stderr, option[0])
+
+
+def test_a_project_is_diagnosed(run, project_folder, tmp_path):  # noqa: F811
+    out = tmp_path / "out"
+    # Without a search, which tests/projects has; here it is about what is written and told.
+    done = run(
+        "diagnose", project_folder / "project.toml", "--out", out, "--max-effects", "0", "--no-figures"
+    )
+    assert done.exit_code == 0, done.output
+    assert "fits all measurements as it is" in done.stdout
+    assert (out / "joint_report.json").exists()
+    assert all((out / name / "joint.json").exists() for name in ("declared", "corrected"))
 
 
 def test_the_plan_is_printed_and_written(run, project_folder, tmp_path):  # noqa: F811

@@ -28,7 +28,6 @@ from jaxink.cli.reading_options import (
     Quiet,
     Reading,
     is_toml,
-    refuse_project,
     refuse_wavelengths,
     stated_sample,
     with_reading,
@@ -311,12 +310,13 @@ def init(
 @app.command()
 @with_reading
 def diagnose(
-    data: Data,
+    data: FitData,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for report.html, report.json and figures.")
     ],
     sample: Annotated[
-        Path | None, typer.Option(metavar="SAMPLE.toml", help="Description of the sample; required.")
+        Path | None,
+        typer.Option(metavar="SAMPLE.toml", help="Description of the sample; required but for a project."),
     ] = None,
     max_effects: Annotated[int, typer.Option(metavar="N", help="Largest number of effects to add.")] = 3,
     max_parameters: Annotated[
@@ -348,13 +348,20 @@ def diagnose(
     """Find the effects that the model lacks, add them, and report the error before and after."""
     with one_sentence(debug):
         refuse_wavelengths(wavelengths)
-        refuse_project(data, "diagnose")
-        from jaxink.cli.diagnose import run_diagnose
-
         limits = {"max_effects": max_effects, "max_parameters": max_parameters}
         choices = limits | {"level": level, "n_bootstrap": bootstrap, "seed": seed}
         choices |= {"time_limit_s": time_limit}
         output = _output(json, quiet)
+        if is_toml(data):
+            from jaxink.cli.joint_diagnose import require_searches_in_one_go, run_joint_diagnose
+            from jaxink.cli.joint_fit import require_project_alone
+
+            require_searches_in_one_go(choices, resume)
+            project = require_project_alone(data, reading.keywords(), sample)
+            whole = project, out, choices, accuracy, not no_figures, output
+            raise typer.Exit(run_joint_diagnose(*whole))
+        from jaxink.cli.diagnose import run_diagnose
+
         arguments = (
             data,
             stated_sample(sample),

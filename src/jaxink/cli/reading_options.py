@@ -34,16 +34,6 @@ def is_toml(files: Sequence[Path]) -> bool:
     return bool(files) and files[0].suffix.lower() == ".toml"
 
 
-def refuse_project(files: Sequence[Path], command: str) -> None:
-    """Reject a project file where one measurement is needed."""
-    if is_toml(files):
-        raise InputRefusedError(
-            f"{files[0]}: is a project file, or a sample file; jaxink {command} takes one measurement. Fit "
-            "the project (jaxink fit), and give a measurement of it with its fitted sample, such as "
-            "RESULT/measurements/NAME/sample.toml."
-        )
-
-
 def stated_sample(sample: Path | None) -> Path:
     """The sample file of a command that needs one."""
     if sample is None:

@@ -1,7 +1,8 @@
 """What a model lacks: fit, look for structure in the residual, find the effect that explains it, and judge.
 
 Layers from below: `policy` (thresholds), `statistics` (residuals only; knows neither model nor effects),
-`search` (fits and chooses effects), `findings` (interprets the result), `procedure` (runs them all).
+`search` (fits and chooses effects), `findings` (interprets the result), `joint` (the same for several
+measurements at once), `procedure` (runs them all).
 """
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
@@ -12,6 +13,7 @@ from jaxink.diagnosis.findings.saved import SavedDiagnosis, load_diagnosis
 from jaxink.diagnosis.findings.summary import Figures, Summary
 from jaxink.diagnosis.findings.transfer import Transfer, transfer
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.procedure import diagnose
 from jaxink.diagnosis.search.allowance import Omission, Task, TimeLimit
@@ -53,6 +55,8 @@ __all__ = [
     "Failure",
     "Figures",
     "HeldOutGain",
+    "JointDiagnosis",
+    "JointStep",
     "Location",
     "Observations",
     "Omission",

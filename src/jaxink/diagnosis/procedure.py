@@ -3,29 +3,41 @@
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 
 from jaxink.diagnosis.findings.assembly import diagnosis_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.input_mistake import explains_all
+from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis
+from jaxink.diagnosis.joint.search import diagnose_project
 from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.loop import search_effects
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.unfinished import Unfinished
-from jaxink.errors import require_kind
+from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting import FitResult, check_input, fit
 from jaxink.fitting.inputs import read_inputs
 from jaxink.fitting.objective import weights_of
 from jaxink.measurement import GonioData
 from jaxink.measurement.masks import USER
 from jaxink.numerics.failures import Failures
-from jaxink.numerics.precision import computing
+from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
+from jaxink.projects import Project
 from jaxink.sample import Sample
 
 
+@overload
+def diagnose(
+    data: Project,
+    sample: None = None,
+    options: DiagnosisOptions | None = None,
+    progress: Progress | None = None,
+) -> JointDiagnosis: ...
+@overload
 def diagnose(
     data: GonioData | str | Path | Sequence[str | Path],
     sample: Sample | str | Path,
@@ -33,7 +45,15 @@ def diagnose(
     progress: Progress | None = None,
     fitted: FitResult | None = None,
     unfinished: Unfinished | None = None,
-) -> Diagnosis:
+) -> Diagnosis: ...
+def diagnose(
+    data: GonioData | str | Path | Sequence[str | Path] | Project,
+    sample: Sample | str | Path | None = None,
+    options: DiagnosisOptions | None = None,
+    progress: Progress | None = None,
+    fitted: FitResult | None = None,
+    unfinished: Unfinished | None = None,
+) -> Diagnosis | JointDiagnosis:
     """Test whether a model lacks something, identify and add it, and report the error before and after.
 
     A refit, a candidate or another part that fails is left out and named in the result.
@@ -41,9 +61,9 @@ def diagnose(
     Parameters
     ----------
     data
-        Measurement, its file, or a list of files, whose rows are joined.
+        Measurement, its file, or a list of files, whose rows are joined; or a project.
     sample
-        Sample as declared, or its file.
+        Sample as declared, or its file; None for a project, which has its own.
     options
         None for the defaults.
     progress
@@ -61,6 +81,17 @@ def diagnose(
     """
     options = DiagnosisOptions() if options is None else options
     require_kind("options", options, DiagnosisOptions)
+    if isinstance(data, Project):
+        if sample is not None or fitted is not None or unfinished is not None:
+            raise InputRefusedError("a project has its own samples and fits; leave out all but the options.")
+        release_programs()
+        with computing():
+            return diagnose_project(data, options, progress or log_progress)
+    if sample is None:
+        raise InputRefusedError(
+            "sample is None; give a sample or its file, or a project (jaxink.load_project) instead of the "
+            "measurement."
+        )
     data, sample = read_inputs(data, sample)
     follow = progress or log_progress
     allowance, failures = Allowance(options.time_limit_s), Failures()

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.search.workbench import Place, Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Effect
 from jaxink.errors import NotFiniteError
 from jaxink.numerics.failures import Failures
@@ -66,7 +66,11 @@ class Direction:
 
 
 def tangents(
-    bench: Workbench, solution: Solution, free: tuple[str, ...], effects: list[Effect], failures: Failures
+    bench: Workbench,
+    solution: Solution | Place,
+    free: tuple[str, ...],
+    effects: list[Effect],
+    failures: Failures,
 ) -> list[Direction]:
     """Columns of effects that share a program, at all their settings: derivatives at strength 0.
 
@@ -82,7 +86,7 @@ def tangents(
 
 
 def _tangents_at(
-    bench: Workbench, solution: Solution, free: tuple[str, ...], rank: int, effects: Sequence[Effect]
+    bench: Workbench, solution: Solution | Place, free: tuple[str, ...], rank: int, effects: Sequence[Effect]
 ) -> list[Direction]:
     if not effects:
         return []
@@ -101,7 +105,7 @@ def _tangents_at(
     return found
 
 
-def secants(bench: Workbench, own: Workbench, solution: Solution, effect: Effect) -> list[Direction]:
+def secants(bench: Workbench, own: Workbench, solution: Solution | Place, effect: Effect) -> list[Direction]:
     """Differences that the settings of an effect make, predicted by its `own` workbench."""
     found = []
     for setting in effect.settings:

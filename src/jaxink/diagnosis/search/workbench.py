@@ -88,6 +88,13 @@ class Solution:
     search: Search
 
 
+class Place(NamedTuple):
+    """A prediction at values that no fit of the workbench has found."""
+
+    values: dict[str, float]
+    predicted_per_sr: Float[np.ndarray, " points"]
+
+
 class Linearisation(NamedTuple):
     """Derivatives of the whitened prediction by parameters (rows of priors last), and the residual."""
 

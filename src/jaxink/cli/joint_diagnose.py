@@ -1,0 +1,60 @@
+"""``jaxink diagnose PROJECT.toml``."""
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.fit_tables import console, parameter_table, show_files
+from jaxink.cli.joint_fit import write_joint_result
+from jaxink.cli.session import ExitCode
+from jaxink.errors import InputRefusedError
+from jaxink.files.encoding import json_text
+from jaxink.files.result_folder import CORRECTED, DECLARED, require_not_replaced
+from jaxink.files.writing import require_folder
+
+
+def require_searches_in_one_go(choices: dict[str, Any], is_resumed: bool) -> None:
+    """Reject options of a diagnosis that only that of one measurement has."""
+    for option, value in (("--time-limit", choices["time_limit_s"]), ("--resume", is_resumed or None)):
+        if value is not None:
+            raise InputRefusedError(f"{option} is for the diagnosis of one measurement; leave it out.")
+
+
+def run_joint_diagnose(
+    project_file: Path, out: Path, choices: dict[str, Any], accuracy: float, with_figures: bool, output: str
+) -> ExitCode:
+    """Diagnose a project and write the report to the folder ``out``; parameters as of `run_diagnose`."""
+    require_folder(out)
+    project = jaxink.load_project(project_file)
+    require_not_replaced(out, [project_file])
+    session.prepare_jax()
+    fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
+    options = jaxink.DiagnosisOptions(**choices, fit=fit)
+    with session.progress(quiet=output != "tables") as follow:
+        found = jaxink.diagnose(project, options=options, progress=follow)
+    report = found.save(out)
+    formats = ("png",) if with_figures else ()
+    pages = [
+        file
+        for name, result in ((DECLARED, found.declared), (CORRECTED, found.corrected))
+        for file in write_joint_result(result, out / name, formats)
+        if file.parent == out / name and file.suffix == ".html"
+    ]
+    if output == "json":
+        typer.echo(json_text(found.to_dict()))
+    elif output == "tables":
+        to = console()
+        style = "bold red" if found.structure_remains else "bold"
+        to.print(found.sentence, style=style, soft_wrap=True)
+        for step in found.steps:
+            to.print(step.sentence, soft_wrap=True)
+        to.print("\n".join(["", *found.misfit_table().lines()]), soft_wrap=True)
+        rows = tuple(found.corrected.parameters.values())
+        to.print(parameter_table(rows, found.corrected.verdict.standard_errors_hold))
+        for failure in found.failures:
+            to.print(failure.sentence, soft_wrap=True)
+        show_files(to, [report, *pages])
+    return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

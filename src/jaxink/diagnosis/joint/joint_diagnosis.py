@@ -1,0 +1,166 @@
+"""The diagnosis of several measurements."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from jaxink.display.brief import brief_repr, counted
+from jaxink.display.card import Card, CardTable, Presented
+from jaxink.files.encoding import json_text, plain
+from jaxink.files.result_folder import CORRECTED, DECLARED
+from jaxink.files.writing import whole_folder
+from jaxink.fitting.joint_result import JointResult
+from jaxink.numerics.digits import rounded
+from jaxink.numerics.failures import Failure
+
+SCHEMA_VERSION = 1
+JOINT_REPORT = "joint_report.json"
+
+
+@dataclasses.dataclass(frozen=True)
+class JointStep:
+    """An effect that was found.
+
+    Parameters
+    ----------
+    effect
+        Its name.
+    statement
+        What is true of the sample or the instrument, with numbers.
+    where
+        In which measurements, in words.
+    measurements
+        Their names.
+    parameters
+        Names in the project of its parameters.
+    chi_square_before
+        Of all measurements and priors, without it.
+    delta_chi_square
+        By how much it lowers this, with all other parameters fitted again.
+    probability
+        That noise lowers it as much for any of the causes that were looked at.
+    alike
+        Causes that the data do not distinguish from it.
+    """
+
+    __repr__ = brief_repr
+
+    effect: str
+    statement: str
+    where: str
+    measurements: tuple[str, ...]
+    parameters: tuple[str, ...]
+    chi_square_before: float
+    delta_chi_square: float
+    probability: float
+    alike: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """For the user."""
+        words = (
+            f"{self.statement[0].upper()}{self.statement[1:]}, {self.where} ({self.effect}; lowers "
+            f"chi-square from {rounded(self.chi_square_before, 5)} by {rounded(self.delta_chi_square, 4)})."
+        )
+        if self.alike:
+            words += f" The data do not distinguish it from: {'; '.join(self.alike)}."
+        return words
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class JointDiagnosis(Presented):
+    """What the model of several measurements lacks.
+
+    Parameters
+    ----------
+    declared, corrected
+        Joint fits of the declared model, and of that with the effects found; the same if there is none.
+    steps
+        The effects found, in order.
+    n_candidates
+        Number of causes that were looked at.
+    failures
+        Parts that failed.
+    """
+
+    declared: JointResult
+    corrected: JointResult
+    steps: tuple[JointStep, ...]
+    n_candidates: int
+    failures: tuple[Failure, ...]
+
+    @property
+    def structure_remains(self) -> bool:
+        """Whether the corrected model is a misfit, or its measurements disagree."""
+        disagree = self.corrected.agreement is not None and self.corrected.agreement.disagrees
+        return self.corrected.verdict.is_misfit or disagree
+
+    @property
+    def sentence(self) -> str:
+        """The verdict."""
+        looked = f"none of {counted(self.n_candidates, 'cause')} that were looked at"
+        if not self.steps:
+            if not self.n_candidates:
+                looked = "no cause was looked for"
+            else:
+                looked += " explains it" if self.structure_remains else " is called for"
+            if self.structure_remains:
+                return f"The model does not fit all measurements; {looked}."
+            return f"The model fits all measurements as it is; {looked}."
+        names = ", ".join(f"{step.effect} {step.where}" for step in self.steps)
+        return f"{'Partly explained' if self.structure_remains else 'Explained'} by {names}."
+
+    def card(self) -> Card:
+        """The verdict, the effects, and the misfit before and after."""
+        sentences = [self.sentence, *(step.sentence for step in self.steps)]
+        tables: list[CardTable] = [self.misfit_table(), self.corrected.parameter_table()]
+        remarks = [*self.corrected.notes, *(failure.sentence for failure in self.failures)]
+        title = f"Diagnosis of {counted(len(self.declared.measurements), 'measurement')}"
+        return Card(title, sentences, tables, remarks)
+
+    def misfit_table(self) -> CardTable:
+        """Chi-square of each measurement in both joint fits."""
+        rows = []
+        for name, before in self.declared.measurements.items():
+            after = self.corrected.measurements[name].merit.chi_square
+            both = rounded(before.merit.chi_square, 5), rounded(after, 5)
+            rows.append([name, str(before.merit.points), *both])
+        reduced = [
+            "" if one.reduced_chi_square is None else rounded(one.reduced_chi_square, 4)
+            for one in (self.declared, self.corrected)
+        ]
+        rows.append(["all, reduced", str(self.declared.points), *reduced])
+        return CardTable(["measurement", "points", "chi-square as declared", "with the effects"], rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as in ``joint_report.json``."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "verdict": self.sentence,
+            "structure_remains": self.structure_remains,
+            "causes_looked_at": self.n_candidates,
+            "steps": plain(self.steps),
+            "declared": self.declared.result_id,
+            "corrected": self.corrected.result_id,
+            "failures": [failure.sentence for failure in self.failures],
+        }
+
+    def save(self, directory: str | Path) -> Path:
+        """Write ``joint_report.json`` and both joint fits, in the folders ``declared`` and ``corrected``.
+
+        Parameters
+        ----------
+        directory
+            Created if it does not exist.
+
+        Raises
+        ------
+        InputRefusedError
+            The directory cannot be written.
+        """
+        with whole_folder(directory, owned=(DECLARED, CORRECTED)) as folder:
+            for name, result in ((DECLARED, self.declared), (CORRECTED, self.corrected)):
+                (folder / name).mkdir()
+                result.write_into(folder / name)
+            (folder / JOINT_REPORT).write_text(json_text(self.to_dict()) + "\n", encoding="utf-8")
+        return Path(directory) / JOINT_REPORT
