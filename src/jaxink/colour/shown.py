@@ -4,6 +4,7 @@ import dataclasses
 import importlib.util
 
 import numpy as np
+from jaxtyping import Float
 
 from jaxink.colour.at_points import ColoursAtPoints, colours_at_points
 from jaxink.errors import InputRefusedError
@@ -59,6 +60,16 @@ def shown_colour(found: ColoursAtPoints) -> ShownColour | None:
     away = np.hypot(data.theta_i_deg[first] - _LIT_DEG, data.theta_o_deg[first] - _SEEN_DEG)
     k = int(np.argmin(np.where(in_front, away, np.inf)))
     at = first[k]
-    measured, fitted = (tuple(map(float, lab[k])) for lab in (found.measured, found.fitted))
-    angles = (float(column[at]) for column in (data.theta_i_deg, data.theta_o_deg, data.phi_deg))
-    return ShownColour(*angles, found.viewing.sentence, measured, fitted)
+    return ShownColour(
+        float(data.theta_i_deg[at]),
+        float(data.theta_o_deg[at]),
+        float(data.phi_deg[at]),
+        found.viewing.sentence,
+        _lab(found.measured[k]),
+        _lab(found.fitted[k]),
+    )
+
+
+def _lab(values: Float[np.ndarray, " 3"]) -> tuple[float, float, float]:
+    lightness, a, b = values.tolist()
+    return lightness, a, b
