@@ -17,8 +17,6 @@ from jaxink.measurement.table import refusal
 from jaxink.measurement.text_file import lines_of
 
 _MOST_BYTES = 50_000_000
-# What instruments of the graphic arts read, ISO 13655.
-_GRAPHIC_ARTS = ("R_45_0", "R_0_45")
 # Names of a column of a wavelength: SPECTRAL_NM400, SPECTRAL_NM_400, SPEC_400, nm400.
 _WAVE = re.compile(r"(?:SPECTRAL_)?(?:NM|SPEC|DEC)_?(\d{3,4}(?:\.\d+)?)", re.IGNORECASE)
 _KEYS = ("SAMPLE_ID", "SAMPLE_NAME", "SAMPLEID", "SAMPLENAME")
@@ -231,9 +229,9 @@ def _geometry(specification) -> str | None:
     single = specification.find(".//SingleAngle")
     if single is None:
         return None
-    angles = (single.findtext("IlluminationAngle"), single.findtext("MeasurementAngle"))
+    lit, seen = (single.findtext(f"{name}Angle") or "nan" for name in ("Illumination", "Measurement"))
     try:
-        pair = tuple(float(text or "nan") for text in angles)
+        pair = float(lit), float(seen)
     except ValueError:
         return None
-    return {(45.0, 0.0): _GRAPHIC_ARTS[0], (0.0, 45.0): _GRAPHIC_ARTS[1]}.get(pair)
+    return {(45.0, 0.0): "R_45_0", (0.0, 45.0): "R_0_45"}.get(pair)
