@@ -1,8 +1,8 @@
 """A two-pigment ink by the forward model at higher accuracy: free, by its pigments, and the published way.
 
 The ink is anatase and iron oxide red in a binder on a plate, 31 wavelengths from 400 to 700 nm, lit at 0 and
-45 degrees, with noise of 0.5 %. Its spectra come from the forward model at an accuracy of 1e-5, ten times that
-of the fits: they test the fits and the colours, not the model.
+45 degrees, with noise of 0.5 %. Its spectra come from the forward model at an accuracy of 1e-5, ten times
+that of the fits: they test the fits and the colours, not the model.
 
 python -m benchmarks.validation.colour.pigments
 """
