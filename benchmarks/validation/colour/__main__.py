@@ -146,7 +146,7 @@ def pigments(kept: dict | None) -> str:
     )
 
 
-def missing(kept_outside: dict | None, kept_pigments: dict | None) -> str:
+def missing(kept: dict, kept_outside: dict, kept_pigments: dict | None) -> str:
     """What was asked for and is not here."""
     lines = [
         "Coverage of the error bars of colours in repeated draws, and the two-pigment ink by a Monte Carlo.",
@@ -158,7 +158,13 @@ def missing(kept_outside: dict | None, kept_pigments: dict | None) -> str:
     undone = [way for way in ("pigments", "published", "free") if way not in done]
     if undone:
         lines.append(f"The two-pigment ink: {', '.join(undone)} fit.")
-    if kept_outside is not None and "hg" not in kept_outside["models"]:
+    lines += [
+        f"The coloured stand-in by {_MODELS[model]}, {way}."
+        for model in _MODELS
+        for way in ("published", "free")
+        if f"{model}-{way}" not in kept
+    ]
+    if "hg" not in kept_outside["models"]:
         lines.append("Wavelengths outside the fit by Henyey–Greenstein.")
     return "\n".join(f"- {line}" for line in lines)
 
@@ -188,7 +194,7 @@ def main() -> None:
             outside_error=relative,
             outside=outside(other),
             pigments=pigments(two),
-            missing=missing(other, two),
+            missing=missing(one, other, two),
         ).rstrip()
         + "\n",
         encoding="utf-8",
