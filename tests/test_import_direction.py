@@ -14,7 +14,7 @@ FLOORS = (
     ("errors",),
     ("files", "numerics"),
     ("display",),
-    ("measurement",),
+    ("materials", "measurement"),
     ("optics", "residual"),
     ("particles",),
     ("surfaces",),

@@ -7,6 +7,7 @@ import jaxink
 from jaxink.colour import Arrangement, SampleSpectra, drawdown, two_flux, two_flux_errors
 from jaxink.colour.two_flux import saunderson
 from jaxink.errors import InputRefusedError
+from jaxink.plots import drawdown_figure
 from tests.samples import PRINTED_INK, edited
 
 WAVES = (500.0, 600.0)
@@ -31,6 +32,15 @@ def test_ink_hides_as_it_thickens(drawn):
     assert drawn.contrast_ratio[-1] > 0.999
     assert len(drawn.card().tables[0].rows) == 4
     assert drawn.to_dict()["cards"] == [0.01, 0.8]
+
+
+def test_the_figure_shows_both_cards_at_each_thickness(drawn):
+    figure = drawdown_figure(drawn)
+    swatches, lab, ratio = figure.axes
+    assert len(swatches.patches) == 2 * len(drawn.thickness_um)
+    assert len(lab.lines) == 6
+    np.testing.assert_allclose(ratio.lines[0].get_ydata(), drawn.contrast_ratio)
+    assert figure.png().startswith(b"\x89PNG")
 
 
 def test_thickness_for_a_contrast_ratio_has_it(sample, drawn):

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import jaxink
 from jaxink.batches.answer import Done, now, trouble
-from jaxink.batches.row import RESULTS, Row, RowOutcome, RowParameter
+from jaxink.batches.row import RESULTS, Row, RowColour, RowOutcome, RowParameter
 from jaxink.batches.task import Task
+from jaxink.colour.shown import colours_if_any, shown_colour
 from jaxink.diagnosis import Diagnosis, DiagnosisOptions
 from jaxink.errors import JaxinkError
 from jaxink.fitting import FitOptions, FitResult, check_input
@@ -143,7 +144,14 @@ def _row(task: Task, result: FitResult, verdict: str, sentence: str, page: str) 
         host=platform.node(),
         finished=now(),
         page=f"{RESULTS}/{task.name}/{page}",
+        colour=_colour(result),
     )
+
+
+def _colour(result: FitResult) -> RowColour | None:
+    found = colours_if_any(result.data, result.predicted_per_sr)
+    one = None if found is None else shown_colour(found)
+    return None if one is None else RowColour(one.direction, one.light, *one.fitted_lab)
 
 
 def _row_of_fit(task: Task, result: FitResult) -> Row:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from jaxink.batches.colours import colour_columns
 from jaxink.batches.listing import POSITION, Listed
 from jaxink.batches.row import Row, RowOutcome
 from jaxink.batches.verdicts import is_misfit, verdict_meaning, what_to_do
@@ -114,6 +115,7 @@ class Batch(Presented):
             found[name] = [None if p is None else p.value for p in each]
             found[f"{name}_se"] = [None if p is None else p.standard_error for p in each]
             found[f"{name}_flag"] = [None if p is None else p.flag for p in each]
+        found |= colour_columns(rows)
         tail: dict[str, list[Any]] = {
             "effects": [", ".join(row.effects) for row in rows],
             "points": [row.points for row in rows],

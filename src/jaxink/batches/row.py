@@ -82,6 +82,27 @@ class Inputs:
 
 
 @dataclasses.dataclass(frozen=True)
+class RowColour:
+    """Colour of the fit of a measurement, in the measured direction nearest to 45:0.
+
+    Parameters
+    ----------
+    direction
+        Angles of incidence and view.
+    light
+        Illuminant, observer and band; colours in other light do not compare.
+    L, a, b
+        CIELAB.
+    """
+
+    direction: str
+    light: str
+    L: float
+    a: float
+    b: float
+
+
+@dataclasses.dataclass(frozen=True)
 class Row:
     """What a batch knows of one measurement.
 
@@ -107,6 +128,8 @@ class Row:
         Number of processes that have tried it.
     host, finished
         Where, and when (UTC).
+    colour
+        Colour of the fit; None of one wavelength, or without colour-science.
     page
         Its own page, from the folder of the batch; empty if there is none. The report links it, so it must
         be a file of the measurement's own folder in ``results``.
@@ -128,6 +151,7 @@ class Row:
     host: str = ""
     finished: str = ""
     page: str = ""
+    colour: RowColour | None = None
 
     def __post_init__(self):
         require_one_of("outcome", self.outcome, tuple(RowOutcome))

@@ -662,6 +662,15 @@ def demo(
 
 
 @app.command()
+def materials(debug: Debug = False) -> None:
+    """List the pigments and binders whose complex index a sample file can name."""
+    with one_sentence(debug):
+        from jaxink.materials import listing
+
+        typer.echo(listing())
+
+
+@app.command()
 def cache(
     action: Annotated[str, typer.Argument(metavar="info|clear", help="What to do.")] = "info",
     debug: Debug = False,

@@ -1,6 +1,7 @@
 """Illuminants and observers of the CIE, as tabulated by the package colour-science."""
 
 import warnings
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -78,7 +79,7 @@ def difference(one: Float[np.ndarray, "*colours 3"], other: Float[np.ndarray, "*
     return science().delta_E(one, other, method="CIE 2000")
 
 
-def display_code(lab: Float[np.ndarray, " 3"]) -> str:
+def display_code(lab: Sequence[float] | Float[np.ndarray, " 3"]) -> str:
     """Colour of a display, such as ``#ad4f32``, of the same CIELAB with D65 as white.
 
     What a display cannot show is clipped to what it can.
@@ -87,6 +88,6 @@ def display_code(lab: Float[np.ndarray, " 3"]) -> str:
     white = colour.CCS_ILLUMINANTS[OBSERVERS[2]]["D65"]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        rgb = colour.XYZ_to_sRGB(colour.Lab_to_XYZ(lab, white))
+        rgb = colour.XYZ_to_sRGB(colour.Lab_to_XYZ(np.asarray(lab, float), white))
     levels = np.round(255 * np.clip(np.nan_to_num(rgb), 0, 1)).astype(int)
     return "#" + "".join(f"{level:02x}" for level in levels.tolist())

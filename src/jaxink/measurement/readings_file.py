@@ -15,6 +15,7 @@ from jaxink.measurement.cells import with_decimal_points
 from jaxink.measurement.checks import numbers
 from jaxink.measurement.quantities import QUANTITIES
 from jaxink.measurement.readings import IDEAL_SPHERE, Readings, Spheres
+from jaxink.measurement.spectrophotometer import is_spectrophotometer_file, read_spectrophotometer
 from jaxink.measurement.table import TextTable, refusal
 from jaxink.measurement.text_file import lines_of, read_table
 
@@ -40,16 +41,25 @@ _SPECULAR_DEG = 180.0
 _HEAD_BYTES = 20_000
 
 
-def read_readings(path: str | Path, *, wavelength_nm: float | None = None) -> Readings:
+def read_readings(
+    path: str | Path,
+    *,
+    wavelength_nm: float | None = None,
+    quantity: str | None = None,
+    sample: str | None = None,
+) -> Readings:
     """Read totals, regular light and reflectance factors.
 
     Parameters
     ----------
     path
-        A CSV file (docs/manual/readings.md), or one of inverse adding-doubling (``.rxt``), which begins with
-        ``IAD1``.
+        A CSV file (docs/manual/readings.md), one of inverse adding-doubling (``.rxt``), which begins with
+        ``IAD1``, or spectra of a spectrophotometer, CGATS text or CxF3.
     wavelength_nm
         Wavelength of all readings, if the file does not state it.
+    quantity, sample
+        Of spectra of a spectrophotometer: what was read, if the file does not state its geometry, and
+        identifier or name of the sample, if there are several.
 
     Raises
     ------
@@ -57,22 +67,32 @@ def read_readings(path: str | Path, *, wavelength_nm: float | None = None) -> Re
         If the file is invalid; the message names file, row and column.
     """
     path = Path(path)
-    with open_bounded(path, _MOST_BYTES, "file of readings") as file:
-        begins = file.read(len(MAGIC))
-    if begins == MAGIC.encode():
+    head = _head(path)
+    if is_spectrophotometer_file(head):
+        if wavelength_nm is not None:
+            raise refusal(path, "has wavelengths of its own; do not state wavelength_nm")
+        return read_spectrophotometer(path, head, quantity, sample)
+    for name, stated in (("quantity", quantity), ("sample", sample)):
+        if stated is not None:
+            raise refusal(path, f"is no file of a spectrophotometer (CGATS or CxF3); leave out {name}")
+    if head.startswith(MAGIC):
         return read_adding_doubling(path, wavelength_nm)
     return _of_table(_known(read_table(path, _COLUMNS)), _stated_of_spheres(path), wavelength_nm)
 
 
 def is_readings_file(path: str | Path) -> bool:
     """Whether a file holds readings, by its first word or its header."""
-    with open_bounded(Path(path), _MOST_BYTES, "file of readings") as file:
-        head = file.read(_HEAD_BYTES).decode("utf-8", errors="replace")
-    if head.startswith(MAGIC):
+    head = _head(Path(path))
+    if head.startswith(MAGIC) or is_spectrophotometer_file(head):
         return True
     rows = (line for line in head.splitlines() if line.strip() and not line.startswith("#"))
     names = {name.strip().lower() for name in next(rows, "").split(",")}
     return "quantity" in names and bool(names & {"value", "value_percent"})
+
+
+def _head(path: Path) -> str:
+    with open_bounded(path, _MOST_BYTES, "file of readings") as file:
+        return file.read(_HEAD_BYTES).decode("utf-8", errors="replace")
 
 
 def _known(table: TextTable) -> TextTable:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from jaxink.plots.comparison import comparison_figure
     from jaxink.plots.corner import corner_figure
     from jaxink.plots.diagnosis_pages import CaptionedFigure, diagnosis_figures
+    from jaxink.plots.drawdown import drawdown_figure
     from jaxink.plots.lobe_figures import lobe_figure, table_lobe_figure
     from jaxink.plots.overview import overview_figure
     from jaxink.plots.progress import progress_figure
@@ -27,6 +28,7 @@ _LATER = {
     "comparison_figure": "comparison",
     "corner_figure": "corner",
     "diagnosis_figures": "diagnosis_pages",
+    "drawdown_figure": "drawdown",
     "lobe_figure": "lobe_figures",
     "overview_figure": "overview",
     "progress_figure": "progress",
@@ -41,6 +43,7 @@ __all__ = [
     "corner_figure",
     "cut_figure",
     "diagnosis_figures",
+    "drawdown_figure",
     "figures",
     "lobe_figure",
     "overview_figure",

@@ -327,7 +327,7 @@ def _readings(table: dict[str, Any], folder: Path) -> Readings:
     if not isinstance(given, str) or not given.strip():
         raise InputRefusedError(f'readings is {given!r}; write readings = "totals.csv", the name of a file.')
     reading = table_of(table, "reading")
-    only(reading, ("wavelength_nm",), "reading")
+    only(reading, ("wavelength_nm", "quantity", "sample"), "reading")
     return jaxink.measurement.read_readings(folder / given, **reading)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from jaxink.colour.shown import colours_if_any
 from jaxink.display.html import paragraph, table
 from jaxink.fitting.minima import OVER_MINIMA
 from jaxink.fitting.mistake import rejected, rejection
@@ -22,6 +23,7 @@ from jaxink.report import html
 from jaxink.report.layer_sketch import layer_sketch
 from jaxink.report.next_steps import NextStep
 from jaxink.report.sections import measured_words, missing_parts
+from jaxink.report.swatches import colour_section
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
@@ -141,6 +143,9 @@ def _details(result: "FitResult", drawn: Mapping[str, bytes]) -> Iterator[html.S
         words = wavelength_words(result.data)
         shown = (html.figure(png, _caption(result, name)) for name, png in figures.items())
         yield html.section("Scans", paragraph(words) if words else "", *shown)
+    colours = colours_if_any(result.data, result.predicted_per_sr)
+    if colours is not None:
+        yield colour_section(colours)
     yield html.section("Figures of merit", merit_table(result.merit, result.deviation).html())
     yield html.section("Misfit by scan", _scans(result))
     if result.correlation_names:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from pathlib import Path
 from typing import Any
 
 from jaxink.errors import InputRefusedError
@@ -16,6 +17,7 @@ from jaxink.sample.entries import (
 )
 from jaxink.sample.parameters import Parameter
 from jaxink.sample.quantity import Quantity
+from jaxink.sample.spectra import with_spectrum
 
 # Quantities that are the same in light of any wavelength.
 _WITHOUT_SPECTRUM = (
@@ -31,10 +33,13 @@ class ParameterReader:
     ----------
     wavelengths_nm
         Wavelengths of the file, ascending.
+    folder
+        Folder of files of spectra; None: the working folder.
     """
 
-    def __init__(self, wavelengths_nm: tuple[float, ...]):
+    def __init__(self, wavelengths_nm: tuple[float, ...], folder: Path | None = None):
         self.wavelengths_nm = wavelengths_nm
+        self.folder = folder or Path()
         self.parameters: list[Parameter] = []
         self.dispersions: list[Dispersion] = []
 
@@ -47,6 +52,8 @@ class ParameterReader:
         given = table.get(key, quantity.default)
         if given is None:
             raise missing(name, key, quantity)
+        if isinstance(given, dict) and given.keys() & {"material", "file"}:
+            given = with_spectrum(name, key, given, quantity, self.wavelengths_nm, self.folder)
         if isinstance(given, dict) and "dispersion" in given:
             dispersion, coefficients = read_dispersion(name, given, quantity)
             self.dispersions.append(dispersion)

@@ -113,7 +113,7 @@ def sample_of_document(document: dict[str, Any], folder: Path, effects: Collecti
             f"schema_version is {version!r}; this version of jaxink reads {SCHEMA_VERSION}, so write "
             f"`schema_version = {SCHEMA_VERSION}` at the top."
         )
-    numbers = ParameterReader(read_wavelengths(document))
+    numbers = ParameterReader(read_wavelengths(document), folder)
     surroundings = table_of(document, "surroundings")
     only(surroundings, schema.SURROUNDINGS, "[surroundings]")
     numbers.read("surroundings", schema.SURROUNDINGS, surroundings)

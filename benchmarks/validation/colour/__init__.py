@@ -1,0 +1,1 @@
+"""What colours of a fitted ink are worth, on simulated inks with known truth."""
