@@ -138,7 +138,8 @@ def facet_boundary(
         several is smooth, see `several_facets`. ``power_of_table`` gives the smallest and largest share of
         the power that the table sends out, over both sides and incidences up to 80 degrees;
         ``share_of_several`` the largest share that meets several facets, and ``factors_of_several`` by how
-        much the balance of power changed it. A flat surface has its Fresnel power in ``regular``; others have no regular part.
+        much the balance of power changed it. A flat surface has its Fresnel power in ``regular``; others have
+        no regular part.
 
     Raises
     ------
@@ -166,7 +167,7 @@ def facet_boundary(
         )
         left = np.stack([1 - once[0] - once[1], 1 - once[2] - once[3]])
         solid = projected_weights(axes.theta_deg)[:, None] * azimuth_weights(axes.phi_deg)
-        factors = []
+        factors: list[float] = []
         for w, indices in enumerate(zip(axes.inside, axes.outside, strict=True)):
             more = several_facets(density, indices, axes.evaluated_deg, axes.phi_deg, solid, left[:, w])
             for c, name in enumerate(COMPONENTS):
@@ -280,8 +281,8 @@ def _wave_table(spectrum: PowerSpectrum, axes: _Axes, amplitude: str) -> InkTabl
         )
         bsdf.append([r_ii, t_ia, t_ai, r_aa])
         regular.append([*regular_i, *regular_a[::-1]])
-    columns = (np.swapaxes(np.array(each), 0, 1) for each in (bsdf, regular))
-    return axes.table(*columns, f"wave optics, {type(spectrum).__name__}")
+    by_component, regular_power = (np.swapaxes(np.array(each), 0, 1) for each in (bsdf, regular))
+    return axes.table(by_component, regular_power, f"wave optics, {type(spectrum).__name__}")
 
 
 def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:

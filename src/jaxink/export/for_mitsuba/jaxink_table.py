@@ -25,8 +25,9 @@ _LOBES = (
     mi.BSDFFlags.DeltaReflection,
     mi.BSDFFlags.DeltaTransmission,
 )
-_SCALAR = mi.variant().startswith("scalar")
-_SPECTRAL = "spectral" in mi.variant()
+_VARIANT = mi.variant() or ""
+_SCALAR = _VARIANT.startswith("scalar")
+_SPECTRAL = "spectral" in _VARIANT
 
 
 def _buffer(values):
