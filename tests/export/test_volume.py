@@ -30,7 +30,10 @@ name = "ink"
 kind = "scattering"
 refractive_index = 1.52
 """
-HG = PLATE + "scattering_per_mm = 60\nabsorption_per_mm = 0.4\nasymmetry_parameter = 0.8\nthickness_um = 63\n"
+HG = PLATE + (
+    'phase_function = "henyey_greenstein"\nthickness_um = 63\nscattering_per_mm = 60\n'
+    "absorption_per_mm = 0.4\nasymmetry_parameter = 0.8\n"
+)
 MIE = PLATE + (
     'phase_function = "mie"\nthickness_um = 63\nradius_nm = 250\nvolume_fraction = 0.0177\n'
     "particle_index = 1.8\nparticle_absorption_index = 0.001\n"

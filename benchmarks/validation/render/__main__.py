@@ -26,7 +26,7 @@ FILE = Path(__file__).with_name("results.json")
 INKS = {"white_ink_mie": 550.0, "white_ink_rough": 550.0, "coloured_ink": 600.0}
 INCIDENCES_DEG = (0.0, 45.0)
 # Paths of a direction; transmission, which is less, needs more for the same relative error.
-N_PATHS = {"R": 200_000, "T": 500_000}
+N_PATHS = {"R": 60_000, "T": 250_000}
 SEED = 53
 _CONFIG = SolverConfig(32, 24, 96, 4)
 
