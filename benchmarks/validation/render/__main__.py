@@ -91,7 +91,7 @@ and T include regular light. This page is made by `python -m benchmarks.validati
 
 ± is one standard error, from 20 batches ({N_PATHS["R"]} paths for R and {N_PATHS["T"]} for T; the first row
 has 200000). The aim is agreement within 1 % with an error of 0.3 %. Some errors are larger and would need
-more paths. T of `white_ink_mie` is about 2.8 standard errors above the solver at both incidences, which share a
+more paths. T of `white_ink_mie` is about 2.8 standard errors above the solver at both incidences, with one
 seed: at the edge of the aim, and not explained.
 
 ## Short forms of the phase function
