@@ -45,8 +45,8 @@ AZIMUTH_RAD = np.where(SIGNED_DEG < 0, np.pi, 0.0)
 WAVELENGTH_NM, BINDER, AIR = 550.0, 1.5, 1.0
 # What stands at the outer face.
 WHOLE, SMOOTH, SMOOTH_STACK = "relief in the stack", "smooth face", "smooth face in the stack"
-ONE_FACET, SCALED = "table, one facet", "table, one facet, scaled to the power"
-ENTRIES, LOBES = "table, all facets", "table, all facets, lobes apart"
+BOUNDARY = "table of `jaxink boundary`"
+ENTRIES, LOBES = "ink table of an empty ink, interpolated", "ink table of an empty ink, lobes apart"
 # The Monte Carlo: every second view, and some incidences.
 PHOTONS_DEG, N_PHOTONS, SEED = (0.0, 30.0, 60.0), 160_000, 2018
 # Azimuths from 0 to 180 degrees of the volume and of the boundary, and orders kept of the latter.
@@ -90,11 +90,7 @@ particle_absorption_index = {ink["particle_absorption_index"]}
 
 def table(boundary: str) -> jaxink.InkTable:
     """The relief between binder and air: that of `jaxink boundary`, or the ink table of an empty ink."""
-    if boundary == SCALED:
-        one_facet = table(ONE_FACET)
-        power = power_sent_out(one_facet)[[0, 0, 1, 1], :, :, None, None]
-        return dataclasses.replace(one_facet, bsdf_per_sr=one_facet.bsdf_per_sr / power)
-    if boundary == ONE_FACET:
+    if boundary == BOUNDARY:
         (sigma,) = (p for p in true_sample(f"{ROUGH}-mie").parameters.values() if "sigma_deg" in p.name)
         options = BoundaryOptions(BINDER, AIR)
         return facet_boundary(slope_density("cauchy", sigma.value), [WAVELENGTH_NM], options)
@@ -213,10 +209,10 @@ def make() -> dict:
     keep("photons", by_photons)
     keep(WHOLE, lambda: {"bsdf": of_stack(True).tolist()})
     keep(SMOOTH_STACK, lambda: {"bsdf": of_stack(False).tolist()})
-    if {SMOOTH, ONE_FACET, SCALED, ENTRIES, LOBES} - found.keys():
+    if {SMOOTH, BOUNDARY, ENTRIES, LOBES} - found.keys():
         covered = smooth_face(CHANNELS, AIR, BINDER).on(volume())
         keep(SMOOTH, lambda: {"bsdf": bsdf(covered, smooth_face(CHANNELS, BINDER, AIR), None).tolist()})
-        for name in (ONE_FACET, SCALED, ENTRIES, LOBES):
+        for name in (BOUNDARY, ENTRIES, LOBES):
             keep(name, lambda name=name: _with_table(covered, table(name)))
     return found
 

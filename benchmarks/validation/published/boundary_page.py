@@ -6,12 +6,11 @@ import numpy as np
 
 from benchmarks.pages import page_path, rms, table
 from benchmarks.validation.published.boundary import (
+    BOUNDARY,
     ENTRIES,
     INCIDENCES_DEG,
     LOBES,
-    ONE_FACET,
     PHOTONS_DEG,
-    SCALED,
     SIGNED_DEG,
     SMOOTH,
     SMOOTH_STACK,
@@ -25,8 +24,8 @@ _DPI = 100
 _SHOWN_DEG = (0.0, 30.0, 60.0)
 _STYLES = {
     WHOLE: {"color": "#c22f2f", "linewidth": 3.0, "alpha": 0.45},
-    LOBES: {"color": "#1f4e9c", "linewidth": 1.2},
-    ONE_FACET: {"color": "#d18a1b", "linewidth": 1.2, "linestyle": (0, (4, 2))},
+    BOUNDARY: {"color": "#1f4e9c", "linewidth": 1.2},
+    ENTRIES: {"color": "#d18a1b", "linewidth": 1.2, "linestyle": (0, (4, 2))},
     SMOOTH: {"color": "0.45", "linewidth": 1.0, "linestyle": (0, (1, 1.5))},
 }
 _PHOTONS = {
@@ -43,7 +42,7 @@ def text() -> str:
     found = make()
     whole = np.array(found[WHOLE]["bsdf"])
     rows = []
-    for name in (SMOOTH, ONE_FACET, SCALED, ENTRIES, LOBES, WHOLE):
+    for name in (SMOOTH, ENTRIES, LOBES, BOUNDARY, WHOLE):
         bsdf, power = np.array(found[name]["bsdf"]), found[name].get("power")
         off = 100 * (bsdf / whole - 1)
         cells = [f"{name}, {found[name]['angles']} angles" if power else name]

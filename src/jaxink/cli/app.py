@@ -578,6 +578,15 @@ def export(
         int | None,
         typer.Option(metavar="N", help="Number of azimuths; by default 37 to 91, as the ink needs."),
     ] = None,
+    what: Annotated[
+        str,
+        typer.Option(
+            "--as",
+            metavar="surface|volume",
+            help="The ink as a surface with its BSDF, or as a volume that scatters; a volume also for "
+            "tracepro, fred and asap.",
+        ),
+    ] = "surface",
     name: Name = "ink",
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
@@ -589,7 +598,12 @@ def export(
     """Write the BSDF of a fitted ink, as seen from inside its plate, for a ray tracer."""
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_export
+        from jaxink.cli.export_volume import run_volume
+        from jaxink.errors import require_one_of
 
+        require_one_of("--as", what, ("surface", "volume"))
+        if what == "volume":
+            raise typer.Exit(run_volume(source, layer or (), seen_from, format, out, name, quiet))
         choices = choices_of(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}
         given = {

@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,14 +10,15 @@ import numpy as np
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.version import installed_version
 from jaxink.ink.boundary_file import RoughBoundary
-from jaxink.ink.hemispherical_totals import power_sent_out
+from jaxink.ink.hemispherical_totals import azimuth_weights, power_sent_out, projected_weights
+from jaxink.ink.lobes import COMPONENTS, FacetLobes
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
 from jaxink.ink.power_limit import within_incident_power
+from jaxink.ink.several_facets import several_facets
+from jaxink.ink.stack_lobes import one_facet_lobes
 from jaxink.ink.table import InkTable
 from jaxink.numerics.precision import computing
 from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
-from jaxink.surfaces.facets import FacetRule, projected_area
-from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import SlopeDensity, law_name
 from jaxink.surfaces.spectrum import PowerSpectrum
 from jaxink.surfaces.wave_optics import scattered_bsdf
@@ -26,7 +26,6 @@ from jaxink.surfaces.wave_surface import AMPLITUDES, WaveSurface, regular_power
 
 # Facets less steep than this do not scatter: all light is regular.
 _FLAT_SLOPE = 1e-6
-_AREA_RULE = FacetRule(48, 24)
 # Largest incidence of the power balance: linear interpolation is poor closer to grazing.
 _LARGEST_THETA_DEG = 80.0
 
@@ -40,8 +39,8 @@ class BoundaryOptions:
     index_inside, index_outside
         Refractive indices of side I and side A: one number, or one for each wavelength.
     n_theta, n_phi
-        Numbers of polar angles and of equally spaced azimuths. Lobes narrower than the steps are lost or
-        overestimated, which the attribute ``power_of_table`` shows.
+        Numbers of polar angles and of equally spaced azimuths. By wave optics, lobes narrower than the steps
+        are lost or overestimated, which the attribute ``power_of_table`` shows; those of facets are apart.
     amplitude
         Amplitude of `WaveSurface`, not used for facets.
     """
@@ -84,7 +83,7 @@ def boundary_table(
     n_theta, n_phi
         As for `BoundaryOptions`.
     limit_power
-        Whether to apply `within_incident_power`.
+        Whether to apply `within_incident_power` to a boundary by wave optics.
 
     Returns
     -------
@@ -101,7 +100,8 @@ def boundary_table(
             table = facet_boundary(shape, boundary.wavelengths_nm, options)
         else:
             table = wave_boundary(shape, boundary.wavelengths_nm, options)
-        return within_incident_power(table) if limit_power else table
+        # The table of facets has the power that arrives.
+        return within_incident_power(table) if limit_power and table.lobes is None else table
 
     table, error = at(boundary.height_scale), boundary.height_scale_standard_error
     if error == 0:
@@ -119,8 +119,8 @@ def facet_boundary(
 ) -> InkTable:
     """Table of a boundary made of facets, by ray optics.
 
-    Valid if facets are much larger than the wavelength. Only light that meets a single facet is included,
-    with Smith's masking on both sides.
+    Valid if facets are much larger than the wavelength. Light may meet any number of facets, with Smith's
+    masking on both sides and heights that are not correlated.
 
     Parameters
     ----------
@@ -134,9 +134,12 @@ def facet_boundary(
     Returns
     -------
     InkTable
-        Its attribute ``power_of_table`` gives the smallest and largest share of the power that the table
-        sends out, over both sides and incidences up to 80 degrees; the rest met several facets. A flat
-        surface has its Fresnel power in ``regular``; other surfaces have no regular part.
+        What leaves after one facet is in ``lobes``, in closed form, and in the entries; what leaves after
+        several is smooth, see `several_facets`. ``power_of_table`` gives the smallest and largest share of
+        the power that the table sends out, over both sides and incidences up to 80 degrees;
+        ``share_of_several`` the largest share that meets several facets, and ``factors_of_several`` by how
+        much the balance of power changed it. A flat surface has its Fresnel power in ``regular``; others have
+        no regular part.
 
     Raises
     ------
@@ -144,11 +147,39 @@ def facet_boundary(
         If the wavelengths, indices or numbers of angles are invalid.
     """
     with computing():
-
-        def sides(_, here, there, axes):
-            return _facet_side(density, jnp.asarray(here), jnp.asarray(there), axes)
-
-        return _tabulate(sides, wavelengths_nm, options, f"facets, {law_name(density)}")
+        axes = _Axes.of(wavelengths_nm, options)
+        if density.scale < _FLAT_SLOPE:
+            return axes.table(*_of_flat(axes), f"facets, {law_name(density)}")
+        lobes = one_facet_lobes(density, axes.theta_deg, (axes.inside, axes.outside), axes.grazing_deg)
+        bsdf = np.array(
+            [
+                [
+                    lobes.bsdf(
+                        name, w, *np.meshgrid(axes.theta_deg, axes.theta_deg, axes.phi_deg, indexing="ij")
+                    )
+                    for w in range(len(axes.wavelengths))
+                ]
+                for name in COMPONENTS
+            ]
+        )
+        once = np.array(
+            [[lobes.totals(name, w) for w in range(len(axes.wavelengths))] for name in COMPONENTS]
+        )
+        left = np.stack([1 - once[0] - once[1], 1 - once[2] - once[3]])
+        solid = projected_weights(axes.theta_deg)[:, None] * azimuth_weights(axes.phi_deg)
+        factors: list[float] = []
+        for w, indices in enumerate(zip(axes.inside, axes.outside, strict=True)):
+            more = several_facets(density, indices, axes.evaluated_deg, axes.phi_deg, solid, left[:, w])
+            for c, name in enumerate(COMPONENTS):
+                come, leave = ("IA".index(side) for side in name[2:])
+                bsdf[c, w] += indices[leave] ** 2 * more.kernel[come, leave]
+            factors += more.factors
+        regular = np.zeros((4, len(axes.wavelengths), len(axes.theta_deg)))
+        table = axes.table(bsdf, regular, f"facets, {law_name(density)}", lobes)
+    away = axes.theta_deg <= _LARGEST_THETA_DEG
+    table.attrs["share_of_several"] = float(left[:, :, away].max())
+    table.attrs["factors_of_several"] = f"{min(factors):.4g} ... {max(factors):.4g}"
+    return table
 
 
 def wave_boundary(
@@ -176,45 +207,82 @@ def wave_boundary(
     with computing():
         # It may have been created in 32 bits.
         spectrum = jax.tree.map(lambda number: jnp.asarray(number, float), spectrum)
-
-        def sides(wavelength_nm, here, there, axes):
-            surface = WaveSurface(spectrum, here, there, wavelength_nm, options.amplitude)
-            return _wave_side(surface, axes)
-
-        return _tabulate(sides, wavelengths_nm, options, f"wave optics, {type(spectrum).__name__}")
+        return _wave_table(spectrum, _Axes.of(wavelengths_nm, options), options.amplitude)
 
 
-def _tabulate(side, wavelengths_nm, options: BoundaryOptions, title: str) -> InkTable:
-    wavelengths = np.asarray(wavelengths_nm, float)
-    if wavelengths.ndim != 1 or len(wavelengths) == 0 or np.any(np.diff(wavelengths, prepend=0) <= 0):
-        raise InputRefusedError(f"wavelengths_nm is {wavelengths_nm}; it must be positive and ascending.")
-    inside, outside = options.indices(len(wavelengths))
-    ratio = outside / inside
-    kinks = critical_angles_deg([*(f(r) for f in (np.min, np.max) for r in (ratio, 1 / ratio))])
-    theta_deg = polar_grid(options.n_theta, kinks)
-    grazing_deg = 90 - (90 - theta_deg[-2]) / 4
-    phi_deg = np.linspace(0.0, 180.0, options.n_phi)
-    cosine = jnp.cos(jnp.deg2rad(jnp.minimum(theta_deg, grazing_deg)))
-    axes = cosine, jnp.deg2rad(180.0 - phi_deg)
+@dataclasses.dataclass(frozen=True)
+class _Axes:
+    """Wavelengths, media and directions of a table."""
+
+    wavelengths: np.ndarray
+    inside: np.ndarray
+    outside: np.ndarray
+    theta_deg: np.ndarray
+    phi_deg: np.ndarray
+
+    @classmethod
+    def of(cls, wavelengths_nm, options: BoundaryOptions) -> "_Axes":
+        wavelengths = np.asarray(wavelengths_nm, float)
+        if wavelengths.ndim != 1 or len(wavelengths) == 0 or np.any(np.diff(wavelengths, prepend=0) <= 0):
+            raise InputRefusedError(f"wavelengths_nm is {wavelengths_nm}; it must be positive and ascending.")
+        inside, outside = options.indices(len(wavelengths))
+        ratio = outside / inside
+        kinks = critical_angles_deg([*(f(r) for f in (np.min, np.max) for r in (ratio, 1 / ratio))])
+        theta_deg = polar_grid(options.n_theta, kinks)
+        return cls(wavelengths, inside, outside, theta_deg, np.linspace(0.0, 180.0, options.n_phi))
+
+    @property
+    def grazing_deg(self) -> float:
+        """The entries at 90 degrees are evaluated here."""
+        return float(90 - (90 - self.theta_deg[-2]) / 4)
+
+    @property
+    def evaluated_deg(self) -> np.ndarray:
+        return np.minimum(self.theta_deg, self.grazing_deg)
+
+    def table(self, bsdf, regular, title: str, lobes: FacetLobes | None = None) -> InkTable:
+        """The table; component before wavelength."""
+        table = InkTable(
+            wavelength_nm=self.wavelengths,
+            theta_deg=self.theta_deg,
+            phi_deg=self.phi_deg,
+            bsdf_per_sr=bsdf,
+            regular=regular,
+            index_inside=self.inside,
+            index_outside=self.outside,
+            lobes=lobes,
+        )
+        table.attrs.update(_attrs(table, title, self.grazing_deg))
+        return table
+
+
+def _of_flat(axes: _Axes) -> tuple[np.ndarray, np.ndarray]:
+    """No scattered light, and Fresnel's regular light."""
+    cosine = jnp.cos(jnp.deg2rad(axes.evaluated_deg))
+    regular = []
+    for n_i, n_a in zip(axes.inside, axes.outside, strict=True):
+        from_i, from_a = (
+            np.asarray(fresnel_reflectance(here, there, cosine, refracted_cosine(here, there, cosine)))
+            for here, there in ((n_i, n_a), (n_a, n_i))
+        )
+        regular.append([from_i, 1 - from_i, 1 - from_a, from_a])
+    n_theta = len(axes.theta_deg)
+    shape = 4, len(axes.wavelengths), n_theta, n_theta, len(axes.phi_deg)
+    return np.zeros(shape), np.swapaxes(np.array(regular), 0, 1)
+
+
+def _wave_table(spectrum: PowerSpectrum, axes: _Axes, amplitude: str) -> InkTable:
+    directions = jnp.cos(jnp.deg2rad(axes.evaluated_deg)), jnp.deg2rad(180.0 - axes.phi_deg)
     bsdf, regular = [], []
-    for wavelength, n_i, n_a in zip(wavelengths, inside, outside, strict=True):
+    for wavelength, n_i, n_a in zip(axes.wavelengths, axes.inside, axes.outside, strict=True):
         (r_ii, t_ia, regular_i), (r_aa, t_ai, regular_a) = (
-            side(wavelength, n_i, n_a, axes),
-            side(wavelength, n_a, n_i, axes),
+            _wave_side(WaveSurface(spectrum, here, there, wavelength, amplitude), directions)
+            for here, there in ((n_i, n_a), (n_a, n_i))
         )
         bsdf.append([r_ii, t_ia, t_ai, r_aa])
         regular.append([*regular_i, *regular_a[::-1]])
-    table = InkTable(
-        wavelength_nm=wavelengths,
-        theta_deg=theta_deg,
-        phi_deg=phi_deg,
-        bsdf_per_sr=np.swapaxes(np.array(bsdf), 0, 1),
-        regular=np.swapaxes(np.array(regular), 0, 1),
-        index_inside=inside,
-        index_outside=outside,
-    )
-    table.attrs.update(_attrs(table, title, grazing_deg))
-    return table
+    by_component, regular_power = (np.swapaxes(np.array(each), 0, 1) for each in (bsdf, regular))
+    return axes.table(by_component, regular_power, f"wave optics, {type(spectrum).__name__}")
 
 
 def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
@@ -228,28 +296,8 @@ def _attrs(table: InkTable, title: str, grazing_deg: float) -> dict:
     }
 
 
-@eqx.filter_jit
-def _facet_side(density, here, there, axes):
-    """BRDF, BTDF and the regular power of both, for light from the medium ``here``."""
-    cosine, azimuth = axes
-    flat = density.scale < _FLAT_SLOPE
-    into, out, turn = (axis.ravel() for axis in jnp.meshgrid(cosine, cosine, azimuth, indexing="ij"))
-    shape = (len(cosine), len(cosine), len(azimuth))
-    sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
-    area = projected_area(cosine, sine, density, _AREA_RULE)
-    areas = area[:, None, None] * area[None, :, None]
-    lobes = (
-        reflected_lobe((here, there), out, into, turn, density),
-        transmitted_lobe((here, there), out, into, turn, density) * there**2,
-    )
-    bsdf = (jnp.where(flat, 0.0, lobe.reshape(shape) / areas) for lobe in lobes)
-    reflected = fresnel_reflectance(here, there, cosine, refracted_cosine(here, there, cosine))
-    regular = jnp.where(flat, jnp.stack([reflected, 1 - reflected]), 0.0)
-    return (*bsdf, regular)
-
-
 def _wave_side(surface, axes):
-    """As `_facet_side`, by wave optics."""
+    """BRDF, BTDF and the regular power of both, for light from the first medium of the surface."""
     cosine, azimuth = axes
     n = len(cosine)
     into, out = (axis.ravel() for axis in jnp.meshgrid(cosine, cosine, indexing="ij"))

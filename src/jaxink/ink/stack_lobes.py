@@ -58,6 +58,33 @@ def facet_lobes(
     )
 
 
+def one_facet_lobes(
+    density: SlopeDensity,
+    theta_deg: np.ndarray,
+    index: tuple[np.ndarray, np.ndarray],
+    grazing_deg: float,
+) -> FacetLobes:
+    """Lobes of a boundary of facets alone; parameters as of `FacetLobes`, one density for all wavelengths."""
+    reach = np.linspace(0, np.arcsinh(float(density.largest_slope / density.scale)), _N_SLOPES)
+    slope = float(density.scale) * np.sinh(reach)
+    # Nothing passes at 90 degrees; `FacetLobes` interpolates between the angles and this one.
+    cosine = jnp.maximum(jnp.cos(jnp.deg2rad(theta_deg)), 1e-12)
+    sine = jnp.sqrt(jnp.maximum(1 - cosine**2, 1e-12))
+    area = projected_area(cosine, sine, density, FacetRule(96, 24))
+    masking = np.where(theta_deg < 90, cosine / area, 0.0)
+    media = np.stack(index)
+    n_wavelengths = media.shape[1]
+    return FacetLobes(
+        theta_deg=theta_deg,
+        index=media,
+        slope=slope,
+        radial_density=np.tile(np.asarray(density.radial(slope)), (1, n_wavelengths, 1)),
+        face_index=media[:, None],
+        passage=np.tile(masking, (2, 1, n_wavelengths, 1)),
+        grazing_theta_deg=grazing_deg,
+    )
+
+
 def _facets(stack: Stack) -> dict[int, SlopeDensity]:
     """Interfaces with facets by position; lobes by wave optics have no closed form."""
     return {k: face for k, face in stack.rough.items() if isinstance(face, SlopeDensity)}

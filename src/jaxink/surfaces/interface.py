@@ -303,7 +303,7 @@ def _one_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     return one, jnp.stack(areas)
 
 
-def _next_facet(grid, outer, inner, density, rule, n_orders, n_outer):
+def next_facet(grid, outer, inner, density, rule, n_orders, n_outer):
     """One more meeting of light that leaves a facet, and projected areas."""
     blocks, areas, per_area = [], [], []
     n_channels = grid.kappa.shape[0]
@@ -352,7 +352,7 @@ def facet_response(
     n_coarse_orders = min(sizes.coarse_orders, n_orders)
     # The medium of lowest index has the first block of channels.
     n_outer = None if n_outer is None else coarse.nodes_per_block[0]
-    step, coarse_areas = _next_facet(coarse, *indices, density, sizes.coarse_rule, n_coarse_orders, n_outer)
+    step, coarse_areas = next_facet(coarse, *indices, density, sizes.coarse_rule, n_coarse_orders, n_outer)
     return FacetResponse(one, areas, step, coarse_areas)
 
 

@@ -1,0 +1,51 @@
+"""``jaxink export --as volume``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import typer
+
+import jaxink
+from jaxink.cli import session
+from jaxink.cli.session import ExitCode
+from jaxink.errors import InputRefusedError, require_one_of
+from jaxink.files.writing import require_folder
+
+
+def run_volume(
+    source: Path, layers: Sequence[str], inside: str | None, format: str, out: Path, name: str, quiet: bool
+) -> ExitCode:
+    """Write the ink of a result as a volume.
+
+    Parameters
+    ----------
+    source
+        Folder of a fit or of a diagnosis.
+    layers, inside
+        As for `jaxink.ink.find_ink`.
+    format, out, name
+        As for `jaxink.export.volume.write_volume`.
+    quiet
+        Whether to print nothing.
+    """
+    if source.suffix == ".nc":
+        raise InputRefusedError(
+            f"{source}: is the table of a surface; a volume (--as volume) needs the folder of a fit or of a "
+            "diagnosis."
+        )
+    session.prepare_jax()
+    from jaxink.export.medium import medium_of
+    from jaxink.export.volume import VOLUME_FORMATS, write_volume
+    from jaxink.ink.ink_layers import find_ink
+
+    require_one_of("format", format, VOLUME_FORMATS)
+    require_folder(out)
+    result = jaxink.load_result(source)
+    wavelengths = np.unique(result.data.wavelength_nm[result.data.used]).tolist()
+    medium = medium_of(find_ink(result.sample, list(layers) or None, inside), wavelengths)
+    files = write_volume(medium, format, out, name)
+    if not quiet:
+        shown = ", ".join(f"{wavelength:g}" for wavelength in wavelengths)
+        typer.echo("\n".join([f"Volume of {source} at {shown} nm, for {format}.", *map(str, files)]))
+    return ExitCode.FITTED

@@ -1,0 +1,283 @@
+"""The ink as a homogeneous medium, and short forms of its phase function with their errors."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxink.errors import InputRefusedError
+from jaxink.ink.ink_layers import InkLayers
+from jaxink.model.mie_sizes import mie_sizes
+from jaxink.model.volume import volume_scattering
+from jaxink.numerics.precision import computing
+from jaxink.optics.directions import Directions
+from jaxink.optics.layers import ScatteringLayer
+from jaxink.particles.phase_function import LegendreSeries
+from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
+from jaxink.solver.config import SolverConfig
+from jaxink.solver.stack import Stack
+
+# Quadrature of the phase function and moments that describe it.
+_NODES, _MOMENTS = 2000, 400
+# Moments that a short form is fitted to: the BSDF of a layer hardly depends on higher ones.
+_FITTED_MOMENTS, _KEPT = 24, 1e3
+_CONFIG = SolverConfig(16, 12, 48, 16)
+_INCIDENCES_DEG, _VIEWS_DEG = (0.0, 30.0, 60.0), np.arange(0.0, 76.0, 15.0)
+SHORT_FORMS = ("henyey_greenstein", "two_term_henyey_greenstein", "gegenbauer")
+
+
+class _Series(LegendreSeries):
+    """A series of many moments; where it is cut, it may be slightly negative."""
+
+    phase_moments: Float[Array, " moments"] = eqx.field(converter=jnp.asarray)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Medium:
+    """A scattering layer of an ink as a volume, at every wavelength.
+
+    Parameters
+    ----------
+    name
+        Name of the layer.
+    wavelength_nm
+        Wavelengths, shape ``(wavelengths,)``.
+    refractive_index
+        Real index of the binder, which the faces of the volume have; shape ``(wavelengths,)``.
+    scattering_per_mm, absorption_per_mm
+        Coefficients, shape ``(wavelengths,)``.
+    phase
+        Phase function at each wavelength, of the cosine of the scattering angle; its mean over the sphere
+        is 1.
+    moments
+        Legendre moments of the phase functions, the first 1 and the second g; shape
+        ``(wavelengths, moments)``.
+    thickness_um
+        Thickness of the layer.
+    indices
+        Refractive indices of side I and side A, shape ``(2, wavelengths)``.
+    media
+        Names of side I and of side A.
+    faces
+        Rough faces that the layer declares, in words; empty if all are smooth.
+    """
+
+    name: str
+    wavelength_nm: Float[np.ndarray, " wavelengths"]
+    refractive_index: Float[np.ndarray, " wavelengths"]
+    scattering_per_mm: Float[np.ndarray, " wavelengths"]
+    absorption_per_mm: Float[np.ndarray, " wavelengths"]
+    phase: tuple[Callable, ...]
+    moments: Float[np.ndarray, "wavelengths moments"]
+    thickness_um: float
+    indices: Float[np.ndarray, "2 wavelengths"]
+    media: tuple[str, str]
+    faces: str = ""
+
+    @property
+    def asymmetry(self) -> Float[np.ndarray, " wavelengths"]:
+        """Mean cosine g of the scattering angle."""
+        return self.moments[:, 1]
+
+    @property
+    def extinction_per_mm(self) -> Float[np.ndarray, " wavelengths"]:
+        """Scattering plus absorption."""
+        return self.scattering_per_mm + self.absorption_per_mm
+
+    def stack(self, wavelength: int, moments: Float[np.ndarray, " moments"] | None = None) -> Stack:
+        """The layer with smooth faces between its two media, lit from side I.
+
+        ``moments`` are those of another phase function of the same layer.
+        """
+        chosen = self.moments[wavelength] if moments is None else moments
+        extinction = self.extinction_per_mm[wavelength]
+        layer = ScatteringLayer(
+            self.refractive_index[wavelength],
+            extinction * self.thickness_um / 1000,
+            self.scattering_per_mm[wavelength] / max(extinction, 1e-300),
+            _Series(jnp.asarray(chosen)),
+        )
+        return Stack((layer,), *self.indices[:, wavelength])
+
+
+def medium_of(ink: InkLayers, wavelengths_nm: Sequence[float]) -> Medium:
+    """The ink as a medium.
+
+    Parameters
+    ----------
+    ink
+        From `jaxink.ink.find_ink`.
+    wavelengths_nm
+        Wavelengths.
+
+    Raises
+    ------
+    InputRefusedError
+        If the ink has several layers, or one without a thickness.
+    """
+    sample = ink.sample
+    if len(ink.names) != 1:
+        raise InputRefusedError(
+            f"the ink consists of the layers {', '.join(ink.names)}; a volume is one layer, so name one that "
+            "scatters (layers, --layer)."
+        )
+    layer = sample.layers[ink.first]
+    if layer.opaque:
+        raise InputRefusedError(
+            f"layer '{layer.name}' is opaque: it has an albedo, but no coefficients per mm, so it cannot be "
+            "written as a volume; write it as a surface (--as surface), or give thickness_um."
+        )
+    start = sample.parameters.values_with({})
+    columns: dict[str, list] = {
+        name: [] for name in ("index", "scattering", "absorption", "phase", "moments")
+    }
+    with computing():
+        sizes = mie_sizes(sample, tuple(wavelengths_nm))
+        for wavelength in wavelengths_nm:
+            values: Mapping = sample.at_wavelength(start, wavelength)
+            phase, scattering, absorption = volume_scattering(layer, values, wavelength, sizes)
+            columns["index"].append(float(values[f"{layer.name}.refractive_index"]))
+            columns["scattering"].append(float(scattering))
+            columns["absorption"].append(float(absorption))
+            columns["phase"].append(_as_numpy(phase))
+            columns["moments"].append(np.asarray(phase.moments(_MOMENTS)))
+    sides = np.array([ink.indices(wavelength) for wavelength in wavelengths_nm]).T
+    faces = ", ".join(f"{rough.face} ({rough.density or 'wave optics'})" for rough in layer.roughness)
+    return Medium(
+        layer.name,
+        np.asarray(wavelengths_nm, float),
+        np.array(columns["index"]),
+        np.array(columns["scattering"]),
+        np.array(columns["absorption"]),
+        tuple(columns["phase"]),
+        np.array(columns["moments"]),
+        float(sample.at_wavelength(start, wavelengths_nm[0])[f"{layer.name}.thickness_um"]),
+        sides,
+        ink.media,
+        faces,
+    )
+
+
+def _as_numpy(phase) -> Callable:
+    def value(cosine):
+        with computing():
+            return np.asarray(phase.value(np.asarray(cosine, float)))
+
+    return value
+
+
+@dataclasses.dataclass(frozen=True)
+class ShortForm:
+    """A phase function with a few numbers, and how much the BSDF of the layer differs with it.
+
+    Parameters
+    ----------
+    kind
+        One of `SHORT_FORMS`.
+    numbers
+        By name: ``g``; ``g_1``, ``g_2`` and ``weight_2``; or ``g`` and ``alpha``.
+    reflectance, transmittance
+        Largest difference of the hemispherical totals at 0, 30 and 60 degrees from side I.
+    bsdf_rms
+        Root mean square of the relative difference of the BSDF, in reflection and transmission to 75 degrees.
+    """
+
+    kind: str
+    numbers: dict[str, float]
+    reflectance: float
+    transmittance: float
+    bsdf_rms: float
+
+
+def short_forms(medium: Medium, wavelength: int) -> list[ShortForm]:
+    """Short forms of a phase function, the closest of each kind in its first Legendre moments.
+
+    References
+    ----------
+    Reynolds, McCormick 1980 J. Opt. Soc. Am. 70, 1206 (Gegenbauer kernel).
+    """
+    from scipy.optimize import least_squares
+
+    moments = medium.moments[wavelength]
+    order = np.arange(_MOMENTS)
+    g = float(np.clip(moments[1], -0.999, 0.999))
+    found: list[tuple[str, dict[str, float], np.ndarray]] = [("henyey_greenstein", {"g": g}, g**order)]
+
+    def two(x):
+        return (1 - x[2]) * x[0] ** order + x[2] * x[1] ** order
+
+    # The mean cosine decides on the totals of a layer, and is kept.
+    weights = np.where(order == 1, _KEPT, 1.0)
+
+    def misfit(of):
+        return lambda x: (weights * (of(x) - moments))[1:_FITTED_MOMENTS]
+
+    # Each start has the mean cosine.
+    lobes = [(g + share * (0.99 - g), second) for share in (0.2, 0.5) for second in (-0.5, 0.0, g / 2)]
+    starts = [(one, other, (one - g) / (one - other)) for one, other in lobes if one > g > other]
+    starts = starts or [(g, -g, 0.01)]
+    bounds = ([-0.999, -0.999, 0.0], [0.999, 0.999, 1.0])
+    best = min((least_squares(misfit(two), s, bounds=bounds) for s in starts), key=lambda r: r.cost)
+    found.append(
+        (
+            "two_term_henyey_greenstein",
+            dict(zip(("g_1", "g_2", "weight_2"), map(float, best.x), strict=True)),
+            two(best.x),
+        )
+    )
+
+    node, to_moments = _quadrature()
+
+    def kernel(x):
+        return gegenbauer(node, *x) @ to_moments
+
+    with computing():
+        fitted = [
+            least_squares(misfit(kernel), (h, a), bounds=([-0.995, 0.05], [0.995, 6.0]))
+            for h, a in ((g if abs(g) > 0.05 else 0.05, 0.5), (g / 2 if abs(g) > 0.1 else -0.05, 1.5))
+        ]
+        best = min(fitted, key=lambda r: r.cost)
+        found.append(("gegenbauer", {"g": float(best.x[0]), "alpha": float(best.x[1])}, kernel(best.x)))
+        exact = light_of(medium, wavelength)
+        return [_judged(medium, wavelength, exact, *one) for one in found]
+
+
+@lru_cache(maxsize=1)
+def _quadrature() -> tuple[np.ndarray, np.ndarray]:
+    """Nodes in the cosine, and the matrix from values there to Legendre moments."""
+    node, weight = np.polynomial.legendre.leggauss(_NODES)
+    return node, np.polynomial.legendre.legvander(node, _MOMENTS - 1) * weight[:, None] / 2
+
+
+def gegenbauer(cosine, g: float, alpha: float) -> np.ndarray:
+    """Gegenbauer kernel with mean 1 over the sphere; alpha of 1/2 is Henyey and Greenstein's function."""
+    if abs(g) < 1e-6:
+        return np.ones_like(cosine)
+    scale = 4 * alpha * g * (1 - g**2) ** (2 * alpha) / ((1 + g) ** (2 * alpha) - (1 - g) ** (2 * alpha))
+    return scale / (1 + g**2 - 2 * g * cosine) ** (alpha + 1)
+
+
+def light_of(medium: Medium, wavelength: int, moments=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Hemispherical reflectance and transmittance at 0, 30, 60 degrees from side I; BSDF to 75 degrees.
+
+    ``moments`` are those of another phase function of the same layer.
+    """
+    with computing():
+        stack = medium.stack(wavelength, moments)
+        sines = np.sin(np.deg2rad(_INCIDENCES_DEG))
+        reflected, transmitted = hemispherical_power(stack, sines, _CONFIG)
+        axes = np.meshgrid(_INCIDENCES_DEG, _VIEWS_DEG, [0.0, 90.0, 180.0], [False, True], indexing="ij")
+        directions = Directions.from_degrees(*(axis.ravel() for axis in axes))
+        bsdf = diffuse_bsdf(stack, directions, _CONFIG)
+        return np.asarray(reflected), np.asarray(transmitted), np.asarray(bsdf)
+
+
+def _judged(medium: Medium, wavelength: int, exact, kind: str, numbers, moments) -> ShortForm:
+    found = light_of(medium, wavelength, moments)
+    reflected, transmitted = (float(np.max(np.abs(a - b))) for a, b in zip(found[:2], exact[:2], strict=True))
+    relative = found[2] / np.maximum(exact[2], 1e-300) - 1
+    return ShortForm(kind, numbers, reflected, transmitted, float(np.sqrt(np.mean(relative**2))))
