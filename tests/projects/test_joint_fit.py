@@ -15,7 +15,7 @@ from jaxink.fitting.minima import Minima, Minimum
 from jaxink.measurement import noise_of
 from jaxink.numerics.precision import computing
 from jaxink.sample import Prior
-from tests.projects.conftest import TRUTH, as_simulated, project_of
+from tests.projects.conftest import PROJECT, TRUTH, as_simulated, project_of
 from tests.samples import edited
 
 # It is 30 um thick.
@@ -117,6 +117,30 @@ def test_measurements_of_one_ink_agree(fitted):
 
 def test_leverages_add_up_to_the_number_of_parameters(fitted):
     assert sum(part.leverage for part in fitted.agreement.parts) == pytest.approx(3, rel=1e-6)
+
+
+def test_what_is_held_out_deviates_as_the_fit_of_the_others_predicts(project, fitted, objective):
+    """The same by a fit of the others: their parameters, covariance and prediction."""
+    others = tuple(one for one in project.measurements if one.name != "thin")
+    fit = jaxink.fit(dataclasses.replace(project, measurements=others))
+    unit = objective.scale.to_unit(np.array([fit.values[name] for name in objective.free]))
+    with computing():
+        at = CompiledJointObjective(objective).linearised(unit)
+    first = objective.parts[0].n_points
+    slopes = at.jacobian[:first] / objective.scale.slope(unit)
+    covariance = np.eye(first) + slopes @ fit.covariance.matrix @ slopes.T
+    expected = at.residual[:first] @ np.linalg.solve(covariance, at.residual[:first])
+    found = fitted.misfit_of("thin").chi_square_held_out
+    assert found == pytest.approx(expected, rel=0.01)
+    assert found > fitted.misfit_of("thin").chi_square
+
+
+def test_nothing_is_held_out_of_a_parameter_of_its_own(project_folder):
+    gain = "changes.effects.gain.relative = { free = true, value = 0, min = -0.2, max = 0.2 }"
+    text = edited(PROJECT, ('data = "thin.csv"', f'data = "thin.csv"\n{gain}'))
+    fitted = jaxink.fit(project_of(text, project_folder))
+    assert fitted.misfit_of("thin").chi_square_held_out is None
+    assert fitted.misfit_of("thick").chi_square_held_out is not None
 
 
 @pytest.mark.parametrize("wrong", ["thin", "thick", "thick_lit_ink"])

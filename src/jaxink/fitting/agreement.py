@@ -20,6 +20,8 @@ DISAGREE = 1e-3
 AGREE = 0.01
 # Singular values of a Jacobian with columns of length 1 below this share of the largest one say nothing.
 _UNKNOWN = 1e-9
+# Of what a measurement and all others determine, the others' share below which they determine nothing.
+_DETERMINED_ELSEWHERE = 1e-6
 # So many candidates are left out in turn by fits; the linear model finds them.
 _CANDIDATES = 2
 
@@ -43,6 +45,14 @@ class PartMisfit:
         Chi-square at the optimum of this measurement alone.
     parameters_alone
         Number of parameters, or of combinations of these, that it determines alone.
+    chi_square_held_out
+        Chi-square of its deviation from what the fit of all others predicts, with the covariance of this
+        prediction added to its noise, by the linear model at the joint minimum; about its number of points
+        if the model is right. None if nothing but this measurement determines one of its parameters.
+
+    References
+    ----------
+    Allen 1974 Technometrics 16, 125 (predictions of what is held out, without further fits).
     """
 
     __repr__ = brief_repr
@@ -53,12 +63,18 @@ class PartMisfit:
     leverage: float
     chi_square_alone: float
     parameters_alone: int
+    chi_square_held_out: float | None = None
 
     @property
     def reduced_chi_square(self) -> float | None:
         """Chi-square in the joint fit per degree of freedom; None if there is none."""
         freedom = self.points - self.leverage
         return self.chi_square / freedom if freedom > 0 else None
+
+    @property
+    def reduced_held_out(self) -> float | None:
+        """Chi-square of the deviation from what the others predict, per point."""
+        return None if self.chi_square_held_out is None else self.chi_square_held_out / self.points
 
     @property
     def cost(self) -> float:
@@ -246,8 +262,8 @@ def agreement(
     ends = np.cumsum([part.n_points for part in objective.parts])
     rows = np.split(at.residual, ends)
     blocks = np.split(at.jacobian, ends)
-    hat = _hat(at.jacobian)
-    leverages = [float(np.sum(part)) for part in np.split(hat, ends)[:-1]]
+    bases = np.split(_basis(at.jacobian), ends)
+    leverages = [float(np.sum(basis**2)) for basis in bases[:-1]]
     parts = []
     for i, name in enumerate(names):
         own = objective.positions[i]
@@ -260,6 +276,7 @@ def agreement(
                 leverage=leverages[i],
                 chi_square_alone=min(alone.loss, float(rows[i] @ rows[i])),
                 parameters_alone=_rank(blocks[i]),
+                chi_square_held_out=_held_out(rows[i], bases[i]),
             )
         )
     compared = Comparison(tuple(parts), len(objective.prior_mean), noise_freedom)
@@ -393,6 +410,10 @@ def _rank(jacobian: Float[np.ndarray, "rows parameters"]) -> int:
     return int(np.sum(np.linalg.svd(jacobian, compute_uv=False) > 1.0))
 
 
-def _hat(jacobian: Float[np.ndarray, "rows parameters"]) -> Float[np.ndarray, " rows"]:
-    """Diagonal of the hat matrix."""
-    return np.sum(_basis(jacobian) ** 2, axis=1)
+def _held_out(residual: Float[np.ndarray, " rows"], basis: Float[np.ndarray, "rows rank"]) -> float | None:
+    """R' (1 - H)^-1 r of a measurement's block H of the hat matrix, whose basis is given."""
+    left, singular, _ = np.linalg.svd(basis, full_matrices=False)
+    rest = 1 - singular**2
+    if np.min(rest, initial=1.0) < _DETERMINED_ELSEWHERE:
+        return None
+    return float(residual @ residual + np.sum((left.T @ residual) ** 2 * singular**2 / rest))

@@ -199,6 +199,7 @@ class JointResult(SavedInFolder, Presented):
             "reduced",
             "alone",
             "cost",
+            "held out, reduced",
             "rms of measured / model - 1",
         ]
         rows = []
@@ -212,6 +213,7 @@ class JointResult(SavedInFolder, Presented):
                     rounded(part.reduced_chi_square, 4) if part else "",
                     rounded(part.chi_square_alone, 5) if part else "",
                     rounded(part.cost, 3) if part else "",
+                    rounded(part.reduced_held_out, 4) if part else "",
                     percent(deviation and deviation.rms),
                 ]
             )

@@ -23,7 +23,8 @@ _NUMBERS = 5
 _CODES_THAT_FIT = ("consistent", "not_judged")
 # What the columns of the table of measurements mean.
 _COLUMNS = (
-    "alone: chi-square of the measurement at its own optimum; cost: what the joint fit costs it. The reduced "
+    "alone: chi-square of the measurement at its own optimum; cost: what the joint fit costs it; held out: "
+    "against the prediction from all others, per point. The reduced "
     "chi-square counts, for each measurement, the share of the parameters that its points have taken up."
 )
 
