@@ -1,6 +1,6 @@
 """Joint fits of several measurements, and docs/validation/joint.md.
 
-python -m benchmarks.validation.joint four|pull|cost|readings|next|real|page
+python -m benchmarks.validation.joint four|pull|lacking|cost|readings|next|real|page
 
 Each task makes the rows of results.json that are missing; remove a row to repeat it.
 """
@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages import filled, machine, table, write_page
-from benchmarks.validation.joint import cost, four, next_one, pull, real, three_readings
+from benchmarks.validation.joint import cost, four, lacking, next_one, pull, real, three_readings
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 RESULTS = Path(__file__).with_name("results.json")
 _DRAWS = range(10)
+_LACKING = range(3)
 # Until so many of them are undecided before.
 _MOST_TRIED, _UNDECIDED = 16, 10
 _SHORT = {
@@ -41,6 +42,10 @@ def _rows() -> Iterator[tuple[str, str, Callable[[], dict | list]]]:
     for seed in _DRAWS:
         for wrong in (None, *pull.SHEETS):
             yield "pull", f"pull {seed} {wrong}", lambda seed=seed, wrong=wrong: pull.found(seed, wrong)
+    for seed in _LACKING:
+        for kind in lacking.LACKS:
+            name = f"lacking {seed} {kind}"
+            yield "lacking", name, lambda seed=seed, kind=kind: lacking.found(seed, kind)
     yield "cost", "cost", cost.seconds
     for seed in _DRAWS:
         yield "readings", f"readings {seed}", lambda seed=seed: three_readings.found(seed)
@@ -63,7 +68,12 @@ def _make(task: str, results: dict) -> None:
 
 def _write_page(results: dict) -> None:
     here = Path(__file__).parent
-    made = {"declared": _four(results, "declared"), "free": _four(results, "free"), "pull": _pull(results)}
+    made = {
+        "declared": _four(results, "declared"),
+        "free": _four(results, "free"),
+        "pull": _pull(results),
+        "lacking": _lacking(results),
+    }
     made |= {"cost": _cost(results), "machine": machine(), "summary": _summary(results)}
     made |= {"real": _real(results), "readings": _readings(results), "next": _next(results)}
     write_page("joint.md", filled(here / "joint.md.in", **made))
@@ -157,6 +167,31 @@ def _next(results: dict) -> str:
             )
     heads = ["minima before", "first of the plan", "separation foreseen", "minima after"]
     return table([*heads, "largest distance from the truth, s.e."], rows)
+
+
+def _lacking(results: dict) -> str:
+    rows = []
+    for kind in lacking.LACKS:
+        made = [
+            found for name, found in results.items() if name.startswith("lacking") and found["kind"] == kind
+        ]
+        if not made:
+            continue
+        right = [bool(one["steps"]) and one["steps"][0][:2] == [one["effect"], one["sheets"]] for one in made]
+        false = [max(len(one["steps"]) - is_right, 0) for one, is_right in zip(made, right, strict=True)]
+        rows.append(
+            [
+                kind,
+                f"{sum(right)} of {len(made)}" if made[0]["effect"] else "-",
+                str(sum(false)),
+                "; ".join("{:.4g} : {:.4g}".format(*one["reduced"]) for one in made),
+                "; ".join("{:.2g} : {:.2g}".format(*one["worst_parameter"]) for one in made),
+                rounded(float(np.median([one["seconds"] for one in made])), 2),
+            ]
+        )
+    heads = ["not declared", "named first, where it is", "other names"]
+    heads += ["reduced chi-square, declared : corrected", "largest distance from the truth, s.e., likewise"]
+    return table([*heads, "seconds"], rows)
 
 
 def _real(results: dict) -> str:

@@ -37,7 +37,8 @@ asymmetry_parameter = { free = true, min = -0.9, max = 0.95, value = 0.4 }
 """
 
 
-def _directions() -> GonioData:
+def directions() -> GonioData:
+    """Both sides in the plane of incidence, at three incidences."""
     rows = [
         (theta_i, theta_o, phi, 550.0, side)
         for theta_i in (0.0, 30.0, 60.0)
@@ -58,7 +59,8 @@ def drawn_ink(rng: np.random.Generator) -> dict[str, float]:
     }
 
 
-def _sheets() -> dict[str, Sample]:
+def sheets() -> dict[str, Sample]:
+    """The sample of each measurement."""
     thin = jaxink.parse_sample(_SAMPLE)
     thick = thin.replace({"ink.thickness_um": 75})
     turned = turned_over(thick)
@@ -68,10 +70,20 @@ def _sheets() -> dict[str, Sample]:
 
 def drawn(seed: int, wrong: str | None) -> jaxink.Project:
     """A project of the three sheets of a random ink; the readings of one of them are too large."""
-    rng, at, measurements = np.random.default_rng(seed), _directions(), []
+    rng, at = np.random.default_rng(seed), directions()
     truth = drawn_ink(rng)
-    for name, sample in _sheets().items():
-        exact = jaxink.predict(sample.replace(truth), at) * (1 + GAIN * (name == wrong))
+    exact = {
+        name: jaxink.predict(sample.replace(truth), at) * (1 + GAIN * (name == wrong))
+        for name, sample in sheets().items()
+    }
+    return project_of(exact, rng)
+
+
+def project_of(seen: dict[str, np.ndarray], rng: np.random.Generator) -> jaxink.Project:
+    """The project of the sheets as declared, with readings of what is given for each, and noise."""
+    at, measurements = directions(), []
+    for name, sample in sheets().items():
+        exact = seen[name]
         sigma = np.hypot(_NOISE * exact, _FLOOR)
         values = np.maximum(exact + sigma * rng.standard_normal(len(at)), 1e-9)
         data = at.replace(bsdf_per_sr=values, sigma_per_sr=sigma)
