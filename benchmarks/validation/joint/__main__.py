@@ -236,7 +236,7 @@ def main() -> None:
     """Do what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "tasks", nargs="+", choices=("four", "pull", "cost", "readings", "next", "real", "page")
+        "tasks", nargs="+", choices=("four", "pull", "lacking", "cost", "readings", "next", "real", "page")
     )
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for task in parser.parse_args().tasks:
