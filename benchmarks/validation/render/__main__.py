@@ -99,7 +99,8 @@ seed: at the edge of the aim, and not explained.
 For programs whose dialogue takes a few numbers, the sheet of values gives the closest short form of each
 kind, which has the same mean cosine, and what the layer's light differs by: the largest difference of
 hemispherical R and T from inside the plate at 0, 30 and 60 degrees, and the relative difference of the BSDF
-up to 75 degrees.
+up to 75 degrees. A second lobe of Henyey and Greenstein gains nothing here: the second Legendre moment of
+these spheres is below g^2, and that of every mixture of such lobes with the same mean cosine is above it.
 
 {table(form_heads, forms)}
 """

@@ -207,28 +207,15 @@ def short_forms(medium: Medium, wavelength: int) -> list[ShortForm]:
     g = float(np.clip(moments[1], -0.999, 0.999))
     found: list[tuple[str, dict[str, float], np.ndarray]] = [("henyey_greenstein", {"g": g}, g**order)]
 
-    def two(x):
-        return (1 - x[2]) * x[0] ** order + x[2] * x[1] ** order
-
     # The mean cosine decides on the totals of a layer, and is kept.
     weights = np.where(order == 1, _KEPT, 1.0)
 
     def misfit(of):
         return lambda x: (weights * (of(x) - moments))[1:_FITTED_MOMENTS]
 
-    # Each start has the mean cosine.
-    lobes = [(g + share * (0.99 - g), second) for share in (0.2, 0.5) for second in (-0.5, 0.0, g / 2)]
-    starts = [(one, other, (one - g) / (one - other)) for one, other in lobes if one > g > other]
-    starts = starts or [(g, -g, 0.01)]
-    bounds = ([-0.999, -0.999, 0.0], [0.999, 0.999, 1.0])
-    best = min((least_squares(misfit(two), s, bounds=bounds) for s in starts), key=lambda r: r.cost)
-    found.append(
-        (
-            "two_term_henyey_greenstein",
-            dict(zip(("g_1", "g_2", "weight_2"), map(float, best.x), strict=True)),
-            two(best.x),
-        )
-    )
+    first, second, share = _two_lobes(moments)
+    lobes = {"g_1": first, "g_2": second, "weight_2": share}
+    found.append(("two_term_henyey_greenstein", lobes, (1 - share) * first**order + share * second**order))
 
     node, to_moments = _quadrature()
 
@@ -244,6 +231,27 @@ def short_forms(medium: Medium, wavelength: int) -> list[ShortForm]:
         found.append(("gegenbauer", {"g": float(best.x[0]), "alpha": float(best.x[1])}, kernel(best.x)))
         exact = light_of(medium, wavelength)
         return [_judged(medium, wavelength, exact, *one) for one in found]
+
+
+def _two_lobes(moments: np.ndarray) -> tuple[float, float, float]:
+    """Asymmetries of two lobes and the share of the second, with the mean cosine of the moments.
+
+    The mean cosine fixes the share, so that two numbers are left, whose misfit has several minima.
+    """
+    from scipy.optimize import least_squares
+
+    order, g = np.arange(1, _FITTED_MOMENTS), float(np.clip(moments[1], -0.99, 0.99))
+
+    def misfit(x):
+        one, other = g + (0.999 - g) * x[0], g - (g + 0.999) * x[1]
+        share = (one - g) / (one - other)
+        return (1 - share) * one**order + share * other**order - moments[1:_FITTED_MOMENTS]
+
+    inside = np.linspace(0.02, 0.98, 25)
+    start = min(((x, y) for x in inside for y in inside), key=lambda at: float(np.sum(misfit(at) ** 2)))
+    x, y = least_squares(misfit, start, bounds=([1e-3, 1e-3], [1.0, 1.0])).x
+    one, other = g + (0.999 - g) * x, g - (g + 0.999) * y
+    return float(one), float(other), float((one - g) / (one - other))
 
 
 @lru_cache(maxsize=1)
