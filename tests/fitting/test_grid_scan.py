@@ -47,9 +47,10 @@ def test_starts_are_apart_and_lowest_first():
     found = scan_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1))
     losses = [float(np.sum(waves(unit) ** 2)) for unit in found.starts]
     assert losses == sorted(losses)
-    assert len(found.starts) == 4
+    assert 4 <= len(found.starts) <= 8
+    assert found.minima == ()
     for i, one in enumerate(found.starts):
-        assert all(np.max(np.abs(one - other)[:2]) >= 0.02 for other in found.starts[:i])
+        assert all(np.max(np.abs(one - other)[:2]) >= 0.04 for other in found.starts[:i])
 
 
 def test_a_limit_ends_the_grid_with_what_was_found():

@@ -15,9 +15,10 @@ _SHAPE = (16, 6)
 _HELD_JACOBIANS, _RELEASED_JACOBIANS = 4, 8
 # Share of the fits at grid points, the lowest ones, that go on with all parameters.
 _RELEASED = 1 / 3
-_KEPT = 4
-# Ends that are closer in both unit variables lead to the same minimum.
-_SAME = 0.02
+# So many are searched to their end: the lowest minimum, and the rivals that a result lists.
+_KEPT = 8
+# Of ends that are closer in both unit variables, the lowest one is searched.
+_SAME = 0.04
 
 
 def index_beside(free: Sequence[Parameter], radius: int) -> int | None:
@@ -81,10 +82,9 @@ def scan_grid(
     held = _by_loss([run(middle, point, _HELD_JACOBIANS) for point in points])
     best = held[: round(len(points) * _RELEASED)]
     ends = _apart(_by_loss([direct, *(run(one.unit, None, _RELEASED_JACOBIANS) for one in best)]), positions)
-    distances = {at: 0.5 / (count - 1) for at, count in zip(positions, _SHAPE, strict=True)}
     whole = together("scan", every, ends[0] if ends else direct)
-    starts = [one.unit for one in ends[:_KEPT]] or [direct.unit]
-    return Scan(starts, whole, direct, tuple(one for one in ends if one is not direct), distances)
+    # Along a valley, ends that are left elsewhere are no minima of their own: only searches tell.
+    return Scan([one.unit for one in ends[:_KEPT]] or [direct.unit], whole, direct, (), {})
 
 
 def _by_loss(found: Sequence[Search | None]) -> list[Search]:
