@@ -20,7 +20,7 @@ TITLES = {
     "speos": "Speos .anisotropicbsdf",
     "radiance": "Radiance XML",
 }
-WITHOUT_ERRORS = TITLES | {"mitsuba": "Mitsuba 3"}
+WITHOUT_ERRORS = TITLES | {"mitsuba": "Mitsuba 3", "integra": "Integra .ddr, .ddt, .sdr, .sdt"}
 
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "manual" / "export.md"
