@@ -39,6 +39,11 @@ def file(tmp_path_factory):
         ),
         ("lighttools", "standard_errors", ["ink_550nm.bsdf"]),
         ("speos", "standard_errors", [f"ink_550nm_{side}.anisotropicbsdf" for side in ("inside", "outside")]),
+        (
+            "integra",
+            "standard_errors",
+            ["ink_550nm_R_AA.ddr", "ink_550nm_R_II.ddr", "ink_550nm_T_AI.ddt", "ink_550nm_T_IA.ddt"],
+        ),
         ("radiance", "standard_errors, index_step", ["ink_550nm.xml"]),
         ("mitsuba", "standard_errors", ["example_scene.py", "ink.nc", "jaxink_table.py"]),
         ("csv", "", ["ink_bsdf.csv", "ink_totals.csv"]),

@@ -28,6 +28,7 @@ EVERYTHING = ("regular", "beyond_critical", "standard_errors", "index_step")
 # Format, options, reader.
 FILES = {
     "zemax": ("zemax", {}, tracer_files.zemax),
+    "integra": ("integra", {}, tracer_files.integra),
     "lighttools": ("lighttools", {}, tracer_files.lighttools),
     "speos": ("speos", {}, tracer_files.speos),
     "klems": ("radiance", {"basis": "klems"}, tracer_files.radiance),
@@ -126,7 +127,7 @@ def test_lobe_off_the_plane_of_incidence_stays_where_it_is(kind, component, lobe
             # Linear interpolation of a Gaussian over 2.5 and 5 degrees; in a tree, cells of 3 degrees.
             expected = lobe(component, 550.0, theta_i, theta, np.abs((phi + 180) % 360 - 180))
             clear = theta < 84
-            tolerance = {"tree": 0.2, "zemax": 0.06}.get(kind, 0.02)
+            tolerance = {"tree": 0.2, "zemax": 0.06, "integra": 0.06}.get(kind, 0.02)
             np.testing.assert_allclose(values[clear], expected[clear], rtol=0, atol=tolerance)
 
 
@@ -225,11 +226,11 @@ def test_csv_holds_no_formula_of_the_users(tmp_path):
         assert not [c for c in cells if c[:1] in ("=", "+", "-", "@")]
 
 
-@pytest.mark.parametrize("kind", ["zemax", "lighttools", "speos", "klems"])
+@pytest.mark.parametrize("kind", ["zemax", "integra", "lighttools", "speos", "klems"])
 def test_each_wavelength_has_files_of_its_own(kind, tmp_path):
     name, options, reader = FILES[kind]
     files = write(smooth_table((450.0, 632.8)), name, tmp_path, ExportOptions(drop=EVERYTHING, **options))
-    per_wavelength = {"zemax": 4, "lighttools": 1, "speos": 2, "klems": 1}[kind]
+    per_wavelength = {"zemax": 4, "integra": 4, "lighttools": 1, "speos": 2, "klems": 1}[kind]
     assert [sum(f"ink_{w}nm" in path.name for path in files) for w in ("450", "632.8")] == [
         per_wavelength
     ] * 2

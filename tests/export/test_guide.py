@@ -33,7 +33,9 @@ def table():
     return dataclasses.replace(table, bsdf_standard_error_per_sr=0.01 * table.bsdf_per_sr)
 
 
-@pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance", "mitsuba", "csv", "netcdf"])
+@pytest.mark.parametrize(
+    "format", ["zemax", "lighttools", "speos", "integra", "radiance", "mitsuba", "csv", "netcdf"]
+)
 def test_the_text_beside_the_files_is_complete(format, table, tmp_path):
     paths = write(table, format, tmp_path, ExportOptions(name="red", drop=EVERYTHING))
     readme = (tmp_path / "red_README.txt").read_text(encoding="utf-8")
@@ -52,7 +54,7 @@ def test_the_text_beside_the_files_is_complete(format, table, tmp_path):
     assert ("Lost: nothing." in losses) == (format in ("csv", "netcdf"))
 
 
-@pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "radiance", "csv"])
+@pytest.mark.parametrize("format", ["zemax", "lighttools", "speos", "integra", "radiance", "csv"])
 def test_comments_name_the_media_and_what_is_lost(format, table, tmp_path):
     for path in write(table, format, tmp_path, ExportOptions(drop=EVERYTHING)):
         if path.suffix == ".txt":

@@ -63,6 +63,11 @@ def zemax(folder, name="ink_550nm"):
     files = {c: read_zemax(folder / f"{name}_{c}.bsdf") for c in ("R_II", "T_IA", "T_AI", "R_AA")}
     for component, file in files.items():
         assert file["scattertype"] == ("brdf" if component[0] == "R" else "btdf")
+    return _about_specular(files, lambda angle, leaving: leaving)
+
+
+def _about_specular(files, row_of):
+    """BSDF of tables about the specular or refracted direction, with rows by incidence or leaving angle."""
 
     def bsdf(component, towards_source, outgoing):
         file, index = files[component], {"I": INDEX_INSIDE, "A": 1.0}
@@ -70,10 +75,11 @@ def zemax(folder, name="ink_550nm"):
         normal = np.array([0, 0, 1.0 if component[3] == "A" else -1.0])
         along = towards_source * [1, 1, 0]
         sine = np.linalg.norm(along, axis=-1, keepdims=True)
+        incidence = np.degrees(np.arcsin(np.minimum(sine[..., 0], 1)))
         # At normal incidence the plane of incidence is that of the x axis.
         across = np.where(sine > 1e-9, along / np.maximum(sine, 1e-9), [1.0, 0, 0])
         if component[0] == "T":
-            sine = sine * index[component[2]] / index[component[3]]
+            sine = np.minimum(sine * index[component[2]] / index[component[3]], 1)
         cosine = np.sqrt(np.maximum(1 - sine**2, 0))
         specular = cosine * normal - sine * across
         uphill = cosine * across + sine * normal
@@ -87,12 +93,48 @@ def zemax(folder, name="ink_550nm"):
             )
         )
         axes = (file["angleofincidence"], file["scatterazimuth"], file["scatterradial"])
-        angle = np.degrees(np.arcsin(np.minimum(sine[..., 0], 1)))
+        angle = row_of(incidence, np.degrees(np.arcsin(np.minimum(sine[..., 0], 1))))
         points = np.stack([np.minimum(angle, axes[0][-1]), azimuth, radial], axis=-1)
         return RegularGridInterpolator(axes, file["values"])(points)
 
     bsdf.files = files
     return bsdf
+
+
+# Integra
+
+
+def read_integra(path):
+    """Axes, values and the refracted angles of a file with one wavelength."""
+    lines = [line for line in path.read_text().splitlines() if not line.startswith(";;")]
+    words = " ".join(lines).lower().split()
+    assert "luminance absolute" in " ".join(words)
+
+    def after(key, n=None):
+        start = words.index(key) + 1
+        if n is None:
+            n, start = int(words[start]), start + 1
+        return np.array([float(word) for word in words[start : start + n]])
+
+    sigma, phi, theta = (after(key) for key in ("sigma", "phi", "theta"))
+    values = after("def", sigma.size * phi.size * theta.size).reshape(sigma.size, phi.size, theta.size)
+    assert words[words.index("def") + 1 + values.size] == "enddef"
+    return {
+        "angleofincidence": sigma,
+        "scatterazimuth": phi,
+        "scatterradial": theta,
+        "values": values / np.pi,
+        "sigmat": after("sigmat", sigma.size) if "sigmat" in words else None,
+        "wavelength": after("wl", 1)[0],
+    }
+
+
+def integra(folder, name="ink_550nm"):
+    """All four components."""
+    files = {
+        c: read_integra(folder / f"{name}_{c}.dd{c[0].lower()}") for c in ("R_II", "T_IA", "T_AI", "R_AA")
+    }
+    return _about_specular(files, lambda angle, leaving: angle)
 
 
 # LightTools

@@ -282,3 +282,60 @@ def rgl(theta_i_deg=(0.0, 35.0, 60.0), n=9, wavelengths=(400.0, 600.0), phi_i_de
         "spectra": spectra,
         "jacobian": np.array([0], "u1"),
     }
+
+
+def integra(
+    side="R",
+    model="spectral 1",
+    symmetry="PlaneSymmetrical",
+    data="Luminance Absolute",
+    psi=(),
+    factors=(1.0,),
+    kbdf=None,
+):
+    """A DDR or DDT file of Integra; ``factors`` are those of its channels, ``kbdf`` one of each incidence."""
+    sigma, theta = (0, 30, 60), np.array([0, 15, 40, 75, 110, 150])
+    phi = np.arange(0, 181, 45) if symmetry == "PlaneSymmetrical" else np.arange(0, 361, 45)
+    names = {"BW": ["bw"], "RGB": ["red", "green", "blue"]}.get(model, ["wl 450", "wl 650"])
+    parts = [
+        ";; a comment with sigma 3",
+        "Source Measured",
+        f"TypeSym {symmetry}",
+        f"TypeColorModel {model}",
+        f"TypeData {data}",
+        *([f"psi {len(psi)}", psi] if psi else []),
+        f"sigma {len(sigma)}",
+        sigma,
+        *(["sigmat", sigma] if side == "T" else []),
+        f"phi {len(phi)}",
+        phi,
+        f"theta {len(theta)}",
+        theta,
+    ]
+    for name, factor in zip(names, factors, strict=False):
+        parts.append(name)
+        if kbdf is not None:
+            parts += [" kbdf", kbdf]
+        parts.append(" def")
+        for rotation in psi or (0,):
+            for s, angle in enumerate(sigma):
+                parts.append(f";; Sigma = {angle}")
+                scale = factor * (1 + rotation / 100) / (1 if kbdf is None else kbdf[s])
+                for p in phi:
+                    turned = [specular_to_normal(angle, t, p) for t in theta]
+                    parts.append([scale * _integra_value(data, angle, *each, side) for each in turned])
+        parts.append(" enddef")
+    return lines(*parts)
+
+
+def _integra_value(data, theta_i, theta_o, phi, side):
+    weight = np.cos(np.deg2rad(theta_o)) if data.startswith("Intensity") else np.pi
+    return bsdf(theta_i, theta_o, phi, side) * weight * (theta_o <= 90 + 1e-9)
+
+
+def integra_regular(model="spectral 2", channels=("wl 450", "wl 650")):
+    """An SDR or SDT file of Integra: 0.1 at normal incidence, 0.4 at 60 degrees, doubled by channel."""
+    parts = [";; regular light", "Source Measured", f"TypeColorModel {model}", "sigma 3", (0, 60, 90)]
+    for k, name in enumerate(channels):
+        parts += [name, " def", np.array([0.1, 0.4, 1.0]) * (k + 1) / 2, " enddef"]
+    return lines(*parts)

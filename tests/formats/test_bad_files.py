@@ -18,9 +18,10 @@ MERL = files.merl(lambda *_: np.full((90, 90, 180), 0.1))[:5000]
 STATED = {"zemax": {"wavelength_nm": 550}, "astm": {"side": "R"}, "pab": {"wavelength_nm": 550}}
 STATED["reflet"] = {"side": "R", "wavelength_nm": 550, "specular_phi_deg": 0, "scale": 1, "theta_i_deg": 20}
 STATED["reflet"]["cosine_weighted"] = True
+STATED["integra"] = {"side": "R"}
 STATED["rgl"] = {"wavelength_nm": 550}
 WHOLE = {"zemax": ZEMAX, "lighttools": LIGHTTOOLS, "speos": SPEOS, "brdf": BRDF, "astm": ASTM}
-WHOLE |= {"pab": PAB, "reflet": REFLET, "rgl": RGL}
+WHOLE |= {"pab": PAB, "reflet": REFLET, "rgl": RGL, "integra": files.integra(kbdf=(1.0, 1.0, 1.0))}
 # Nothing in these says how many rows follow.
 COUNTED = ("zemax", "lighttools", "speos", "brdf", "astm", "rgl")
 

@@ -1,5 +1,7 @@
 """What jaxink exports it reads: the table comes back, in air; other media are rejected."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -27,7 +29,7 @@ def table(index_inside=1.0):
     return table_of(bsdf, np.linspace(0, 90, 19), np.linspace(0, 180, 19), index_inside=index_inside)
 
 
-@pytest.fixture(scope="module", params=["zemax", "lighttools", "speos"])
+@pytest.fixture(scope="module", params=["zemax", "lighttools", "speos", "integra"])
 def exported(request, tmp_path_factory):
     folders = {index: tmp_path_factory.mktemp(request.param) for index in (1.0, 1.5)}
     for index, folder in folders.items():
@@ -38,6 +40,8 @@ def exported(request, tmp_path_factory):
 def read_component(kind, folder, component):
     if kind == "zemax":
         return jaxink.read(folder / f"ink_550nm_{component}.bsdf")
+    if kind == "integra":
+        return jaxink.read(folder / f"ink_550nm_{component}.dd{component[0].lower()}")
     if kind == "lighttools":
         face, side = LIGHTTOOLS[component]
         return jaxink.read(folder / "ink_550nm.bsdf", face=face, side=side)
@@ -63,3 +67,20 @@ def test_directions_in_other_media_are_no_measurement(exported):
     for component in ("R_II", "T_AI", "T_IA"):
         with pytest.raises(InputRefusedError, match=f"{component} .* index 1.5"):
             read_component(kind, folders[1.5], component)
+
+
+def test_regular_light_of_integra_comes_back(tmp_path):
+    share = np.random.default_rng(1).uniform(0, 0.1, (4, 1, 19))
+    write(dataclasses.replace(table(), regular=share), "integra", tmp_path, ALLOWED)
+    for c, component in enumerate(("R_II", "T_IA", "T_AI", "R_AA")):
+        readings = jaxink.read_readings(tmp_path / f"ink_550nm_{component}.sd{component[0].lower()}")
+        assert set(readings.quantity.tolist()) == {"R_specular" if component[0] == "R" else "T_collimated"}
+        # All incidences but that along the surface.
+        np.testing.assert_allclose(readings.value, share[c, 0, :-1], rtol=1e-8)
+        np.testing.assert_allclose(readings.theta_i_deg, table().theta_deg[:-1], rtol=1e-8)
+
+
+def test_regular_light_in_other_media_is_no_reading(tmp_path, refused):
+    write(dataclasses.replace(table(1.5), regular=np.full((4, 1, 19), 0.01)), "integra", tmp_path, ALLOWED)
+    with refused("R_II", "index 1.5"):
+        jaxink.read_readings(tmp_path / "ink_550nm_R_II.sdr")

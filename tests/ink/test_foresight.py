@@ -160,6 +160,7 @@ def test_an_export_is_refused_for_what_it_is_expected_to_lose(format, unmatched)
         "lighttools": ("regular", "standard_errors"),
         "speos": ("regular", "standard_errors"),
         "radiance": ("regular", "index_step", "standard_errors"),
+        "integra": ("standard_errors",),
         "mitsuba": ("standard_errors",),
     }.get(format, ())
     refuse_expected(table, format, ExportOptions(drop=losses))

@@ -6,7 +6,8 @@ from typing import Annotated, Any
 import typer
 
 Format = Annotated[
-    str, typer.Option(metavar="zemax|lighttools|speos|radiance|mitsuba|csv|netcdf", help="Output format.")
+    str,
+    typer.Option(metavar="zemax|lighttools|speos|integra|radiance|mitsuba|csv|netcdf", help="Output format."),
 ]
 Files = Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")]
 Name = Annotated[str, typer.Option(metavar="NAME", help="Prefix of the file names.")]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.export.flat_csv import write_csv
 from jaxink.export.guide import Guide, guide_to
+from jaxink.export.integra import write_integra
 from jaxink.export.lighttools import write_lighttools
 from jaxink.export.limitations import ExportOptions, LossRefusedError
 from jaxink.export.losses import LOSSES, Loss, expected_losses, losses_of
@@ -86,6 +87,15 @@ _FORMATS = {
         "In Speos, the two files of a wavelength are the two sides of one BSDF180; set both refractive "
         "indices in its peak interpolation.",
         "Speos: what happens to the missing power is not documented for this format. Trace a test ray.",
+    ),
+    "integra": Format(
+        "Integra .ddr, .ddt, .sdr, .sdt",
+        write_integra,
+        ("standard_errors",),
+        "In Lumicept, each side of the face takes its own files: R_II and T_IA for light from side I, R_AA "
+        "and T_AI for light from side A; .sdr and .sdt are the regular light. sigma is the angle of "
+        "incidence in the medium of its own side.",
+        "Lumicept: what happens to the missing power is not documented publicly. Trace a test ray.",
     ),
     "radiance": Format(
         "Radiance XML",

@@ -30,8 +30,8 @@ class ExportOptions:
         Basis of Radiance files: ``klems`` (145 patches, about 10 degrees wide) or ``tensor_tree`` (64 by 64
         cells).
     radial_deg, azimuth_deg
-        Axes of Zemax files around the specular or refracted direction, from 0 to 180; None: steps of 0.25
-        degrees near that direction and of 2.5 degrees elsewhere, and of 5 degrees in azimuth.
+        Axes of files of Zemax and Integra around the specular or refracted direction, from 0 to 180; None:
+        steps of 0.25 degrees near that direction and of 2.5 degrees elsewhere, and of 5 degrees in azimuth.
     interpolation_error
         Largest error that may arise in Mitsuba's files from leaving out angles of the table, see
         `jaxink.export.thinning.thinned`; 0 keeps all angles.

@@ -11,7 +11,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import bounded, choice, missing, only, table_of
-from jaxink.sample.heights import read_heights, read_pitch
+from jaxink.sample.heights import read_map
 from jaxink.sample.measurement_schema import WAVELENGTH_NM
 from jaxink.sample.quantity import Quantity
 from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS
@@ -168,8 +168,7 @@ def _gaussian(_, numbers, __) -> dict[str, Any]:
 def _height_map(table, numbers, folder) -> dict[str, Any]:
     method = choice(table, "method", METHODS, "[height_map]")
     file = table.get("heights_um")
-    values = read_heights(file, "height_map.heights_um", folder)
-    pitch = read_pitch(table.get("pitch_um"), "height_map.pitch_um", values.ndim)
+    values, pitch = read_map(file, table.get("pitch_um"), "height_map", folder)
     try:
         heights = HeightMap(values, pitch)
         shape = heights.slope_density() if method == "facets" else heights.power_spectrum()

@@ -24,6 +24,10 @@ from jaxink.measurement.workbook import EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES, r
 
 _CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc")
 _WORKBOOK_SUFFIXES = (*EXCEL_SUFFIXES, *OPENDOCUMENT_SUFFIXES)
+_REGULAR = (
+    "is a list of regular reflectances or transmittances, not of BSDFs",
+    "read it with jaxink.read_readings, or name it as readings in a project",
+)
 # What these files are.
 _FOREIGN = {
     ".xls": ("is a workbook of Excel 2003 or older", AS_CSV),
@@ -39,10 +43,12 @@ _FOREIGN = {
     ".pkl": ("is a pickle of Python", FROM_PYTHON),
     ".parquet": ("is a table in parquet", FROM_PYTHON),
     ".json": ("is a JSON file", FROM_PYTHON),
+    ".sdr": _REGULAR,
+    ".sdt": _REGULAR,
     ".toml": ("is a sample file, not a measurement", "give it with --sample, and the measurement as DATA"),
 }
 # Of exchange files; their content, not the name, says which format they have.
-_EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".binary")
+_EXCHANGE_SUFFIXES = (".bsdf", ".brdf", ".btdf", ".anisotropicbsdf", ".astm", ".binary", ".ddr", ".ddt")
 # What may be stated for each of several files.
 ONE_A_FILE = ("side", "theta_i_deg")
 # What only exchange files leave open.
@@ -204,7 +210,8 @@ def _read_file(path: Path, head: bytes, **overrides: Any) -> GonioData:
         return read_netcdf(path)
     if suffix in _FOREIGN:
         what, remedy = _FOREIGN[suffix]
-        raise refusal(path, f"{what}, which jaxink does not read; {remedy}")
+        unread = "" if (what, remedy) == _REGULAR else ", which jaxink does not read"
+        raise refusal(path, f"{what}{unread}; {remedy}")
     if suffix in _EXCHANGE_SUFFIXES:
         text = f"the content is in none of the formats that jaxink knows, whatever the suffix '{suffix}' says"
         raise refusal(path, f"{text}; {remedy_for(head)}")

@@ -13,6 +13,7 @@ from jaxink.files.reading import open_bounded, read_bounded
 from jaxink.measurement.adding_doubling import MAGIC, read_adding_doubling
 from jaxink.measurement.cells import with_decimal_points
 from jaxink.measurement.checks import numbers
+from jaxink.measurement.integra_regular import is_regular_file, read_regular
 from jaxink.measurement.quantities import QUANTITIES
 from jaxink.measurement.readings import IDEAL_SPHERE, Readings, Spheres
 from jaxink.measurement.spectrophotometer import is_spectrophotometer_file, read_spectrophotometer
@@ -54,12 +55,14 @@ def read_readings(
     ----------
     path
         A CSV file (docs/manual/readings.md), one of inverse adding-doubling (``.rxt``), which begins with
-        ``IAD1``, or spectra of a spectrophotometer, CGATS text or CxF3.
+        ``IAD1``, spectra of a spectrophotometer, CGATS text or CxF3, or regular light of Integra's programs
+        (``.sdr``, ``.sdt``).
     wavelength_nm
         Wavelength of all readings, if the file does not state it.
     quantity, sample
         Of spectra of a spectrophotometer: what was read, if the file does not state its geometry, and
-        identifier or name of the sample, if there are several.
+        identifier or name of the sample, if there are several. Of Integra's files: ``R_specular`` or
+        ``T_collimated``, if the suffix does not tell.
 
     Raises
     ------
@@ -72,6 +75,8 @@ def read_readings(
         if wavelength_nm is not None:
             raise refusal(path, "has wavelengths of its own; do not state wavelength_nm")
         return read_spectrophotometer(path, head, quantity, sample)
+    if is_regular_file(head) and sample is None:
+        return read_regular(path, wavelength_nm, quantity)
     for name, stated in (("quantity", quantity), ("sample", sample)):
         if stated is not None:
             raise refusal(path, f"is no file of a spectrophotometer (CGATS or CxF3); leave out {name}")
@@ -83,7 +88,7 @@ def read_readings(
 def is_readings_file(path: str | Path) -> bool:
     """Whether a file holds readings, by its first word or its header."""
     head = _head(Path(path))
-    if head.startswith(MAGIC) or is_spectrophotometer_file(head):
+    if head.startswith(MAGIC) or is_spectrophotometer_file(head) or is_regular_file(head):
         return True
     rows = (line for line in head.splitlines() if line.strip() and not line.startswith("#"))
     names = {name.strip().lower() for name in next(rows, "").split(",")}

@@ -13,10 +13,47 @@ from jaxtyping import Float, Real
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import read_bounded, utf8_text
 from jaxink.sample.entries import bounded
+from jaxink.sample.profilometer import SUFFIXES, MeasuredMap, read_profilometer
 from jaxink.sample.schema import PITCH_UM
 
 # A map of about 11 000 by 11 000 heights.
 _MOST_BYTES = 1_000_000_000
+# Files state distances with the digits of 32-bit numbers.
+_SAME_PITCH = 1e-5
+
+
+def read_map(given: Any, pitch: Any, where: str, folder: Path) -> tuple[Real[np.ndarray, "..."], Any]:
+    """Heights in um and the distances between them, of the entries ``heights_um`` and ``pitch_um``.
+
+    Parameters
+    ----------
+    given, pitch
+        The entries; the pitch may be None for a file of a profilometer, which states its own.
+    where
+        Key of the table that they are in, for messages.
+    folder
+        Folder of the file.
+
+    Returns
+    -------
+    tuple
+        As of `read_heights` and `read_pitch`.
+
+    Raises
+    ------
+    InputRefusedError
+        If the file cannot be read, or states another pitch than the entry.
+    """
+    found = _read(given, f"{where}.heights_um", folder)
+    where = f"{where}.pitch_um"
+    if not isinstance(found, MeasuredMap):
+        return found, read_pitch(pitch, where, found.ndim)
+    if pitch is not None:
+        stated = np.broadcast_to(read_pitch(pitch, where, 2), 2)
+        if not np.allclose(stated, found.pitch_um, rtol=_SAME_PITCH, atol=0):
+            own = ", ".join(f"{each:g}" for each in found.pitch_um)
+            raise InputRefusedError(f"{where} is {pitch}, but {given} states [{own}]; leave it out.")
+    return found.heights_um, found.pitch_um
 
 
 def read_heights(given: Any, where: str, folder: Path) -> Real[np.ndarray, "..."]:
@@ -24,14 +61,22 @@ def read_heights(given: Any, where: str, folder: Path) -> Real[np.ndarray, "..."
 
     ``given`` is the file name as in the sample file, ``where`` the key for messages.
     """
+    found = _read(given, where, folder)
+    return found.heights_um if isinstance(found, MeasuredMap) else found
+
+
+def _read(given: Any, where: str, folder: Path) -> MeasuredMap | Real[np.ndarray, "..."]:
     if not isinstance(given, str):
         raise InputRefusedError(f"{where} is {given!r}; it must name a file of heights in um, {_either()}.")
     path = folder / given
-    reader = _READERS.get(path.suffix)
-    if reader is None:
+    suffix, reader = path.suffix.lower(), _READERS.get(path.suffix)
+    if reader is None and suffix not in SUFFIXES:
         raise InputRefusedError(f"{where} names {path}; its suffix must be {_either()}.")
     try:
-        values = reader(read_bounded(path, _MOST_BYTES, "file of heights"), str(path))
+        content = read_bounded(path, _MOST_BYTES, "file of heights")
+        if reader is None:
+            return read_profilometer(content, str(path), suffix)
+        values = reader(content, str(path))
     except InputRefusedError as problem:
         raise InputRefusedError(f"{where} names {problem}") from None
     return values.ravel() if values.ndim == 2 and 1 in values.shape else values
@@ -49,7 +94,8 @@ def read_pitch(pitch: Any, where: str, n_axes: int) -> float | tuple[float, floa
 
 
 def _either() -> str:
-    return " or ".join(_READERS)
+    *first, last = *_READERS, *SUFFIXES
+    return f"{', '.join(first)} or {last}"
 
 
 def _npy_heights(content: bytes, path: str) -> Real[np.ndarray, "..."]:

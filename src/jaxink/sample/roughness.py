@@ -9,7 +9,7 @@ import numpy as np
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample.entries import choice, only
-from jaxink.sample.heights import read_heights, read_pitch
+from jaxink.sample.heights import read_map
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.schema import (
     AMPLITUDES,
@@ -91,12 +91,11 @@ def read_roughness(layer: str, face: str, given: Any, folder: Path, numbers: Par
     fields, keys, quantities = (_by_waves if by_waves else _by_facets)(given, where)
     is_map = HEIGHT_MAP_WORD in fields.values()
     only(given, keys | (HEIGHT_MAP_ENTRIES if is_map else {}) | quantities, where)
-    nodes = _nodes(given, where, folder, by_waves) if is_map else None
+    nodes, pitch = _nodes(given, where, folder, by_waves) if is_map else (None, None)
     numbers.read(where, quantities, given)
     if is_map:
-        pitch = given["pitch_um"]
         fields["heights_um"] = str((folder / given["heights_um"]).resolve())
-        fields["pitch_um"] = tuple(map(float, pitch if isinstance(pitch, list) else [pitch]))
+        fields["pitch_um"] = tuple(map(float, pitch if isinstance(pitch, tuple) else [pitch]))
     return Roughness(face, name=where, nodes=nodes, **fields)
 
 
@@ -121,13 +120,12 @@ def _by_facets(given: dict[str, Any], where: str):
 
 
 def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):
-    """Slope density or power spectrum of a measured map."""
+    """Slope density or power spectrum of a measured map, and its pitch."""
     # Imported late: reading a sample needs JAX only if there is a map.
     from jaxink.numerics.precision import computing
     from jaxink.surfaces.height_map import HeightMap
 
-    heights = read_heights(given.get("heights_um"), f"{where}.heights_um", folder)
-    pitch = read_pitch(given.get("pitch_um"), f"{where}.pitch_um", heights.ndim)
+    heights, pitch = read_map(given.get("heights_um"), given.get("pitch_um"), where, folder)
     try:
         surface = HeightMap(heights, pitch)
         with computing():
@@ -141,4 +139,4 @@ def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):
             first, second = (tuple(np.asarray(column, float).tolist()) for column in columns)
     except InputRefusedError as problem:
         raise InputRefusedError(f"{where}.heights_um: {problem}") from None
-    return first, second, variance
+    return (first, second, variance), pitch

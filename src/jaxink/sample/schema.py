@@ -208,7 +208,9 @@ WAVES_ENTRIES = {
 # A measured map.
 HEIGHT_MAP = {"height_scale": Quantity("", 0.0, 100.0, 1.0, meaning="factor applied to the heights")}
 HEIGHT_MAP_ENTRIES = {
-    "heights_um": Entry("`.csv` or `.npy` file", "required", "heights, um"),
-    "pitch_um": Entry("number, or a list of two", "required", "distance between neighbouring points, um"),
+    "heights_um": Entry("`.csv`, `.npy`, `.x3p` or `.sur` file", "required", "heights, um"),
+    "pitch_um": Entry(
+        "number, or a list of two", "that of `.x3p`, `.sur`", "distance between neighbouring points, um"
+    ),
 }
 PITCH_UM = Quantity("um", 1e-6, 1e6, meaning="distance between neighbouring heights")

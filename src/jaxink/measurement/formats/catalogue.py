@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from jaxink.files.reading import read_bounded
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.formats import astm, lighttools, merl, mountain, reflet, rgl, speos, zemax
+from jaxink.measurement.formats import astm, integra, lighttools, merl, mountain, reflet, rgl, speos, zemax
 from jaxink.measurement.formats.choices import Choices, choices_of
 from jaxink.measurement.formats.content import Content
 from jaxink.measurement.formats.points import Points, measurement
@@ -63,6 +63,12 @@ FORMATS = (
         speos.recognises_brdf,
         speos.read_brdf,
         ("wavelength_nm", "side", "cosine_weighted"),
+    ),
+    ExchangeFormat(
+        "a BSDF file of Integra",
+        integra.recognises,
+        integra.read,
+        ("wavelength_nm", "side", "channel", "rotation_deg"),
     ),
     ExchangeFormat(
         "a text file in the layout of ASTM E1392",

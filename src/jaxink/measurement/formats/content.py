@@ -55,15 +55,15 @@ def shown(word: str) -> str:
 
 
 class Words:
-    """The words of a text, read from the first to the last; lines that start with ``#`` are left out."""
+    """The words of a text, from the first to the last; lines that start with ``comment`` are left out."""
 
-    def __init__(self, content: Content, first_row: int = 1):
+    def __init__(self, content: Content, first_row: int = 1, comment: str = "#"):
         self.content = content
         words: list[str] = []
         rows: list[int] = []
         columns: list[int] = []
         for row, line in enumerate(content.lines[first_row - 1 :], first_row):
-            if not line.lstrip().startswith("#"):
+            if not line.lstrip().startswith(comment):
                 here = line.split()
                 words += here
                 rows += [row] * len(here)
@@ -87,6 +87,18 @@ class Words:
     def is_over(self) -> bool:
         """Whether no word is left."""
         return self._next >= len(self._words)
+
+    @property
+    def next(self) -> str:
+        """The next word in small letters, which is not read by this; empty at the end."""
+        return "" if self.is_over() else self._words[self._next].lower()
+
+    def rest_of_row(self, row: int) -> list[str]:
+        """The words that are left of this row, in small letters."""
+        first = self._next
+        while self._next < len(self._words) and self._rows[self._next] == row:
+            self._next += 1
+        return [word.lower() for word in self._words[first : self._next]]
 
     def go_to(self, row: int) -> None:
         """Skip to the first word in this row or below it."""
