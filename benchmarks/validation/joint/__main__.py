@@ -189,6 +189,8 @@ def _lacking(results: dict) -> str:
                 rounded(float(np.median([one["seconds"] for one in made])), 2),
             ]
         )
+    if not rows:
+        return "No case was run to its end yet."
     heads = ["not declared", "named first, where it is", "other names"]
     heads += ["reduced chi-square, declared : corrected", "largest distance from the truth, s.e., likewise"]
     return table([*heads, "seconds"], rows)
