@@ -1,5 +1,8 @@
 """Colours against published numbers, and of bands."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -91,3 +94,14 @@ def test_what_has_no_colour(told):
     with pytest.raises(InputRefusedError) as refused:
         one.difference(other)
     told(str(refused.value), "D65", "A")
+
+
+def test_numpy_writes_numbers_as_before():
+    """The import of colour-science sets print options for the whole process."""
+    code = (
+        "import numpy as np; before = np.get_printoptions(); "
+        "from jaxink.colour.cie import science; science(); "
+        "assert np.get_printoptions() == before; print(repr(float(str(np.float64(0.1) + 0.2))))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "0.30000000000000004"

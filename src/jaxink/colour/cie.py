@@ -26,7 +26,8 @@ def science() -> Any:
         If it is not installed.
     """
     try:
-        with warnings.catch_warnings():
+        # Its import sets how numpy writes numbers, with 12 digits; that is for the user to choose.
+        with warnings.catch_warnings(), np.printoptions():
             # It says which of its other features lack a package.
             warnings.simplefilter("ignore")
             import colour
