@@ -37,7 +37,9 @@ def read_profilometer(content: bytes, path: str, suffix: str) -> MeasuredMap:
         If surfalize is not installed, or cannot read the file.
     """
     try:
-        from surfalize import Surface
+        # Its import changes the filters of warnings; those are for the user to choose.
+        with warnings.catch_warnings():
+            from surfalize import Surface
     except ImportError:
         raise InputRefusedError(
             f"{path}: {suffix} files need the package surfalize, which is not installed; run "
