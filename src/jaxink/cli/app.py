@@ -598,11 +598,12 @@ def export(
     """Write the BSDF of a fitted ink, as seen from inside its plate, for a ray tracer."""
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_export
-        from jaxink.cli.export_volume import run_volume
         from jaxink.errors import require_one_of
 
         require_one_of("--as", what, ("surface", "volume"))
         if what == "volume":
+            from jaxink.cli.export_volume import run_volume
+
             raise typer.Exit(run_volume(source, layer or (), seen_from, format, out, name, quiet))
         choices = choices_of(name, allow_loss, regular_bin_deg, basis, interpolation_error)
         sampling = {"inside": seen_from, "n_theta": n_theta, "n_phi": n_phi}

@@ -8,12 +8,12 @@ import typer
 import jaxink
 from jaxink.cli import session
 from jaxink.cli.fit_tables import console, parameter_table, show_files
-from jaxink.cli.joint_fit import write_joint_result
 from jaxink.cli.session import ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
 from jaxink.files.result_folder import CORRECTED, DECLARED, require_not_replaced
 from jaxink.files.writing import require_folder
+from jaxink.numerics.failures import Failures
 
 
 def require_searches_in_one_go(choices: dict[str, Any], is_resumed: bool) -> None:
@@ -36,13 +36,13 @@ def run_joint_diagnose(
     with session.progress(quiet=output != "tables") as follow:
         found = jaxink.diagnose(project, options=options, progress=follow)
     report = found.save(out)
-    formats = ("png",) if with_figures else ()
-    pages = [
-        file
-        for name, result in ((DECLARED, found.declared), (CORRECTED, found.corrected))
-        for file in write_joint_result(result, out / name, formats)
-        if file.parent == out / name and file.suffix == ".html"
-    ]
+    formats, failures, pages = ("png",) if with_figures else (), Failures(), list[Path]()
+    for name, result in ((DECLARED, found.declared), (CORRECTED, found.corrected)):
+        with failures.sparing("the page of the {} fit", name):
+            from jaxink.report import write_joint_page
+
+            pages += write_joint_page(result, out / name, formats, failures)
+    session.show_failures(failures)
     if output == "json":
         typer.echo(json_text(found.to_dict()))
     elif output == "tables":
@@ -56,5 +56,6 @@ def run_joint_diagnose(
         to.print(parameter_table(rows, found.corrected.verdict.standard_errors_hold))
         for failure in found.failures:
             to.print(failure.sentence, soft_wrap=True)
-        show_files(to, [report, *pages])
+        # Those of the measurements are many; their pages lead to them.
+        show_files(to, [report, *(page for page in pages if page.parent.parent == out)])
     return ExitCode.UNEXPLAINED if found.structure_remains else ExitCode.FITTED

@@ -65,7 +65,7 @@ def fit_project(project: Project, options: FitOptions, progress: Progress) -> Jo
         A measurement cannot be fitted; the message names it.
     """
     project = _prepared(project)
-    noises = _noises(project, options)
+    noises = noises_of(project, options)
     free = project.free
     scans_first = options.scans_first and any(p.multimodal for p in free)
 
@@ -96,7 +96,8 @@ def _prepared(project: Project) -> Project:
     return dataclasses.replace(project, measurements=tuple(measurements))
 
 
-def _noises(project: Project, options: FitOptions) -> list[FitNoise]:
+def noises_of(project: Project, options: FitOptions) -> list[FitNoise]:
+    """The noise of each measurement; chi-square needs that of all."""
     noises = []
     for one in project.measurements:
         if isinstance(one.data, Readings):

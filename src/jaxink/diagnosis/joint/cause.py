@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 
 from jaxink.display.brief import brief_repr
-from jaxink.effects import Effect, SampleEffect, declare
+from jaxink.effects import Effect, declare
 from jaxink.projects import Measurement, Project
 from jaxink.projects.project import OF
 
@@ -91,8 +91,3 @@ def owners(project: Project, names: Sequence[str], effect: Effect) -> Iterator[t
                 yield instrument, tuple(measured)
     for name in names:
         yield name, (name,)
-
-
-def is_in_layers(effect: Effect) -> bool:
-    """Whether an effect changes the sample itself, so that readings of other instruments see it, too."""
-    return isinstance(effect, SampleEffect)

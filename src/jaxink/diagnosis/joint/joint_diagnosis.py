@@ -1,14 +1,12 @@
 """The diagnosis of several measurements."""
 
 import dataclasses
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from jaxink.display.brief import brief_repr, counted
 from jaxink.display.card import Card, CardTable, Presented
-from jaxink.files.encoding import json_text, plain
+from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import CORRECTED, DECLARED
-from jaxink.files.writing import whole_folder
 from jaxink.fitting.joint_result import JointResult
 from jaxink.numerics.digits import rounded
 from jaxink.numerics.failures import Failure
@@ -68,7 +66,7 @@ class JointStep:
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
-class JointDiagnosis(Presented):
+class JointDiagnosis(SavedInFolder, Presented):
     """What the model of several measurements lacks.
 
     Parameters
@@ -82,6 +80,9 @@ class JointDiagnosis(Presented):
     failures
         Parts that failed.
     """
+
+    json_file: ClassVar[str] = JOINT_REPORT
+    owned: ClassVar[tuple[str, ...]] = (DECLARED, CORRECTED)
 
     declared: JointResult
     corrected: JointResult
@@ -145,22 +146,10 @@ class JointDiagnosis(Presented):
             "failures": [failure.sentence for failure in self.failures],
         }
 
-    def save(self, directory: str | Path) -> Path:
-        """Write ``joint_report.json`` and both joint fits, in the folders ``declared`` and ``corrected``.
-
-        Parameters
-        ----------
-        directory
-            Created if it does not exist.
-
-        Raises
-        ------
-        InputRefusedError
-            The directory cannot be written.
-        """
-        with whole_folder(directory, owned=(DECLARED, CORRECTED)) as folder:
-            for name, result in ((DECLARED, self.declared), (CORRECTED, self.corrected)):
-                (folder / name).mkdir()
-                result.write_into(folder / name)
-            (folder / JOINT_REPORT).write_text(json_text(self.to_dict()) + "\n", encoding="utf-8")
-        return Path(directory) / JOINT_REPORT
+    def files_beside(self) -> dict[str, bytes]:
+        """Both joint fits, in the folders ``declared`` and ``corrected``."""
+        return {
+            f"{name}/{file}": content
+            for name, result in ((DECLARED, self.declared), (CORRECTED, self.corrected))
+            for file, content in result.files().items()
+        }

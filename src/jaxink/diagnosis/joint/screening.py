@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from jaxink.diagnosis.joint.cause import Cause, is_in_layers, owners
+from jaxink.diagnosis.joint.cause import Cause, owners
 from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
 from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.setup import Setup
@@ -13,7 +13,7 @@ from jaxink.diagnosis.search.stage import by_program
 from jaxink.diagnosis.search.workbench import Place
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.display.brief import brief_repr
-from jaxink.effects import AreaWithOtherValues, Effect, Scene
+from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene
 from jaxink.fitting.compiled import Point
 from jaxink.fitting.joint_objective import JointObjective, without_priors
 from jaxink.measurement import FitNoise, GonioData
@@ -115,7 +115,7 @@ def _promises(
         z = float(rest @ end.residual) / norm
         step = float(np.clip(z / norm, -some.largest, some.largest))
         forms = {name: found[name][1].effect for name in measured}
-        if not owner and is_in_layers(effect):
+        if not owner and isinstance(effect, SampleEffect):
             # All look at the same sample, whether their own directions can be screened or not.
             forms |= {name: effect for name in readings}
         start = some.setting | effect.start(some.setting, step)

@@ -15,19 +15,20 @@ from jaxink.effects import with_values
 from jaxink.effects.telling import in_numbers
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.gradient import Descent
-from jaxink.fitting.joint_fit import fit_project
+from jaxink.fitting.joint_fit import fit_project, noises_of
 from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective, with_settled_effects
 from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.limits import Limits
 from jaxink.fitting.method import search
+from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Search
-from jaxink.fitting.readings_objective import noise_of_readings
-from jaxink.measurement import FitNoise, Readings, noise_of
+from jaxink.measurement import FitNoise
 from jaxink.numerics.chi_square import probability_above
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import release_programs
 from jaxink.numerics.progress import Progress, StepOf
 from jaxink.projects import Measurement, Project
+from jaxink.solver.config import SolverConfig
 
 # So many of the most promising causes are fitted in each round.
 _REFITS = 6
@@ -75,7 +76,7 @@ def diagnose_project(project: Project, options: DiagnosisOptions, follow: Progre
             "diagnose; start elsewhere (--starts N), or fit fewer parameters."
         )
     failures, rounds = Failures(), list[tuple[_Refit, tuple[_Refit, ...], float]]()
-    model = _of_result(declared)
+    model = _of_result(declared, options.fit)
     n_candidates = 0
     while len(rounds) < options.max_effects:
         promises = _screen(model, options, failures, follow)
@@ -98,27 +99,19 @@ def diagnose_project(project: Project, options: DiagnosisOptions, follow: Progre
     return JointDiagnosis(declared, corrected, steps, n_candidates, failures.found)
 
 
-def _of_result(result: JointResult) -> _Model:
+def _of_result(result: JointResult, options: FitOptions) -> _Model:
     measurements = tuple(
         Measurement(name, one.data, one.sample, result.names[name], result.instruments[name])
         for name, one in result.measurements.items()
     )
-    return _model(
-        Project(measurements, result.title), None, [one.config for one in result.measurements.values()]
-    )
+    project = Project(measurements, result.title)
+    return _model(project, noises_of(project, options), [one.config for one in result.measurements.values()])
 
 
-def _model(project: Project, unit: np.ndarray | None, resolutions) -> _Model:
-    """A project at the values of its samples, or at others."""
-    noises = [
-        noise_of_readings(one.data, one.sample.noise)
-        if isinstance(one.data, Readings)
-        else noise_of(one.data, one.sample.noise)
-        for one in project.measurements
-    ]
+def _model(project: Project, noises: list[FitNoise], resolutions: Sequence[SolverConfig]) -> _Model:
+    """A project at the values of its samples."""
     objective = JointObjective.of(project, noises, resolutions=tuple(resolutions))
-    if unit is None:
-        unit = np.clip(objective.scale.to_unit(np.array([p.value for p in project.free])), 0.0, 1.0)
+    unit = np.clip(objective.scale.to_unit(np.array([p.value for p in project.free])), 0.0, 1.0)
     residual = CompiledJointObjective(objective).residual(unit).residual
     return _Model(project, noises, objective, float(residual @ residual), unit)
 
@@ -159,7 +152,7 @@ def _fitted(model: _Model, promise: Promise) -> _Model:
     extended = dataclasses.replace(
         extended, measurements=tuple(with_settled_effects(one) for one in extended.measurements)
     )
-    begun = _model(extended, None, model.objective.resolution)
+    begun = _model(extended, model.noises, model.objective.resolution)
     end: Search = search(
         Descent(), CompiledJointObjective(begun.objective), begun.unit, own=Limits(steps=_REFIT_STEPS)
     )
