@@ -10,7 +10,7 @@ import signal
 import time
 
 from benchmarks.batch.sheets import DIES, EATS, FEW_STEPS, HANGS, RAISES
-from jaxink.batches.answer import Done
+from jaxink.batches.folder import Done
 from jaxink.batches.measure import measure
 from jaxink.batches.task import Task
 

@@ -2,7 +2,7 @@
 
 import time
 
-from jaxink.batches.answer import Done, trouble
+from jaxink.batches.folder import Done, trouble
 from jaxink.batches.row import RowOutcome
 from jaxink.batches.task import Task
 

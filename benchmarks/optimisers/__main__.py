@@ -13,7 +13,7 @@ from benchmarks.optimisers.kept import keep, kept
 from benchmarks.optimisers.page import write
 from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import N_STARTS, Bench
-from jaxink.fitting.methods import METHODS
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.numerics.precision import computing, release_programs
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from jaxink.fitting.methods import METHODS
+from jaxink.fitting.comparison_methods import METHODS
 
 # Of intervals: 95 %.
 _NORMAL_QUANTILE = 1.959964

@@ -10,7 +10,7 @@ from benchmarks.optimisers.judgement import WITHIN, Judged, Variant, effort_at, 
 from benchmarks.optimisers.problems import PRINTED, Posed
 from benchmarks.optimisers.searches import BUDGET, N_STARTS
 from benchmarks.pages import filled, machine, page_path, table, write_page
-from jaxink.fitting.methods import METHODS
+from jaxink.fitting.comparison_methods import METHODS
 
 _FOLDER = Path(__file__).parent
 # Share of starts, and speed-up over the simplex, that the default method should reach.

@@ -19,9 +19,9 @@ from benchmarks.checkouts import tell, told
 from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import SEED, Bench
 from benchmarks.pages import REPOSITORY, table
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.method import search
-from jaxink.fitting.methods import METHODS
 from jaxink.numerics.precision import computing
 
 KEPT = Path(__file__).with_suffix(".json")

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from benchmarks.optimisers.problems import Posed
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import GradientSearch, starts
 from jaxink.fitting.limits import Budget, Limits
 from jaxink.fitting.method import search
-from jaxink.fitting.methods import METHODS
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.uncertainty import covariance
 

@@ -26,7 +26,7 @@ from benchmarks.pages import machine, section_after, table, write_page
 from benchmarks.simulated_data import data_file, declared_text
 from benchmarks.speed.spectrum import MARK, PAGE
 from benchmarks.validation.outside.patterns import simulated
-from jaxink.measurement.csv_file import write_csv
+from jaxink.measurement.text_file import write_csv
 
 KEPT = Path(__file__).with_suffix(".json")
 HERE = Path(jaxink.__file__).parents[2]

@@ -7,13 +7,13 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from jaxink.batches import plan_schema
+from jaxink.batches import plan
 from jaxink.effects import CATALOGUE, Effect
-from jaxink.measurement import quantities
+from jaxink.measurement import readings as reading_kinds
 from jaxink.projects import schema as project_schema
 from jaxink.sample import measurement_schema, schema
 from jaxink.sample.effect_schema import EFFECTS, ELSEWHERE, EffectKeys
-from jaxink.sample.quantity import Entry, Quantity
+from jaxink.sample.schema import Entry, Quantity
 
 HERE = Path(__file__).parent
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->\n)", re.DOTALL)
@@ -64,7 +64,7 @@ def elsewhere(table: Mapping[str, str]) -> str:
     return _markdown(["effect", "declared by"], ([f"`{name}`", place] for name, place in table.items()))
 
 
-def readings(table: Mapping[str, quantities.Quantity]) -> str:
+def readings(table: Mapping[str, reading_kinds.Quantity]) -> str:
     """Quantities of readings, with the angles that are taken unless others are stated."""
     rows = []
     for name, q in table.items():
@@ -112,10 +112,10 @@ PAGES = {
         "WEIGHTS": settings(measurement_schema.WEIGHTS, measurement_schema.WEIGHTS_ENTRIES),
     },
     "diagnosis.md": {"CATALOGUE": effects(CATALOGUE)},
-    "readings.md": {"QUANTITIES": readings(quantities.QUANTITIES)},
+    "readings.md": {"QUANTITIES": readings(reading_kinds.QUANTITIES)},
     "batch.md": {
-        **{name: entries(getattr(plan_schema, name)) for name in ("TOP", "MEASUREMENTS", "READING")},
-        "LIMITS": settings(plan_schema.LIMITS, {}),
+        **{name: entries(getattr(plan, name)) for name in ("TOP", "MEASUREMENTS", "READING")},
+        "LIMITS": settings(plan.LIMITS, {}),
     },
     "projects.md": {
         name: entries(getattr(project_schema, name)) for name in ("TOP", "MEASUREMENT", "INSTRUMENT")

@@ -6,7 +6,7 @@ import signal
 import sys
 import time
 
-from jaxink.batches.answer import Done, trouble
+from jaxink.batches.folder import Done, trouble
 from jaxink.batches.row import RowOutcome, RowParameter
 from jaxink.batches.task import Task
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from jaxink.batches.colours import colour_columns
+from jaxink.batches.result import colour_columns
 from jaxink.batches.row import Inputs, Row, RowColour, row_from_dict
 
 ROW = Row("a", ("a.csv",), Inputs("1", "2", "3"), "done", "fits")

@@ -9,8 +9,7 @@ import pytest
 
 from jaxink.batches.figures import trend_figures
 from jaxink.batches.listing import Listed
-from jaxink.batches.outliers import outlying
-from jaxink.batches.page import report_page
+from jaxink.batches.page import outlying, report_page
 from jaxink.batches.result import Batch
 from jaxink.batches.row import Inputs, Row, RowParameter
 from jaxink.batches.verdicts import is_misfit, verdict_meaning

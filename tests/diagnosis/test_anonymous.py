@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jaxink.diagnosis import Points, Projection
-from jaxink.diagnosis.findings.anonymous import best_anonymous
+from jaxink.diagnosis.findings.assembly import best_anonymous
 from jaxink.residual import ResidualPoints
 
 SIGMA = 0.01

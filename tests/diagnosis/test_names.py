@@ -8,17 +8,15 @@ import pytest
 
 import jaxink
 from jaxink.diagnosis import DiagnosisOptions, Points, SearchPolicy, Testability, VerdictCode, diagnose
-from jaxink.diagnosis.findings.input_mistake import beside_mistakes, explains_all
+from jaxink.diagnosis.findings.assembly import beside_mistakes, explains_all
 from jaxink.diagnosis.findings.summary import Figures
 from jaxink.diagnosis.findings.verdict import Verdict
 from jaxink.diagnosis.search import loop
 from jaxink.diagnosis.search.allowance import Allowance
 from jaxink.diagnosis.search.cross_validation import CrossValidation
-from jaxink.diagnosis.search.loop import search_effects
+from jaxink.diagnosis.search.loop import rival_minima, search_effects, single_cause
 from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.rival_minima import rival_minima
-from jaxink.diagnosis.search.single_cause import single_cause
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.search.workbench import Solution, Workbench

@@ -3,7 +3,7 @@ import pytest
 from scipy import stats
 
 from jaxink.diagnosis import Points, ScreenOptions, find_structure, prepare_structure
-from jaxink.diagnosis.statistics.serial_correlation import ljung_box, moran, runs_z
+from jaxink.diagnosis.statistics.structure import ljung_box, moran, runs_z
 from jaxink.measurement import GonioData
 from tests.diagnosis.designs import autoregressive, goniometer, parameters, within_binomial
 

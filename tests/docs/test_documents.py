@@ -15,7 +15,7 @@ import jaxink
 from jaxink.effects import model_at
 from jaxink.fitting.result import SCHEMA_VERSION as RESULT_VERSION
 from jaxink.sample import measurement_schema, schema
-from jaxink.sample.quantity import Entry, Quantity
+from jaxink.sample.schema import Entry, Quantity
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -11,8 +11,7 @@ from benchmarks.montecarlo import Absorbed, HenyeyGreenstein, Layer, emitted, si
 from benchmarks.montecarlo import Sample as Simulated
 from benchmarks.validation.fluorescence import inks
 from jaxink.effects import AugmentedModel, Case, Scene, declared_effects
-from jaxink.effects.emission import emission_of
-from jaxink.effects.fluorescence import Fluorescence
+from jaxink.effects.fluorescence import Fluorescence, emission_of
 from jaxink.effects.scene import Surroundings
 from jaxink.errors import InputRefusedError
 from jaxink.model.forward import evaluate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxink.effects import AugmentedModel, Case, Scene
-from jaxink.effects.relief import Relief
+from jaxink.effects.surfaces import Relief
 from jaxink.errors import InputRefusedError
 from jaxink.model.forward import ForwardModel, evaluate
 from jaxink.sample import parse_sample

@@ -9,7 +9,7 @@ import pytest
 from jaxink.export import ExportOptions, write
 from jaxink.export.formats import FORMATS
 from jaxink.export.guide import power_lines
-from jaxink.export.losses import losses_of
+from jaxink.export.limitations import losses_of
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.table import COMPONENTS
 from tests.ink.analytic_tables import smooth_table

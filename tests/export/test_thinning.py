@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxink.export import ExportOptions, write
-from jaxink.export.thinning import thinned
+from jaxink.export.mitsuba import thinned
 from jaxink.ink import read_ink_table
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from tests.ink.analytic_tables import lambertian, smooth_table, table_of, tilted_lobe

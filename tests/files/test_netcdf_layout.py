@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import xarray
 
-from jaxink.files.netcdf_layout import hdf5_bytes
+from jaxink.files.netcdf import hdf5_bytes
 
 DATASET = xarray.Dataset(
     {

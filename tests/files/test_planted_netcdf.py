@@ -6,8 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from jaxink.files.netcdf import read_dataset
-from jaxink.files.netcdf_layout import hdf5_bytes
+from jaxink.files.netcdf import hdf5_bytes, read_dataset
 from jaxink.measurement import GonioData, read
 from tests.files.test_netcdf_layout import DATASET
 

@@ -11,9 +11,8 @@ import pytest
 from scipy.optimize import least_squares, lsq_linear
 
 from jaxink.fitting import BoundedLevenbergMarquardt
-from jaxink.fitting.bounded import Box, bounded_step
+from jaxink.fitting.bounded import Box, Factors, bounded_step
 from jaxink.fitting.compiled import Point
-from jaxink.fitting.curvature import Factors
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.stepped_search import descend
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.grid_scan import index_beside, scan_grid
 from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.searching import index_beside, scan_grid
 from jaxink.sample import Parameter
 from tests.fitting.test_scanning import Residual
 

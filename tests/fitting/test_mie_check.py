@@ -3,7 +3,7 @@
 import miepython
 import numpy as np
 
-from jaxink.fitting.mie_check import mie_check
+from jaxink.fitting.assembly import mie_check
 from jaxink.numerics.precision import computing
 from jaxink.particles.independent_series import difference_from_miepython
 from jaxink.sample import parse_sample

@@ -9,8 +9,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import SIMULATED_TRUTH, simulated_example
-from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
-from jaxink.fitting.parameter_file import parameter_text
+from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters, parameter_text
 
 
 def rows_of(text):

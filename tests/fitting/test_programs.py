@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from jaxink.fitting import FitOptions, fit
-from jaxink.fitting.compiled import CompiledObjective
+from jaxink.fitting.compiled import CompiledObjective, program_of
 from jaxink.fitting.objective import make_objective
-from jaxink.fitting.programs import program_of
 from jaxink.measurement import GonioData
 from jaxink.sample import parse_sample
 from jaxink.solver.config import SolverConfig

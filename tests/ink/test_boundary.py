@@ -12,9 +12,8 @@ from benchmarks.montecarlo.interface import interface_alone
 from benchmarks.validation.published import boundary
 from jaxink.export import write
 from jaxink.ink import read_ink_table
-from jaxink.ink.boundary import BoundaryOptions, facet_boundary, wave_boundary
+from jaxink.ink.boundary import BoundaryOptions, facet_boundary, wave_boundary, within_incident_power
 from jaxink.ink.hemispherical_totals import diffuse_totals, power_sent_out
-from jaxink.ink.power_limit import within_incident_power
 from jaxink.ink.table import COMPONENTS
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes

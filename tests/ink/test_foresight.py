@@ -6,8 +6,7 @@ import pytest
 
 import jaxink
 from jaxink.export.formats import FORMATS, refuse_expected
-from jaxink.export.limitations import ExportOptions, LossRefusedError
-from jaxink.export.losses import LOSSES, expected_losses, losses_of
+from jaxink.export.limitations import LOSSES, ExportOptions, LossRefusedError, expected_losses, losses_of
 from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.ink.foresight import expected_table
 from jaxink.ink.ink_layers import InkChoice, UnclearInkError, adjacent_air, find_ink

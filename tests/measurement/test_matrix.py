@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import jaxink
 from jaxink.cli.app import app
-from jaxink.measurement.edges import corner
+from jaxink.measurement.matrix import corner
 from jaxink.measurement.titles import edge_cell, facts
 from tests.measurement.layouts import (
     EXIT,

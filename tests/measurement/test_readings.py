@@ -9,7 +9,7 @@ import pytest
 
 import jaxink
 from jaxink.measurement import Readings, Spheres, read_readings
-from jaxink.measurement.quantities import QUANTITIES
+from jaxink.measurement.readings import QUANTITIES
 
 GOOD = """\
 quantity,value,sigma,wavelength_nm,theta_i_deg,theta_o_deg,phi_deg

@@ -11,7 +11,7 @@ import jaxink
 from jaxink.model import tables
 from jaxink.numerics.precision import computing
 from jaxink.solver.config import SolverConfig
-from jaxink.surfaces.index_table import IndexTable, pieces_of
+from jaxink.surfaces.table import IndexTable, pieces_of
 
 PLATE = 1.5
 SAMPLE = """

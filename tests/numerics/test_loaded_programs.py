@@ -7,10 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics import stored_programs
-from jaxink.numerics.loaded_programs import LoadedPrograms
+from jaxink.numerics import compiling
+from jaxink.numerics.compiling import LoadedPrograms, keeping
 from jaxink.numerics.precision import release_programs
-from jaxink.numerics.stored_programs import keeping
 
 
 class Shelf:
@@ -43,7 +42,7 @@ def test_nothing_is_kept_alive_by_the_order():
 @pytest.fixture
 def counted(tmp_path, monkeypatch):
     monkeypatch.setenv("JAXINK_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(stored_programs, "LOADED", LoadedPrograms(most=2))
+    monkeypatch.setattr(compiling, "LOADED", LoadedPrograms(most=2))
     traces = []
 
     def doubled(x):
@@ -64,7 +63,7 @@ def test_a_dropped_program_is_loaded_again_without_being_traced(counted):
 def test_small_programs_of_unlike_work_do_not_pile_up(tmp_path, monkeypatch):
     """Each shape makes a program of every one of JAX's functions that is called outside compiled ones."""
     monkeypatch.setenv("JAXINK_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(stored_programs, "LOADED", LoadedPrograms(most=2, drops=3))
+    monkeypatch.setattr(compiling, "LOADED", LoadedPrograms(most=2, drops=3))
     program, traces = keeping(lambda x: 2 * x, "doubled"), []
 
     def of_the_user(x):
@@ -91,7 +90,7 @@ def test_too_many_mappings_drop_programs_by_age(counted, monkeypatch):
     for size in (1, 2):
         doubled(jnp.ones(size))
     numbers = iter([100, 40])
-    monkeypatch.setattr("jaxink.numerics.precision.LOADED", stored_programs.LOADED)
+    monkeypatch.setattr("jaxink.numerics.precision.LOADED", compiling.LOADED)
     monkeypatch.setattr("jaxink.numerics.precision._mappings", lambda: next(numbers))
     assert not release_programs(most_mappings=50)
     assert [shapes[0][0] for shapes in doubled._compiled] == [(2,)]

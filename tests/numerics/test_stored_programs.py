@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics.stored_programs import keeping
+from jaxink.numerics.compiling import keeping
 
 
 @pytest.fixture(autouse=True)
@@ -125,7 +125,7 @@ def test_under_a_transformation_nothing_is_stored(folder):
 
 FRESH = """
 import jax, jax.numpy as jnp
-from jaxink.numerics.stored_programs import keeping
+from jaxink.numerics.compiling import keeping
 
 def function(matrix):
     print("traced")

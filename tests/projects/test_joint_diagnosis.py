@@ -6,7 +6,7 @@ import pytest
 
 import jaxink
 from jaxink.diagnosis import DiagnosisOptions, JointDiagnosis
-from jaxink.diagnosis.joint.cause import owners
+from jaxink.diagnosis.joint.search import owners
 from jaxink.effects import CATALOGUE, Case, Scene
 from jaxink.files.encoding import json_text
 from tests.projects.conftest import as_simulated

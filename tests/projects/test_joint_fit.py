@@ -147,7 +147,7 @@ def test_nothing_is_held_out_of_a_parameter_of_its_own(project_folder):
 def test_the_measurement_with_a_gain_error_is_named(project, wrong, monkeypatch):
     if wrong != "thin":
         # Each cause is a program of its own, compiled for seconds; all of them are tried once.
-        monkeypatch.setattr("jaxink.fitting.own_causes._EFFECTS", ("gain",))
+        monkeypatch.setattr("jaxink.fitting.joint_fit._EFFECTS", ("gain",))
     result = jaxink.fit(as_simulated(project, **{wrong: 1.03}))
     assert result.agreement.disagrees
     outlier = result.agreement.outlier
@@ -163,7 +163,7 @@ def test_the_measurement_with_a_gain_error_is_named(project, wrong, monkeypatch)
 
 
 def test_a_wrong_thickness_of_one_measurement_is_offered_as_its_cause(project_folder, monkeypatch):
-    monkeypatch.setattr("jaxink.fitting.own_causes._EFFECTS", ("gain",))
+    monkeypatch.setattr("jaxink.fitting.joint_fit._EFFECTS", ("gain",))
     text = edited(
         (project_folder / "project.toml").read_text(), ('data = "thin.csv"', 'data = "thin.csv"\n' + _THIN)
     )

@@ -28,8 +28,7 @@ from jaxink.effects.volume import SecondLobe
 from jaxink.fitting.outcome import Outcome
 from jaxink.ink.comparison import compare_tables
 from jaxink.plots.cuts import BEFORE, FITTED, MEASURED
-from jaxink.plots.diagnosis_pages import diagnosis_figures, drawn_wavelengths
-from jaxink.plots.ink_table import FROM_INSIDE
+from jaxink.plots.diagnosis_pages import FROM_INSIDE, diagnosis_figures, drawn_wavelengths
 from jaxink.report import next_steps, sections, write_report
 from jaxink.report.html import tables
 from jaxink.report.ink_table import inside_change, is_in_table

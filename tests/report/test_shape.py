@@ -6,7 +6,7 @@ import pytest
 
 from jaxink.plots.diagnosis_pages import diagnosis_figures
 from jaxink.report.sections import remains
-from jaxink.report.shape import shape
+from jaxink.report.writing import shape
 
 
 @pytest.fixture(scope="module")

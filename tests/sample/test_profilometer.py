@@ -11,8 +11,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.ink.boundary_file import load_boundary
-from jaxink.sample.heights import read_heights, read_map
-from jaxink.sample.profilometer import SUFFIXES
+from jaxink.sample.heights import SUFFIXES, read_heights, read_map
 
 Y, X = np.meshgrid(np.arange(24.0), np.arange(32.0), indexing="ij")
 HEIGHTS_UM = 0.3 * np.sin(X / 3) * np.cos(Y / 4) + 2.0 + 0.05 * X - 0.02 * Y

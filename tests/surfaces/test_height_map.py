@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
-from jaxink.surfaces.profile_spectrum import isotropic_from_profile
 from jaxink.surfaces.slopes import gaussian_slopes
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, isotropic_from_profile
 
 
 def synthetic(spectrum, n, pitch_um, seed):

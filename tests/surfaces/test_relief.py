@@ -7,7 +7,7 @@ import pytest
 
 from jaxink.numerics.precision import computing
 from jaxink.surfaces.body_series import BodySeries, Mirror
-from jaxink.surfaces.facet_exchange import FacetExchange
+from jaxink.surfaces.facets import FacetExchange
 from jaxink.surfaces.relief import Pairs, facet_averages, mirrored_once, reflected_once, seen_from_both
 
 

@@ -8,8 +8,7 @@ from scipy.integrate import quad
 from scipy.special import gamma, kv
 
 from jaxink.numerics.hankel import interpolate_log, log_nodes, radial_fourier
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
-from jaxink.surfaces.tabulated_spectrum import tabulated_spectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, tabulated_spectrum
 
 SPECTRA = {
     "gaussian": GaussianSpectrum(0.01, 5.0),

@@ -13,9 +13,8 @@ from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import plan_channels
 from jaxink.solver.stack import Stack
-from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum, broadened
 from jaxink.surfaces.slopes import gaussian_slopes
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
+from jaxink.surfaces.spectrum import BroadenedSpectrum, GaussianSpectrum, KCorrelation, broadened
 from jaxink.surfaces.wave_face import WaveFace, wave_interface
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import WaveSurface
@@ -104,8 +103,8 @@ def test_nodes_resolve_narrow_and_wide_lobes(monkeypatch, face, within):
         return jax.jit(lambda: wave_interface(grid, jnp.asarray(1.0), jnp.asarray(1.5), face, 10).one)()
 
     found = matrices()
-    monkeypatch.setattr("jaxink.surfaces.wave_rows._N_RADIAL", 120)
-    monkeypatch.setattr("jaxink.surfaces.wave_rows._N_AROUND", 80)
+    monkeypatch.setattr("jaxink.surfaces.wave_face._N_RADIAL", 120)
+    monkeypatch.setattr("jaxink.surfaces.wave_face._N_AROUND", 80)
     for few, many in zip(jax.tree.leaves(found), jax.tree.leaves(matrices()), strict=True):
         np.testing.assert_allclose(few, many, rtol=0, atol=within * float(jnp.abs(many).max()))
 

@@ -9,8 +9,7 @@ from scipy.special import j0
 
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import gaussian_slopes
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
-from jaxink.surfaces.tabulated_spectrum import tabulated_spectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, tabulated_spectrum
 from jaxink.surfaces.wave_optics import perturbation_factor, scattered_bsdf
 from jaxink.surfaces.wave_power import balance, scattered_power, validity
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_power

@@ -27,8 +27,7 @@ from jaxink.particles.phase_function import (
 from jaxink.particles.size_distribution import log_normal, monodisperse
 from jaxink.solver.lateral import LateralField
 from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, SlopeMixture, slope_density
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation
-from jaxink.surfaces.tabulated_spectrum import tabulated_spectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, tabulated_spectrum
 from jaxink.surfaces.wave_face import WaveFace
 
 jax.config.update("jax_enable_x64", True)

@@ -1,18 +1,43 @@
-"""The folder of a batch: which rows it has, and what is written there."""
+"""The folder of a batch: what comes back for each measurement, which rows there are, and what is written."""
 
+import dataclasses
 import os
+import platform
 import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 
-from jaxink.batches.answer import Done
-from jaxink.batches.row import RESULTS, Row, row_from_dict
+from jaxink.batches.row import RESULTS, Row, RowOutcome, row_from_dict
+from jaxink.batches.task import Task, Unreadable
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
 from jaxink.files.encoding import json_text
 from jaxink.files.writing import require_folder, whole_folder, written_whole
+
+
+@dataclasses.dataclass(frozen=True)
+class Done:
+    """A row, and the contents of the files of its folder by their names there."""
+
+    row: Row
+    files: dict[str, bytes]
+
+
+def trouble(
+    task: Task | Unreadable, outcome: RowOutcome, sentence: str, seconds: float = 0.0, attempts: int = 1
+) -> Done:
+    """Answer without a result."""
+    row = Row(task.name, task.paths, task.inputs, outcome, sentence, seconds=round(seconds, 3))
+    return Done(dataclasses.replace(row, attempts=attempts, host=platform.node(), finished=now()), {})
+
+
+def now() -> str:
+    """Date and time, UTC."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
 
 try:
     import fcntl

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import jaxink
-from jaxink.batches.answer import Done, now, trouble
+from jaxink.batches.folder import Done, now, trouble
 from jaxink.batches.row import RESULTS, Row, RowColour, RowOutcome, RowParameter
 from jaxink.batches.task import Task
 from jaxink.colour.shown import colours_if_any, shown_colour

@@ -10,8 +10,8 @@ from importlib.metadata import version
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from jaxink.batches.answer import Done, trouble
 from jaxink.batches.child import Child, EndedError, Limits
+from jaxink.batches.folder import Done, trouble
 from jaxink.batches.row import RowOutcome
 from jaxink.batches.task import Task
 from jaxink.errors import InputRefusedError, JaxinkError

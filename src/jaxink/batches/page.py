@@ -1,13 +1,20 @@
-"""The report of a batch as one page."""
+"""The report of a batch: its page, its summary, and which measurements are far from the others."""
 
+import csv
 from collections.abc import Iterable
+from contextlib import suppress
 from html import escape
+from statistics import NormalDist
+from typing import Any
 
-from jaxink.batches.outliers import outlying
-from jaxink.batches.result import SUMMARY_CSV, Batch
+import numpy as np
+
+from jaxink.batches.result import REPORT_PAGE, SUMMARY_CSV, SUMMARY_PARQUET, Batch
 from jaxink.batches.row import Row, RowOutcome, RowParameter
 from jaxink.batches.verdicts import standard_errors_hold, verdict_meaning, what_to_do
 from jaxink.display.html import paragraph, table
+from jaxink.files.spreadsheet import cell
+from jaxink.files.writing import written_whole
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.numerics.failures import Failures
 from jaxink.report import html
@@ -162,3 +169,73 @@ def _value(parameter: RowParameter | None, row: Row) -> str:
         return ""
     mark = "" if parameter.standard_error is None or standard_errors_hold(row) else _MARK
     return with_uncertainty(parameter.value, parameter.standard_error) + mark
+
+
+# Iglewicz and Hoaglin 1993, How to detect and handle outliers: the modified z-score and its limit.
+_LIMIT = 3.5
+_NORMAL = 1.4826
+_FEWEST = 5
+# Probability that noise alone brings any of the measurements as far as this from the median (Bonferroni).
+_LEVEL = 0.05
+
+
+def outlying(rows: Iterable[Row]) -> dict[str, set[str]]:
+    """Names of the rows that are far from the median, by parameter; those without a minimum do not count.
+
+    Far is a distance beyond the scatter of the others, and beyond what the standard error of the value itself
+    allows among so many; one that does not hold allows nothing.
+    """
+    found: dict[str, dict[str, tuple[float, float]]] = {}
+    for row in rows:
+        for p in row.parameters:
+            if p.value is not None and row.outcome == "done":
+                error = (p.standard_error or 0.0) if standard_errors_hold(row) else 0.0
+                found.setdefault(p.name, {})[row.name] = p.value, error
+    return {name: _far(values) for name, values in found.items()}
+
+
+def errors_allowed(n: int) -> float:
+    """Distance in standard errors that noise alone exceeds in any of ``n`` values in 5 % of cases."""
+    return NormalDist().inv_cdf(1 - _LEVEL / (2 * n))
+
+
+def _far(found: dict[str, tuple[float, float]]) -> set[str]:
+    if len(found) < _FEWEST:
+        return set()
+    numbers, errors = np.array(list(found.values())).T
+    apart = np.abs(numbers - np.median(numbers))
+    scale = _NORMAL * np.median(apart)
+    # With a scale of 0, more than half are equal, and every other one is apart from them.
+    least = np.maximum(_LIMIT * scale, errors_allowed(len(found)) * errors)
+    return {name for name, distance, most in zip(found, apart, least, strict=True) if distance > most}
+
+
+def write_batch(batch: Batch) -> None:
+    """Write ``summary.csv``, ``summary.parquet`` if pandas and pyarrow are installed, and ``report.html``.
+
+    Raises
+    ------
+    InputRefusedError
+        If one of them cannot be written.
+    """
+    columns = batch.columns()
+    with (
+        written_whole(batch.folder / SUMMARY_CSV) as part,
+        open(part, "w", encoding="utf-8", newline="") as file,
+    ):
+        table = csv.writer(file)
+        table.writerow(map(cell, columns))
+        table.writerows(map(_cells, zip(*columns.values(), strict=True)))
+    (batch.folder / SUMMARY_PARQUET).unlink(missing_ok=True)
+    with suppress(ImportError):
+        import pyarrow  # noqa: F401
+
+        frame = batch.to_frame()
+        with written_whole(batch.folder / SUMMARY_PARQUET) as part:
+            frame.to_parquet(part)
+    with written_whole(batch.folder / REPORT_PAGE) as part:
+        part.write_text(report_page(batch), encoding="utf-8")
+
+
+def _cells(values: tuple[Any, ...]) -> list[Any]:
+    return ["" if v is None else repr(v) if isinstance(v, float) else cell(v) for v in values]

@@ -1,21 +1,24 @@
-"""The outcome of a batch: its rows in the order of the plan."""
+"""The outcome of a batch: its rows in the order of the plan, and their colours."""
 
 import dataclasses
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jaxink.batches.colours import colour_columns
+import numpy as np
+
 from jaxink.batches.listing import POSITION, Listed
 from jaxink.batches.row import Row, RowOutcome
 from jaxink.batches.verdicts import is_misfit, verdict_meaning, what_to_do
+from jaxink.colour.cie import difference
 from jaxink.display.brief import counted
 from jaxink.display.card import Card, CardTable, Presented
-from jaxink.errors import JaxinkError
+from jaxink.errors import InputRefusedError, JaxinkError
 
 if TYPE_CHECKING:
     import pandas
+
 
 # What a row rests on, in the column `state` of the summary.
 CURRENT, KEPT = "current", "input missing or refused now; the earlier result is kept"
@@ -197,3 +200,30 @@ class UnfinishedBatchError(JaxinkError):
             "same command goes on with the others once a scheduler runs."
         )
         self.found = found
+
+
+def colour_columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
+    """CIELAB of each row, and its CIEDE2000 to the first one that has a colour; no column if none has.
+
+    A colour in another direction or light than that of the first has no difference.
+    """
+    first = next((row.colour for row in rows if row.colour is not None), None)
+    if first is None:
+        return {}
+    colours = [row.colour for row in rows]
+    columns: dict[str, list[Any]] = {
+        f"lab_{name}": [None if one is None else getattr(one, name) for one in colours] for name in "Lab"
+    }
+    differences: list[float | None] = []
+    for one in colours:
+        same = one is not None and (one.direction, one.light) == (first.direction, first.light)
+        if not same or one is None:
+            differences.append(None)
+            continue
+        labs = (np.array([c.L, c.a, c.b]) for c in (one, first))
+        try:
+            differences.append(float(difference(*labs)))
+        except InputRefusedError:
+            # The rows are of a machine with colour-science, which this one lacks.
+            differences.append(None)
+    return columns | {"ciede2000_to_first": differences}

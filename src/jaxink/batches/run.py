@@ -5,16 +5,15 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
-from jaxink.batches.answer import Done, trouble
 from jaxink.batches.child import MEASURE, MOST_TRIES, Limits
 from jaxink.batches.child_main import named
-from jaxink.batches.folder import BatchFolder
+from jaxink.batches.folder import BatchFolder, Done, trouble
 from jaxink.batches.on_dask import LostSchedulerError, local_client, measured_by, remote_client
+from jaxink.batches.page import write_batch
 from jaxink.batches.plan import Plan, load_plan
 from jaxink.batches.result import Batch, UnfinishedBatchError
 from jaxink.batches.row import ABSENT, Row, RowOutcome
 from jaxink.batches.task import Absent, Task, Unreadable, task_of
-from jaxink.batches.writing import write_batch
 from jaxink.errors import InputRefusedError, require_integer
 
 # Called with a row, the number of measurements that have one, and the number of all.

@@ -35,7 +35,7 @@ from jaxink.cli.reading_options import (
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
 from jaxink.errors import InputRefusedError
 from jaxink.files.version import installed_version
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import DEFAULT_ACCURACY
 
 app = typer.Typer(
     name="jaxink",

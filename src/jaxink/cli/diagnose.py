@@ -36,7 +36,7 @@ def run_diagnose(
     require_not_replaced(out, [*data_files, sample_file])
     data, sample = jaxink.read(data_files, **columns), jaxink.load_sample(sample_file)
     session.prepare_jax()
-    figures = ["jaxink.plots.diagnosis_figures"] if with_figures else []
+    figures = ["jaxink.plots.diagnosis_pages"] if with_figures else []
     session.import_meanwhile("xarray", *figures)
     fit = jaxink.FitOptions(profile="none", accuracy=accuracy)
     options = jaxink.DiagnosisOptions(**choices, fit=fit)

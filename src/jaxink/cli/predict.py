@@ -16,7 +16,7 @@ from jaxink.files.reading import shown_path
 from jaxink.files.spreadsheet import cell
 from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file, written_whole
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
     from jaxink import GonioData, Sample

@@ -7,9 +7,8 @@ from jaxink.colour.fitted import FittedColours, fitted_colours
 from jaxink.colour.geometry import Geometry
 from jaxink.colour.hiding import Drawdown, drawdown
 from jaxink.colour.of_sample import SampleSpectra
-from jaxink.colour.spectrum_file import read_card, read_illuminant
 from jaxink.colour.two_flux import TwoFlux, two_flux, two_flux_errors
-from jaxink.colour.viewing import Illuminant, Viewing
+from jaxink.colour.viewing import Illuminant, Viewing, read_card, read_illuminant
 
 __all__ = [
     "Arrangement",

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.quantities import QUANTITIES
-from jaxink.measurement.readings import Readings
+from jaxink.measurement.readings import QUANTITIES, Readings
 
 # A hemisphere with the specular component unless it says otherwise, as most instruments have it.
 _NAMED = {
@@ -36,7 +35,7 @@ class Geometry:
     name
         For people.
     quantity
-        Name of `jaxink.measurement.quantities.QUANTITIES`; None for a pair of directions through the sample.
+        Name of `jaxink.measurement.readings.QUANTITIES`; None for a pair of directions through the sample.
     theta_i_deg, theta_o_deg, phi_deg
         Angles as of `jaxink.GonioData`; nan for a hemisphere.
     """

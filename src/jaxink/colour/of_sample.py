@@ -18,7 +18,7 @@ from jaxink.model.forward import ForwardModel
 from jaxink.model.readings import ReadingsModel
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import DEFAULT_ACCURACY
 
 GEOMETRIES = ("45:0", "8:di", "8:de")
 

@@ -1,6 +1,7 @@
 """Light and observer of a colour: from a spectrum to tristimulus values by one linear map."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -9,6 +10,7 @@ from scipy.interpolate import make_interp_spline
 from jaxink.colour.cie import VISIBLE_NM, illuminant_spectrum, matching_functions
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
+from jaxink.measurement.spectrum_file import read_spectrum
 
 # A cubic spline takes four values.
 _CUBIC = 4
@@ -151,3 +153,15 @@ class Viewing:
 
 def _listed(wavelengths_nm: Float[np.ndarray, " wavelengths"]) -> str:
     return ", ".join(f"{wave:g} nm" for wave in wavelengths_nm) or "none"
+
+
+def read_illuminant(path: str | Path) -> Illuminant:
+    """The illuminant in a file with the columns ``wavelength_nm`` and ``power``."""
+    path = Path(path)
+    return Illuminant(path.stem, *read_spectrum(path, "power"))
+
+
+def read_card(path: str | Path) -> dict[float, float]:
+    """Reflectance by wavelength of a card, from the columns ``wavelength_nm`` and ``reflectance``."""
+    wave, value = read_spectrum(path, "reflectance")
+    return dict(zip(wave.tolist(), value.tolist(), strict=True))

@@ -9,19 +9,24 @@ from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.location import Location, locate
 from jaxink.diagnosis.findings.report_reading import read_report
-from jaxink.diagnosis.findings.saved import SavedDiagnosis, load_diagnosis
+from jaxink.diagnosis.findings.saved import SavedDiagnosis, Transfer, load_diagnosis, transfer
 from jaxink.diagnosis.findings.summary import Figures, Summary
-from jaxink.diagnosis.findings.transfer import Transfer, transfer
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.procedure import diagnose
 from jaxink.diagnosis.search.allowance import Omission, Task, TimeLimit
-from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Estimate
+from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.search.unfinished import Origin, Unfinished
-from jaxink.diagnosis.statistics.candidate import Candidate, ScreenedCandidate, ScreenResult, Testability
+from jaxink.diagnosis.statistics.candidate import (
+    Candidate,
+    ScreenedCandidate,
+    ScreenOptions,
+    ScreenResult,
+    Testability,
+)
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.predictive_density import (
@@ -33,7 +38,6 @@ from jaxink.diagnosis.statistics.predictive_density import (
 )
 from jaxink.diagnosis.statistics.projection import Projection
 from jaxink.diagnosis.statistics.screen import PreparedScreen, prepare_screen, screen
-from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.structure import (
     PreparedStructure,
     StructureResult,

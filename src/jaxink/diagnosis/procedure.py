@@ -7,15 +7,14 @@ from typing import overload
 
 import numpy as np
 
-from jaxink.diagnosis.findings.assembly import diagnosis_of
+from jaxink.diagnosis.findings.assembly import diagnosis_of, explains_all
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
-from jaxink.diagnosis.findings.input_mistake import explains_all
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis
 from jaxink.diagnosis.joint.search import diagnose_project
 from jaxink.diagnosis.search.allowance import Allowance, Task
 from jaxink.diagnosis.search.loop import search_effects
-from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
+from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.unfinished import Unfinished
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting import FitResult, check_input, fit

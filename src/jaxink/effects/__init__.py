@@ -25,10 +25,9 @@ from jaxink.effects.kinds import (
     SampleEffect,
     UnevenSurface,
 )
-from jaxink.effects.own_error import own_error
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.effects.telling import in_numbers
-from jaxink.effects.validity import invalidity
+from jaxink.effects.validity import invalidity, own_error
 
 __all__ = [
     "CATALOGUE",

@@ -14,7 +14,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.effects.declared import declared_effects, in_order, is_of_catalogue
-from jaxink.effects.emission import Emission, emission_of
+from jaxink.effects.fluorescence import Emission, emission_of
 from jaxink.effects.kinds import (
     AddedLight,
     AreaWithOtherSample,
@@ -35,8 +35,7 @@ from jaxink.model.forward import ForwardModel
 from jaxink.model.sample_model import SampleModel
 from jaxink.model.volume import LayerCoefficients
 from jaxink.sample import Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 
 Model = TypeVar("Model")
 

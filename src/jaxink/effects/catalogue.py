@@ -9,8 +9,7 @@ from jaxink.effects.geometry import GEOMETRY
 from jaxink.effects.instrument import INSTRUMENT
 from jaxink.effects.kinds import Effect
 from jaxink.effects.numerics import NUMERICS
-from jaxink.effects.relief import RELIEF
-from jaxink.effects.surfaces import SURFACES
+from jaxink.effects.surfaces import RELIEF, SURFACES
 from jaxink.effects.volume import VOLUME
 from jaxink.effects.waves import WAVES
 

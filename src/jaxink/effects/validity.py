@@ -1,4 +1,4 @@
-"""Whether the fitted values of an effect are within the range in which its theory is valid."""
+"""How far the models of effects can be trusted: the range of their values, and errors of their own."""
 
 from collections.abc import Iterable, Mapping
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxink.effects.kinds import Effect
 from jaxink.effects.surfaces import WaveSurface
-from jaxink.sample import Parameter
+from jaxink.sample import Parameter, Sample
 from jaxink.surfaces.spectrum import KCorrelation
 from jaxink.surfaces.wave_power import LARGEST_SLOPE
 
@@ -52,3 +52,29 @@ def _steep(effect: WaveSurface, values: Mapping[str, float], wavelengths_nm: Ite
     if slope <= LARGEST_SLOPE:
         return ""
     return f"its root mean square slope is {slope:.2g}, where the theory allows {LARGEST_SLOPE:g}"
+
+
+# Root mean squares. The share of light seen in a limited field is off by so much
+# (docs/validation/time-to-answer.md); of facets, an allowance below what photons followed one by one resolve
+# (docs/validation/monte-carlo.md).
+_OF_FACETS, _OF_LATERAL_LOSS = 1e-3, 2.5e-3
+
+
+def own_error(sample: Sample) -> float:
+    """Root mean square relative error allowed for a sample's model, beyond that of the discretisation.
+
+    A residual of this size is no sign of anything that is missing.
+
+    Parameters
+    ----------
+    sample
+        With all its effects.
+
+    Returns
+    -------
+    float
+        0 for plane layers between smooth faces, seen in whole.
+    """
+    has_facets = any(rough.density is not None for layer in sample.layers for rough in layer.roughness)
+    of_field = _OF_LATERAL_LOSS if sample.detector_diameter_mm is not None else 0.0
+    return max(_OF_FACETS if has_facets else 0.0, of_field)

@@ -10,8 +10,14 @@ from jaxink.export.flat_csv import write_csv
 from jaxink.export.guide import Guide, guide_to
 from jaxink.export.integra import write_integra
 from jaxink.export.lighttools import write_lighttools
-from jaxink.export.limitations import ExportOptions, LossRefusedError
-from jaxink.export.losses import LOSSES, Loss, expected_losses, losses_of
+from jaxink.export.limitations import (
+    LOSSES,
+    ExportOptions,
+    Loss,
+    LossRefusedError,
+    expected_losses,
+    losses_of,
+)
 from jaxink.export.mitsuba import write_mitsuba
 from jaxink.export.preparation import regular_in_bins, writable
 from jaxink.export.radiance import write_radiance

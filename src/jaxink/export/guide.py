@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxink.export.losses import Loss
+from jaxink.export.limitations import Loss
 from jaxink.ink.hemispherical_totals import power_sent_out
 from jaxink.ink.table import InkTable
 

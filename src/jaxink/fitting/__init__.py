@@ -1,6 +1,7 @@
 """Fitting a sample to a measurement, gradient-based or by other methods for comparison."""
 
 from jaxink.fitting.agreement import Agreement
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.exclusion import predict_left_out
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
 from jaxink.fitting.input_check import check_input
@@ -10,7 +11,6 @@ from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.levenberg_marquardt import BoundedLevenbergMarquardt
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
-from jaxink.fitting.methods import METHODS
 from jaxink.fitting.minimisation import fit
 from jaxink.fitting.mistake import Mistake
 from jaxink.fitting.objective import OBJECTIVES, Objective, make_objective

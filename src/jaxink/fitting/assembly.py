@@ -1,7 +1,7 @@
-"""Assembles the result of a fit from its searches."""
+"""Assembles the result of a fit from its searches, with independent checks of what the model assumes."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import equinox as eqx
 import jax
@@ -9,20 +9,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.display.brief import counted
+from jaxink.effects import AugmentedModel
+from jaxink.effects.waves import Polarisation
 from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
+from jaxink.fitting.comparison_methods import METHODS
+from jaxink.fitting.compiled import split, without_values
 from jaxink.fitting.endings import Ending, minima_of, noise_scale
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.joint_objective import FitObjective
-from jaxink.fitting.merit import merit, merit_by_scan
-from jaxink.fitting.methods import METHODS
-from jaxink.fitting.mie_check import mie_check
+from jaxink.fitting.merit import merit, merit_by_scan, rms
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
-from jaxink.fitting.polarisation import neglected_polarisation
-from jaxink.fitting.programs import without_values
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import (
     DerivedQuantity,
@@ -35,7 +35,14 @@ from jaxink.fitting.result import (
 )
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData, Readings
+from jaxink.model.forward import ForwardModel
+from jaxink.model.mie_sizes import mie_sizes
+from jaxink.model.polarised import why_not_polarised
+from jaxink.numerics.compiling import hastily
 from jaxink.numerics.failures import Failures
+from jaxink.numerics.fingerprint import fingerprint
+from jaxink.numerics.weak_cache import WeakCache
+from jaxink.particles.independent_series import difference_from_miepython
 from jaxink.sample import Parameter, Sample
 from jaxink.solver.layer_response import layer_method
 
@@ -378,3 +385,84 @@ def _unmoved(found: Found) -> str:
         f"The start values are the best found: {others} search{'es' * (others != 1)} from elsewhere ended "
         "no lower."
     )
+
+
+# More spheres are left out at equal intervals: those of neighbouring wavelengths are alike.
+_MOST = 64
+
+
+def mie_check(
+    sample: Sample, values: Mapping[str, float], wavelengths_nm: tuple[float, ...]
+) -> MieCheck | None:
+    """How far the Mie series at the solution is from miepython's; None without Mie particles.
+
+    Compared are the spheres of each population at each wavelength: that of the radius, of distributed ones
+    also those a standard deviation to either side of it, and of tabulated radii all.
+
+    Parameters
+    ----------
+    sample
+        With the layers.
+    values
+        Value of every parameter, by name.
+    wavelengths_nm
+        In vacuum.
+    """
+    spheres: list[tuple[float, complex]] = []
+    for wavelength in wavelengths_nm:
+        here = sample.at_wavelength(values, wavelength)
+        for layer in sample.layers:
+            if layer.phase_function != "mie":
+                continue
+            binder = float(here[f"{layer.name}.refractive_index"])
+            for kind, table in layer.particles.items():
+                index = here[f"{kind}.particle_index"] + 1j * here[f"{kind}.particle_absorption_index"]
+                for radius in _radii_nm(kind, table, here):
+                    spheres.append((2 * np.pi * radius * binder / wavelength, complex(index / binder)))
+    if not spheres:
+        return None
+    largest = mie_sizes(sample, wavelengths_nm).max_size_parameter
+    # The model has none that is larger.
+    sizes = np.minimum([x for x, _ in spheres], largest)
+    indices = np.array([m for _, m in spheres])
+    some = slice(None, None, -(-len(spheres) // _MOST))
+    found = difference_from_miepython(sizes[some], indices[some], largest)
+    return MieCheck(len(found), float(np.max(found)))
+
+
+def _radii_nm(kind: str, table, values: Mapping[str, float]) -> list[float]:
+    if table is not None:
+        return list(table[0])
+    radius = float(values[f"{kind}.radius_nm"])
+    variance = values.get(f"{kind}.radius_variance_ln")
+    if variance is None:
+        return [radius]
+    deviation = float(np.sqrt(variance))
+    return [radius * float(np.exp(step * deviation)) for step in (-1, 0, 1)]
+
+
+def neglected_polarisation(
+    sample: Sample, objective: Objective, best: Search
+) -> NeglectedPolarisation | None:
+    """What polarisation would change at the solution; None if it is unknown or part of the model."""
+    model = objective.model
+    if not isinstance(model, ForwardModel | AugmentedModel):
+        return None
+    if why_not_polarised(sample) or Polarisation.name in (effect.name for effect in sample.effects):
+        return None
+    arrays, *static = split(objective)
+    excess = _program(*static)(arrays, jnp.asarray(best.unit))
+    relative = np.asarray(excess) / best.predicted
+    return NeglectedPolarisation(rms(relative), float(np.max(np.abs(relative))))
+
+
+@WeakCache
+def _program(treedef, leaves):
+    static = jax.tree.unflatten(treedef, leaves)
+
+    def excess(arrays, unit):
+        objective = eqx.combine(arrays, static)
+        return objective.model.polarised_excess(objective.given(objective.scale.to_physical(unit)))
+
+    key = fingerprint(static)
+    return hastily(excess, key=key and fingerprint(key, "polarised excess"))

@@ -1,6 +1,9 @@
-"""Parameters after a fit: values, standard errors and their covariance."""
+"""Parameters after a fit: values, standard errors, covariance; as a table, as a file, in a notebook."""
 
+import csv
 import dataclasses
+import io
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -8,9 +11,17 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.display.card import CardTable
+from jaxink.display.card import Card, CardTable
 from jaxink.display.named_rows import NamedRows
-from jaxink.numerics.digits import interval, plain, relative_error, with_uncertainty
+from jaxink.files.result_folder import PARAMETER_COLUMNS
+from jaxink.files.spreadsheet import cell
+from jaxink.fitting.deviation import Deviation
+from jaxink.fitting.merit import Merit
+from jaxink.fitting.minima import Minima
+from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.verdict import FitVerdict
+from jaxink.measurement import GonioData
+from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     import pandas
@@ -134,3 +145,88 @@ class FittedCovariance:
     def _repr_html_(self) -> str:
         rows = [[n, *(f"{v:.4g}" for v in row)] for n, row in zip(self.names, self.matrix, strict=True)]
         return CardTable(["", *self.names], rows).html()
+
+
+def parameter_text(parameters: FittedParameters) -> str:
+    """Text of the file: all digits of the numbers, blank where there is none."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(PARAMETER_COLUMNS)
+    table.writerows([cell(value) for value in _row(p)] for p in parameters.values())
+    return text.getvalue()
+
+
+def _row(p: FittedParameter) -> list[object]:
+    name, _, wavelength_nm = p.name.partition("@")
+    state = "free" if p.free else "fixed" if p.tie is None else "tied"
+    numbers = [_number(value) for value in (p.value, p.standard_error, p.minimum, p.maximum)]
+    return [name, wavelength_nm, *numbers[:2], p.unit, *numbers[2:], state, "; ".join(_notes(p))]
+
+
+def _number(value: float | None) -> str:
+    return repr(float(value)) if value is not None and math.isfinite(value) else ""
+
+
+def _notes(p: FittedParameter) -> list[str]:
+    notes = [p.flag] if p.flag else []
+    if p.tie is not None:
+        notes.append(f"tied: {p.tie}")
+    if p.interval is not None:
+        notes.append(f"{p.interval[0]!r} to {p.interval[1]!r} by profile likelihood")
+    return notes
+
+
+def fit_card(
+    data: GonioData,
+    outcome: Outcome,
+    what: str,
+    parameters: FittedParameters,
+    merit: Merit,
+    deviation: Deviation | None,
+    verdict: FitVerdict,
+    minima: Minima | None,
+    remarks: Sequence[str],
+) -> Card:
+    """Card of a fit.
+
+    Parameters
+    ----------
+    data, outcome, parameters, merit, deviation, verdict, minima
+        As in the result.
+    what
+        Method and objective.
+    remarks
+        Sentences at the end.
+    """
+    title = f"Fit of {data.source or 'a measurement'}: {misfit_words(merit, deviation)}"
+    used = f"{merit.points} of {len(data)} points used, {sum(scan.used > 0 for scan in data.scans)} scans"
+    ended = f"{what[0].upper()}{what[1:].replace('_', '-')} {outcome.value}."
+    table = parameters.table()
+    if not verdict.standard_errors_hold:
+        heads = [head.replace("s.e.", "meaningless s.e.") for head in table.heads]
+        table = dataclasses.replace(table, heads=heads)
+    tables, said = [table, merit_table(merit, deviation)], tuple(remarks)
+    if minima is not None and minima.is_told:
+        tables, said = [*tables, minima.table()], (minima.sentence, *said)
+    return Card(title, (verdict.sentence, ended, f"{used}."), tables, said)
+
+
+def misfit_words(merit: Merit, deviation: Deviation | None) -> str:
+    """The figure of merit by which a fit is judged."""
+    if merit.reduced_chi_square is None:
+        return f"rms of measured / model - 1 {percent(deviation and deviation.rms, missing='undefined')}"
+    return f"reduced chi-square {merit.reduced_chi_square:.4g}"
+
+
+def merit_table(merit: Merit, deviation: Deviation | None) -> CardTable:
+    """Figures of merit."""
+    rows = [
+        ["chi-square", rounded(merit.chi_square, 5)],
+        ["degrees of freedom", "" if merit.degrees_of_freedom is None else str(merit.degrees_of_freedom)],
+        ["reduced chi-square", rounded(merit.reduced_chi_square, 4)],
+        ["p", rounded(merit.probability)],
+        ["absolute RMSD of pi f", rounded(merit.rmsd_absolute_pi, 4)],
+        ["relative RMSD", percent(merit.rmsd_relative)],
+        ["rms of measured / model - 1", percent(deviation and deviation.rms)],
+    ]
+    return CardTable(["figure of merit", "value"], [row for row in rows if row[1]])

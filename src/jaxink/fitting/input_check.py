@@ -22,10 +22,9 @@ from jaxink.fitting.hypotheses import (
     source_is_scanned,
 )
 from jaxink.fitting.inputs import limits_of
-from jaxink.fitting.mistake import Mistake
+from jaxink.fitting.mistake import Mistake, RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.objective import Objective, make_objective, weights_of
 from jaxink.fitting.outcome import Outcome, Search
-from jaxink.fitting.refitted_hypothesis import RefittedHypothesis, is_ordered, log_determinant
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.scanning import scan
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise

@@ -7,8 +7,8 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.measurement import GonioData, MaskLimits, read
-from jaxink.measurement.frame import is_frame, kind_of
-from jaxink.numerics.forking import refuse_in_fork
+from jaxink.measurement.table import is_frame, kind_of
+from jaxink.numerics.precision import refuse_in_fork
 from jaxink.sample import Sample, load_sample
 
 

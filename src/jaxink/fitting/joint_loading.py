@@ -19,10 +19,10 @@ from jaxink.files.result_folder import (
     RESULT_FILE,
 )
 from jaxink.fitting.agreement import Agreement
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.joint_result import SCHEMA_VERSION, JointResult, digest_of
 from jaxink.fitting.loading import load_result
-from jaxink.fitting.methods import METHODS
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome

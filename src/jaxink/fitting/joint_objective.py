@@ -16,8 +16,7 @@ from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, Readings
 from jaxink.projects import Measurement, Project
 from jaxink.sample import ParameterTable, Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 
 Resolutions = tuple[SolverConfig, ...]
 

@@ -15,10 +15,14 @@ from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import JOINT_FILE, MEASUREMENTS, PARAMETER_FILE
 from jaxink.fitting.agreement import Agreement, PartMisfit
-from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
+from jaxink.fitting.fitted_parameters import (
+    FittedCovariance,
+    FittedParameter,
+    FittedParameters,
+    parameter_text,
+)
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.parameter_file import parameter_text
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult, ProfileCurve, SearchSummary
 from jaxink.fitting.verdict import FitVerdict, judge_fit

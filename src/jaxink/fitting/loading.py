@@ -22,8 +22,8 @@ from jaxink.files.result_folder import (
     REPORT_FILE,
     result_file,
 )
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
-from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import COLUMNS, SCHEMA_VERSION, FitResult, json_fields

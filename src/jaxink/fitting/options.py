@@ -3,12 +3,11 @@
 import dataclasses
 
 from jaxink.errors import InputRefusedError, require_integer, require_kind, require_number, require_one_of
+from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.limits import Limits
 from jaxink.fitting.method import Method
-from jaxink.fitting.methods import METHODS
 from jaxink.fitting.objective import OBJECTIVES
-from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig, require_accuracy
 from jaxink.solver.layer_response import LAYER_METHODS
 
 

@@ -13,8 +13,7 @@ from jaxink.measurement import GonioData, read
 from jaxink.model.checks import wavelengths_without_values
 from jaxink.model.forward import evaluate
 from jaxink.sample import Sample, load_sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 
 
 def predict(

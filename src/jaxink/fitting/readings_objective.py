@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.fitting.emphasis import INTENSITIES
+from jaxink.fitting.merit import INTENSITIES
 from jaxink.fitting.objective import (
     OBJECTIVES,
     Objective,
@@ -17,8 +17,7 @@ from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, Noise, Readings
 from jaxink.model.readings import ReadingsModel
 from jaxink.sample import Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 
 
 def readings_objective(

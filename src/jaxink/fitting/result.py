@@ -21,15 +21,19 @@ from jaxink.files.result_folder import FIT_HEAD, PARAMETER_FILE, RESULT_FILE, SA
 from jaxink.files.version import installed_version
 from jaxink.fitting.colours import colours_of_fit, known_of_fit
 from jaxink.fitting.deviation import Deviation, deviation, deviation_of_scan
-from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameter, FittedParameters
+from jaxink.fitting.fitted_parameters import (
+    FittedCovariance,
+    FittedParameter,
+    FittedParameters,
+    fit_card,
+    parameter_text,
+)
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
 from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.parameter_file import parameter_text
-from jaxink.fitting.summary import fit_card
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData, NoiseLevel
 from jaxink.model.forward import ForwardModel, evaluate

@@ -15,8 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from jaxink.fitting.bounded import Box, Reduced, bounded_step, column_norms
-from jaxink.fitting.curvature import Curvature, Factors
+from jaxink.fitting.bounded import Box, Curvature, Factors, Reduced, bounded_step, column_norms
 
 # Damping of the first step: from any start, and from one that a linear model has found.
 FIRST_DAMPING, NEAR_DAMPING = 1e-3, 1e-6

@@ -10,10 +10,14 @@ import numpy as np
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.version import installed_version
 from jaxink.ink.boundary_file import RoughBoundary
-from jaxink.ink.hemispherical_totals import azimuth_weights, power_sent_out, projected_weights
+from jaxink.ink.hemispherical_totals import (
+    azimuth_weights,
+    exit_angles_deg,
+    power_sent_out,
+    projected_weights,
+)
 from jaxink.ink.lobes import COMPONENTS, FacetLobes
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
-from jaxink.ink.power_limit import within_incident_power
 from jaxink.ink.several_facets import several_facets
 from jaxink.ink.stack_lobes import one_facet_lobes
 from jaxink.ink.table import InkTable
@@ -307,3 +311,34 @@ def _wave_side(surface, axes):
     ]
     regular = jnp.stack([regular_power(surface, cosine, to) for to in (False, True)])
     return (*parts, jax.device_get(regular))
+
+
+def within_incident_power(table: InkTable) -> InkTable:
+    """Scale down a table for incidences at which it sends out more power than arrives, keeping reciprocity.
+
+    Every direction of either side has one factor, which multiplies the BSDF of light that arrives from it and
+    that leaves along it. The attribute ``least_power_factor`` of the result is the square of the smallest.
+    """
+    factor = np.ones((2, len(table.wavelength_nm), len(table.theta_deg)))
+    limited = table
+    # Each step at least halves the logarithm of the excess.
+    for _ in range(40):
+        excess = np.maximum(power_sent_out(limited), 1.0)
+        if excess.max() < 1 + 1e-9:
+            break
+        factor /= np.sqrt(excess)
+        limited = _scaled(table, factor)
+    attrs = {**table.attrs, "least_power_factor": float(factor.min() ** 2)}
+    return dataclasses.replace(limited, attrs=attrs)
+
+
+def _scaled(table: InkTable, factor: np.ndarray) -> InkTable:
+    """Table multiplied by the factors of the incident and of the exit direction."""
+    bsdf, regular = table.bsdf_per_sr.copy(), table.regular.copy()
+    for c, name in enumerate(COMPONENTS):
+        come, leave = (factor["IA".index(side)] for side in name[2:])
+        bsdf[c] *= come[:, :, None, None] * leave[:, None, :, None]
+        for w in range(len(table.wavelength_nm)):
+            exits = np.nan_to_num(exit_angles_deg(table, name, w, table.theta_deg), nan=90.0)
+            regular[c, w] *= come[w] * np.interp(exits, table.theta_deg, leave[w])
+    return dataclasses.replace(table, bsdf_per_sr=bsdf, regular=regular)

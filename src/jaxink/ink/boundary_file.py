@@ -13,12 +13,10 @@ from jaxink.sample.document import document_of, text_of
 from jaxink.sample.entries import bounded, choice, missing, only, table_of
 from jaxink.sample.heights import read_map
 from jaxink.sample.measurement_schema import WAVELENGTH_NM
-from jaxink.sample.quantity import Quantity
-from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS
+from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS, Quantity
 from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
 from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, slope_density
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum
-from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum
+from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
 
 METHODS = ("facets", "waves")
 INDEX = SURROUNDINGS["index_front"]

@@ -15,7 +15,6 @@ from jaxink.errors import InputRefusedError, require_kind, require_number
 from jaxink.files.version import installed_version
 from jaxink.fitting import FitResult, load_result
 from jaxink.ink.areas import Area, Areas, areas_of
-from jaxink.ink.blending import blended, without_ink
 from jaxink.ink.ink_layers import InkLayers, find_ink
 from jaxink.ink.polar_grid import critical_angles_deg, polar_grid, require_few_entries
 from jaxink.ink.stack_lobes import facet_lobes
@@ -29,10 +28,10 @@ from jaxink.numerics.precision import computing
 from jaxink.numerics.threads import in_threads
 from jaxink.numerics.weak_cache import WeakCache
 from jaxink.optics.directions import Directions
+from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
 from jaxink.sample import Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.stack import Stack
 
@@ -398,3 +397,48 @@ def _programs(treedef, leaves) -> Tiered:
         return jax.tree.map(lambda v, d: jnp.concatenate([v[None], d]), value, slopes)
 
     return Tiered(light, _MANY, fingerprint("ink", static), level=NONE)
+
+
+def without_ink(index_inside: float, index_outside: float, theta_deg, n_phi: int, names: tuple[str, ...]):
+    """Components where there is no ink: the smooth face between the two media, which scatters nothing.
+
+    Parameters
+    ----------
+    index_inside, index_outside
+        Refractive indices of the two media.
+    theta_deg, n_phi
+        Polar angles and number of azimuths of the table.
+    names
+        Parameters by which the components have derivatives, all of them 0.
+    """
+    cosine, n_theta = jnp.cos(jnp.deg2rad(theta_deg)), len(theta_deg)
+    nothing = np.zeros((1 + len(names), n_theta, n_theta, n_phi))
+    sides = []
+    for n1, n2 in ((index_inside, index_outside), (index_outside, index_inside)):
+        reflected = np.asarray(fresnel_reflectance(n1, n2, cosine, refracted_cosine(n1, n2, cosine)))
+        sides.append([np.pad(r[None], ((0, len(names)), (0, 0))) for r in (reflected, 1 - reflected)])
+    (r_ii, t_ia), (r_aa, t_ai) = sides
+    return tuple((nothing, regular) for regular in (r_ii, t_ia, t_ai, r_aa))
+
+
+def blended(areas, weights):
+    """Components of all areas together; the first entries are values, the others derivatives.
+
+    Parameters
+    ----------
+    areas
+        For each area the components, each with BSDF and regular power.
+    weights
+        Of the areas, shape ``(1 + parameters, areas)``.
+    """
+
+    def one(parts):
+        mean = sum(w * part for w, part in zip(weights[0], parts, strict=True))
+        for k, slope in enumerate(weights[1:], start=1):
+            mean[k] += sum(w * part[0] for w, part in zip(slope, parts, strict=True))
+        return mean
+
+    if len(areas) == 1:
+        return areas[0]
+    by_component = zip(*areas, strict=True)
+    return [tuple(one(parts) for parts in zip(*component, strict=True)) for component in by_component]

@@ -1,6 +1,5 @@
 """Goniometer measurements: reading, checking, masking and noise; numpy only."""
 
-from jaxink.measurement.csv_file import write_csv
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.masks import MASK_FLAGS, MaskFlag, MaskLimits, mask_counts, mask_sentences
 from jaxink.measurement.noise import estimate_noise, symmetry_repeatability
@@ -10,6 +9,7 @@ from jaxink.measurement.reader import read, read_csv, read_netcdf, read_workbook
 from jaxink.measurement.readings import Readings, Spheres
 from jaxink.measurement.readings_file import read_readings
 from jaxink.measurement.scans import Scan
+from jaxink.measurement.text_file import write_csv
 
 __all__ = [
     "FitNoise",

@@ -10,21 +10,30 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt32
+from numpy import ndarray
 
-from jaxink.display.card import Card, Presented
+from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError
 from jaxink.files.netcdf import write_dataset
 from jaxink.measurement import checks, netcdf
 from jaxink.measurement.checks import LARGEST_PER_SR, WAVELENGTH_RANGE_NM
 from jaxink.measurement.columns import ANGLES
-from jaxink.measurement.masks import USER, MaskLimits, mask_bits, mask_counts, mask_names, value_bits
+from jaxink.measurement.masks import (
+    USER,
+    MaskLimits,
+    mask_bits,
+    mask_counts,
+    mask_names,
+    mask_sentences,
+    value_bits,
+)
 from jaxink.measurement.scans import SAME, Scan, scan_numbers
-from jaxink.measurement.summary import data_card
 from jaxink.measurement.table import TextTable
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+
 
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 # Of a measurement that was joined from several files: the file of each row.
@@ -427,3 +436,40 @@ def _same(mine, theirs) -> bool:
     if isinstance(mine, Mapping) and isinstance(theirs, Mapping):
         return list(mine) == list(theirs) and all(_same(mine[key], theirs[key]) for key in mine)
     return type(mine) is type(theirs) and mine == theirs
+
+
+_MOST_INCIDENCES = 12
+
+
+def data_card(
+    source: str,
+    scans: Sequence[Scan],
+    mask: UInt32[ndarray, " points"],
+    has_sigma: bool,
+    notes: Sequence[str],
+) -> Card:
+    """Card of a measurement; the parameters are fields of `GonioData`, or derived from them."""
+    wavelengths = sorted({scan.wavelength_nm for scan in scans})
+    spectrum = f"{wavelengths[0]:g} nm"
+    if len(wavelengths) > 1:
+        spectrum = f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+    noise = "with standard deviations" if has_sigma else "without standard deviations"
+    title = (
+        f"Measurement {source or 'in memory'}: {len(mask)} points in {len(scans)} scans, {spectrum}, {noise}"
+    )
+    rows = []
+    for side in sorted({scan.side for scan in scans}):
+        for wavelength_nm in wavelengths:
+            here = [s for s in scans if (s.side, s.wavelength_nm) == (side, wavelength_nm)]
+            if here:
+                points, used = sum(scan.points for scan in here), sum(scan.used for scan in here)
+                rows.append([side, f"{wavelength_nm:g}", _incidences(here), str(points), str(used)])
+    table = CardTable(["side", "nm", "incidence in degrees", "points", "used"], rows, (0, 2))
+    return Card(title, mask_sentences(mask), (table,), notes)
+
+
+def _incidences(scans: Sequence[Scan]) -> str:
+    angles = [f"{scan.theta_i_deg:g}" for scan in scans]
+    if len(angles) > _MOST_INCIDENCES:
+        return f"{len(angles)} from {angles[0]} to {angles[-1]}"
+    return ", ".join(angles)

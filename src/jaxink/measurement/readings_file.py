@@ -11,11 +11,10 @@ from jaxtyping import Float
 from jaxink.errors import no_such_name
 from jaxink.files.reading import open_bounded, read_bounded
 from jaxink.measurement.adding_doubling import MAGIC, read_adding_doubling
-from jaxink.measurement.cells import with_decimal_points
 from jaxink.measurement.checks import numbers
 from jaxink.measurement.integra_regular import is_regular_file, read_regular
-from jaxink.measurement.quantities import QUANTITIES
-from jaxink.measurement.readings import IDEAL_SPHERE, Readings, Spheres
+from jaxink.measurement.readings import IDEAL_SPHERE, QUANTITIES, Readings, Spheres
+from jaxink.measurement.rows import with_decimal_points
 from jaxink.measurement.spectrophotometer import is_spectrophotometer_file, read_spectrophotometer
 from jaxink.measurement.table import TextTable, refusal
 from jaxink.measurement.text_file import lines_of, read_table

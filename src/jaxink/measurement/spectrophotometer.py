@@ -11,8 +11,7 @@ from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.files.reading import read_bounded
-from jaxink.measurement.quantities import QUANTITIES
-from jaxink.measurement.readings import IDEAL_SPHERE, Readings
+from jaxink.measurement.readings import IDEAL_SPHERE, QUANTITIES, Readings
 from jaxink.measurement.table import refusal
 from jaxink.measurement.text_file import lines_of
 
@@ -57,7 +56,7 @@ def read_spectrophotometer(
     path, head
         The file, and its first characters.
     quantity
-        What was read, one of `jaxink.measurement.quantities.QUANTITIES`, if the file does not state it.
+        What was read, one of `jaxink.measurement.readings.QUANTITIES`, if the file does not state it.
     sample
         Identifier or name of the sample, if the file has several.
 

@@ -1,4 +1,4 @@
-"""The cells of a delimited text file."""
+"""Delimited text files: their cells, a measurement as tidy CSV, and what to do with what is no table."""
 
 import codecs
 import csv
@@ -9,11 +9,85 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.files.reading import read_bounded
+from jaxink.files.spreadsheet import cell, comment
+from jaxink.files.writing import written_whole
 from jaxink.measurement import matrix
 from jaxink.measurement.blocks import starts_a_matrix
-from jaxink.measurement.header import MOST_TITLE_LINES, header_position, require_names, title_note
-from jaxink.measurement.remedies import FROM_ITS_SOURCE, FROM_PYTHON, is_json, remedy_for
-from jaxink.measurement.table import AS_CSV, TextTable, refusal
+from jaxink.measurement.dataset import GonioData
+from jaxink.measurement.table import (
+    AS_CSV,
+    MOST_TITLE_LINES,
+    TextTable,
+    header_position,
+    refusal,
+    require_names,
+    title_note,
+)
+
+_NAMES = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
+
+
+def write_csv(data: GonioData, path: str | Path, comments: Sequence[str] = ()) -> None:
+    """Write the columns of docs/manual/measurement-file.md, one row for each point.
+
+    Parameters
+    ----------
+    data
+        The measurement; masks are not written.
+    path
+        The file.
+    comments
+        Lines above the header, without their ``#``.
+
+    Raises
+    ------
+    InputRefusedError
+        If the file cannot be written; an existing one is then unchanged.
+    """
+    path = Path(path)
+    names = _NAMES if data.sigma_per_sr is None else (*_NAMES, "sigma_per_sr")
+    columns = [getattr(data, name).tolist() for name in names]
+    # Blank cells remain blank.
+    columns += [["" if v != v else cell(v) for v in values.tolist()] for values in data.extra.values()]
+    with written_whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        for line in comments:
+            file.write(comment(f"# {' '.join(line.split())}") + "\n")
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*names, *map(cell, data.extra)])
+        writer.writerows(zip(*columns, strict=True))
+
+
+FROM_PYTHON = (
+    "load it in Python and hand its table to jaxink.read(DataFrame), or save that with DataFrame.to_csv"
+)
+FROM_ITS_SOURCE = "ask the program that wrote it for a table as CSV text"
+# So much of a file tells text from other content.
+_HEAD = 4096
+
+
+def remedy_for(head: bytes) -> str:
+    """What to do with a file that begins so: only what a spreadsheet opens can be saved as CSV there."""
+    if is_json(head):
+        return FROM_PYTHON
+    if is_binary(head):
+        return FROM_ITS_SOURCE
+    return AS_CSV
+
+
+def is_json(head: bytes) -> bool:
+    """Whether the text begins as JSON."""
+    start = head[:_HEAD].lstrip(b"\xef\xbb\xbf \t\r\n")
+    return start[:1] == b"{" or (start[:1] == b"[" and start[1:].lstrip()[:1] in (b"{", b"[", b'"'))
+
+
+def is_binary(head: bytes) -> bool:
+    """Whether these are no characters of a text in UTF-8, UTF-16 or Latin-1."""
+    part = head[:_HEAD]
+    if part.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return False
+    controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a\x1b" for byte in part)
+    return controls > 0 and controls * 100 >= len(part)
+
 
 # A few million rows.
 _MOST_BYTES = 300_000_000

@@ -4,9 +4,16 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from jaxink.measurement.names import meaning, plain_name, side_in_words, unit_problem
+from jaxink.measurement.names import (
+    CONVERSIONS,
+    UNITS,
+    meaning,
+    plain_name,
+    plain_unit,
+    side_in_words,
+    unit_problem,
+)
 from jaxink.measurement.table import is_number, refusal
-from jaxink.measurement.units import CONVERSIONS, UNITS, plain_unit
 
 # Quantities that a title can state, or the edge of a matrix have.
 COORDINATES = ("theta_i_deg", "theta_o_deg", "phi_deg", "phi_i_deg", "phi_o_deg", "wavelength_nm")

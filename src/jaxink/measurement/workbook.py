@@ -11,10 +11,18 @@ import numpy as np
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import open_bounded
 from jaxink.measurement import excel, matrix, opendocument
-from jaxink.measurement.header import header_position, require_names, title_note
 from jaxink.measurement.names import side_in_words
 from jaxink.measurement.sheets import Wanted, chosen, possible_names
-from jaxink.measurement.table import AS_CSV, MOST_COLUMNS, TextTable, is_number, refusal
+from jaxink.measurement.table import (
+    AS_CSV,
+    MOST_COLUMNS,
+    TextTable,
+    header_position,
+    is_number,
+    refusal,
+    require_names,
+    title_note,
+)
 
 EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES = (".xlsx", ".xlsm"), (".ods",)
 # A row of a measurement has as many numbers.

@@ -9,12 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.model.build import stack_builder
-from jaxink.model.checks import require_predictable
+from jaxink.model.build import media_of, stack_builder
+from jaxink.model.checks import Points, points_of, require_predictable
 from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
-from jaxink.model.media import media_of
-from jaxink.model.points import Points, points_of
 from jaxink.model.polarised import excess_at
 from jaxink.model.resolution import model_sizes
 from jaxink.model.sample_model import SampleModel
@@ -22,9 +20,8 @@ from jaxink.model.tables import rough_tables
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.sample import Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
 from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 from jaxink.solver.lateral import N_FREQUENCIES
 from jaxink.solver.plan import plan_media
 from jaxink.solver.stack import Stack

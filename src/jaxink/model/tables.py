@@ -9,17 +9,26 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Int
 
-from jaxink.model.build import StackBuilder
-from jaxink.model.media import index_names
+from jaxink.model.build import StackBuilder, index_names
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.own_derivatives import by_own_inputs
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, Roughness
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
-from jaxink.surfaces.index_table import IndexTable, Piece, pieces_of
 from jaxink.surfaces.interface import RoughInterface, RoughSizes
-from jaxink.surfaces.table import FINE, QUICK, AngleTable, Density, MixtureTable, mixture_table, rough_table
+from jaxink.surfaces.table import (
+    FINE,
+    QUICK,
+    AngleTable,
+    Density,
+    IndexTable,
+    MixtureTable,
+    Piece,
+    mixture_table,
+    pieces_of,
+    rough_table,
+)
 
 Table = AngleTable | IndexTable
 

@@ -1,6 +1,7 @@
 """Conditions of a computation: 64-bit floats, a jaxlib that cannot deadlock, and one BLAS thread."""
 
 import logging
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,9 +9,8 @@ from pathlib import Path
 import jax
 import jaxlib
 
-from jaxink.errors import PlatformError, PrecisionError, UnsafeVersionError
-from jaxink.numerics.forking import claim_process
-from jaxink.numerics.loaded_programs import LOADED
+from jaxink.errors import ForkedProcessError, PlatformError, PrecisionError, UnsafeVersionError
+from jaxink.numerics.compiling import LOADED
 from jaxink.numerics.program_store import kept_by_jax
 
 _LOG = logging.getLogger("jaxink")
@@ -146,3 +146,24 @@ def computing() -> Iterator[None]:
         threadpool_limits(limits=1, user_api="blas"),
     ):
         yield
+
+
+# The process in which jaxink first computed; forked processes inherit the value.
+_home: int | None = None
+
+
+def refuse_in_fork() -> None:
+    """Raise `ForkedProcessError` in a fork of a process that has computed: JAX hangs without its threads."""
+    if _home not in (None, os.getpid()):
+        raise ForkedProcessError(
+            f"this process was forked from process {_home}, which had computed with JAX, so JAX would hang; "
+            'start processes by "spawn" or "forkserver", such as multiprocessing.get_context("spawn") or '
+            'concurrent.futures.ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")).'
+        )
+
+
+def claim_process() -> None:
+    """Register this process as computing; raises as `refuse_in_fork`."""
+    global _home
+    refuse_in_fork()
+    _home = os.getpid()

@@ -13,7 +13,7 @@ from jaxink.fitting.objective import Objective, whiten_scans
 from jaxink.measurement import FitNoise, Readings
 from jaxink.planning.known import Known
 from jaxink.planning.menu import Candidate
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import DEFAULT_ACCURACY
 
 _ACCURACY = 10 * DEFAULT_ACCURACY
 

@@ -1,4 +1,4 @@
-"""What to measure next, ranked by what it would determine."""
+"""What to measure next, ranked by what it would determine; its forecast checked by simulated fits."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -12,17 +12,126 @@ from jaxink.errors import InputRefusedError, require_integer
 from jaxink.files.encoding import plain
 from jaxink.fitting import FitResult, JointResult
 from jaxink.fitting.gradient import Descent
-from jaxink.fitting.joint_objective import CompiledJointObjective
+from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
 from jaxink.fitting.method import search
 from jaxink.fitting.minima import COMPARABLE_RISE
+from jaxink.fitting.objective import Objective
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.uncertainty import covariance
 from jaxink.numerics.digits import percent, rounded
 from jaxink.numerics.failures import Failure, Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, StepOf, log_progress
-from jaxink.planning.checking import SimulatedCheck, simulated, simulated_check
 from jaxink.planning.forecast import NoiseOfKind, Planned
 from jaxink.planning.known import Known
 from jaxink.planning.menu import Candidate, menu
+
+
+@dataclasses.dataclass(frozen=True)
+class SimulatedCheck:
+    """Fits to simulated data of the present measurements and one more.
+
+    Parameters
+    ----------
+    name
+        The further measurement.
+    standard_errors
+        Of each free parameter, from the fit of the data simulated at the present minimum.
+    separation
+        Least chi-square by which a minimum that the data do not follow is above the one that they follow,
+        over data simulated at each of the minima; None without rivals.
+    """
+
+    __repr__ = brief_repr
+
+    name: str
+    standard_errors: dict[str, float]
+    separation: float | None
+
+
+def simulated_check(
+    known: Known,
+    planned: Planned,
+    rivals: Sequence[Float[np.ndarray, " parameters"]],
+    seed: int,
+) -> SimulatedCheck:
+    """Simulate the present measurements with one more at every minimum, and fit from every minimum.
+
+    Parameters
+    ----------
+    known
+        The present measurements.
+    planned
+        The further one.
+    rivals
+        Other minima, scaled to [0, 1].
+    seed
+        Of the noise.
+    """
+    rng, hypotheses = np.random.default_rng(seed), [known.unit, *rivals]
+    apart, errors = list[float](), dict[str, float]()
+    for number, truth in enumerate(hypotheses):
+        programs = CompiledJointObjective(simulated(known, planned, truth, rng))
+        ends = [search(Descent(), programs, start) for start in hypotheses]
+        if number == 0:
+            errors = _fitted_errors(known, ends[0])
+        others = [end.loss for i, end in enumerate(ends) if i != number]
+        if others:
+            apart.append(min(others) - ends[number].loss)
+    return SimulatedCheck(planned.candidate.name, errors, min(apart) if apart else None)
+
+
+def simulated(
+    known: Known,
+    planned: Planned,
+    truth: Float[np.ndarray, " parameters"],
+    rng: np.random.Generator | None = None,
+) -> JointObjective:
+    """The objective of data that follow a hypothesis.
+
+    Parameters
+    ----------
+    known, planned
+        The present measurements, and the further one.
+    truth
+        The hypothesis, scaled to [0, 1].
+    rng
+        Of the noise; None for none.
+    """
+    present, part = known.objective, planned.at_noise_of(truth)
+    parts = []
+    for one, at in zip((*present.parts, part), (*present.positions, planned.positions), strict=True):
+        exact = _predicted(one, truth[at], known, planned)
+        measured = exact
+        if rng is not None:
+            factor = one.scan_relative * rng.standard_normal(one.n_scans)
+            measured = exact * (1 + factor[one.scan]) + one.sigma * rng.standard_normal(len(exact))
+        parts.append(dataclasses.replace(one, measured=measured))
+    return dataclasses.replace(
+        present,
+        parts=tuple(parts),
+        positions=(*present.positions, planned.positions),
+        shares=(*present.shares, 1.0),
+    )
+
+
+def _predicted(
+    part: Objective, unit: Float[np.ndarray, " own"], known: Known, planned: Planned
+) -> Float[np.ndarray, " points"]:
+    for one, program in zip(known.objective.parts, known.programs.parts, strict=True):
+        if part is one:
+            return program.linearised(unit).predicted
+    return planned.programs.linearised(unit).predicted
+
+
+def _fitted_errors(known: Known, end: Search) -> dict[str, float]:
+    """Standard errors in the units of the parameters."""
+    if end.triangle is None or end.gradient is None:
+        return {}
+    deviation = covariance(end.triangle, end.unit, end.gradient).deviation
+    slopes = np.abs(np.asarray(known.objective.scale.slope(end.unit)))
+    return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
+
 
 READINGS = 100
 # Of a range: a parameter that is known no better is not determined.

@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: residuals and in-plane scans of both models, candidates, and the ink's BSDF."""
+"""Figures of a diagnosis: residuals and scans of both models, candidates, and the ink's BSDF."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
@@ -6,14 +6,16 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 
 from jaxink.numerics.digits import rounded
-from jaxink.plots.candidates import MOST_BARS, candidates_size, draw_candidates
-from jaxink.plots.cuts import ResidualRow, cut_page
+from jaxink.plots.cuts import BEFORE, FITTED, ResidualRow, cut_page
 from jaxink.plots.discs import DiscLayout, draw_discs
-from jaxink.plots.figure import PageFigure, blank_figure
-from jaxink.plots.ink_table import InsideLayout, draw_inside
+from jaxink.plots.figure import PageFigure, Style, blank_figure, set_angle_axis
 from jaxink.plots.scan_views import (
+    FROM_INSIDE,
     MOST_WAVELENGTHS,
     SIDES,
     ScanView,
@@ -32,8 +34,11 @@ from jaxink.plots.spectra import spectrum_figure
 from jaxink.plots.strips import StripLayout, draw_strips
 
 if TYPE_CHECKING:
-    from jaxink.diagnosis import Diagnosis, Summary
+    from matplotlib.axes import Axes
+
+    from jaxink.diagnosis import CandidateRow, Diagnosis, Summary
     from jaxink.ink.comparison import TableComparison
+
 
 # Residuals after a correction are also drawn on their own scale if it is finer by this factor.
 _FINER = 1.5
@@ -272,3 +277,138 @@ def _once_words(diagnosis: "Diagnosis") -> list[str]:
 def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
     words = wavelength_words(diagnosis.declared.data)
     return [words] if words else []
+
+
+MOST_BARS = 12
+PREDICTED: Style = {"color": "0.72"}
+REFITTED: Style = {"color": "#c22f2f"}
+# Smaller decreases do not count: noise gives 1 to any additional parameter.
+_LEAST = 1.0
+_BAR, _ROW = 0.36, 0.36
+_LEFT, _RIGHT, _TOP, _BOTTOM = 1.9, 0.9, 0.6, 0.8
+
+
+def candidates_size(n_rows: int) -> tuple[float, float]:
+    """Width and height of the page in inches."""
+    return 8.2, _TOP + _ROW * max(n_rows, 2) + _BOTTOM
+
+
+def draw_candidates(
+    figure: PageFigure, rows: Sequence["CandidateRow"], added: Sequence[str], title: str
+) -> None:
+    """Draw two bars for each candidate on a logarithmic axis; names of those in ``added`` are bold.
+
+    The figure must have the size given by `candidates_size`.
+    """
+    width, height = candidates_size(len(rows))
+    figure.write_title(title)
+    axes = figure.panel(_LEFT, _BOTTOM, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
+    axes.set_xscale("log")
+    largest = 10 * _LEAST
+    for i, row in enumerate(rows):
+        predicted, refitted = row.predicted_delta_chi_square, row.refit_delta_chi_square
+        _draw_bar(axes, i - _BAR / 2, predicted, PREDICTED)
+        _draw_bar(axes, i + _BAR / 2, refitted, REFITTED)
+        largest = max(largest, predicted, refitted or 0)
+    axes.set_xlim(_LEAST, largest * 2)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_yticks(range(len(rows)), [row.effect for row in rows])
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.tick_params(labelsize=8)
+    for label, row in zip(axes.get_yticklabels(), rows, strict=True):
+        label.set_fontweight("bold" if row.effect in added else "normal")
+    axes.grid(True, axis="x", color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("Δχ² (decrease)", fontsize=9)
+    _draw_legend(figure, any(row.effect in added for row in rows))
+
+
+def _draw_bar(axes: Axes, y: float, drop: float | None, style: Style) -> None:
+    if drop is None:
+        return
+    axes.barh(y, max(drop - _LEAST, 0), _BAR, left=_LEAST, **style, zorder=2)
+    text = f"below {_LEAST:g}" if drop < _LEAST else f"{drop:.3g}" if drop < 100 else f"{drop:.0f}"
+    axes.annotate(text, (max(drop, _LEAST), y), (3, 0), textcoords="offset points", va="center", fontsize=7)
+
+
+def _draw_legend(figure: PageFigure, has_added: bool) -> None:
+    handles = [Patch(**PREDICTED, label="predicted by the screen"), Patch(**REFITTED, label="by refit")]
+    if has_added:
+        handles.append(Patch(color="none", label="bold: added to the model"))
+    figure.draw_legend(handles)
+
+
+# In the plate; beyond the critical angle light is guided.
+INCIDENCES_DEG = (0.0, 30.0, 50.0, 70.0)
+_VIEW_DEG = np.linspace(-85.0, 85.0, 171)
+
+
+@dataclasses.dataclass(frozen=True)
+class InsideLayout:
+    """Positions of the panels in inches: for each component a row of curves and a row of changes."""
+
+    _left, _right, _top, _bottom = 0.8, 0.2, 0.5, 0.6
+    _panel, _beside, _above, _between, _below = 2.3, 0.55, 0.3, 0.13, 0.3
+    _curve, _change = 1.75, 1.1
+
+    @property
+    def _block(self) -> float:
+        return self._above + self._curve + self._between + self._change + self._below
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the page."""
+        n = len(INCIDENCES_DEG)
+        width = self._left + n * self._panel + (n - 1) * self._beside + self._right
+        return width, self._top + len(FROM_INSIDE) * self._block + self._bottom
+
+    def axes(self, figure: PageFigure, row: int, column: int, title: str) -> "tuple[Axes, Axes]":
+        """Curves and change of one component at one incidence."""
+        x = self._left + column * (self._panel + self._beside)
+        y = self.size[1] - self._top - row * self._block - self._above
+        figure.write_panel_title(title, x + self._panel / 2, y, 9.5)
+        below = y - self._curve - self._between - self._change
+        above = figure.panel(x, y - self._curve, self._panel, self._curve)
+        return above, figure.panel(x, below, self._panel, self._change)
+
+
+def draw_inside(figure: PageFigure, change: "TableComparison", wavelength: int, title: str) -> None:
+    """Draw the in-plane BSDF of both tables at a wavelength, given by its index, and the change below.
+
+    The figure must have the size given by `InsideLayout`.
+    """
+    layout = InsideLayout()
+    figure.write_title(title)
+    view, phi = np.abs(_VIEW_DEG), np.where(_VIEW_DEG < 0, 0.0, 180.0)
+    for row, (component, where) in enumerate(FROM_INSIDE.items()):
+        curves = [change.at(component, theta, view, phi, wavelength) for theta in INCIDENCES_DEG]
+        relative = [_change_percent(before, after) for before, after in curves]
+        limit = _limit(relative)
+        for column, theta in enumerate(INCIDENCES_DEG):
+            above, below = layout.axes(figure, row, column, f"{theta:g}° inside, {where}")
+            for values, style in zip(curves[column], (BEFORE, FITTED), strict=True):
+                above.plot(_VIEW_DEG, values, **style)
+            above.set_ylim(0, 1.08 * max(float(np.max(values)) for values in curves[column]) or 1.0)
+            below.axhline(0, color=BEFORE["color"], linewidth=1.0)
+            below.plot(_VIEW_DEG, relative[column], **FITTED)
+            below.set_ylim(-limit, limit)
+            set_angle_axis(above, False)
+            set_angle_axis(below, True)
+            if column == 0:
+                above.set_ylabel(f"{component} [1/sr]", fontsize=9)
+                below.set_ylabel("change [%]", fontsize=9)
+    figure.write_below("exit angle in the medium of the exit side [°], negative towards the source", 0.54)
+    figure.draw_line_legend([("declared", BEFORE), ("corrected", FITTED)])
+
+
+def _change_percent(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 100 * np.where(before > 0, after / before - 1, np.nan)
+
+
+def _limit(relative: list[np.ndarray]) -> float:
+    """Half-width of the common axis of all incidences."""
+    sizes = np.abs(np.concatenate(relative))
+    sizes = sizes[np.isfinite(sizes)]
+    return 1.1 * max(float(sizes.max()), 1e-3) if sizes.size else 1.0

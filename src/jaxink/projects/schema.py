@@ -4,7 +4,7 @@
 """
 
 from jaxink.sample.measurement_schema import TOP as SAMPLE_TOP
-from jaxink.sample.quantity import Entry
+from jaxink.sample.schema import Entry
 
 PROJECT_VERSION = 1
 TOP = {

@@ -1,13 +1,16 @@
 """The page of a fit: verdict, layers, five numbers and one picture; everything else as details."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
 from typing import TYPE_CHECKING
 
-from jaxink.colour.shown import colours_if_any
+from jaxink.colour.at_points import ColoursAtPoints
+from jaxink.colour.cie import display_code
+from jaxink.colour.shown import colours_if_any, shown_colour
 from jaxink.display.html import paragraph, table
+from jaxink.fitting.fitted_parameters import merit_table
 from jaxink.fitting.minima import OVER_MINIMA
 from jaxink.fitting.mistake import rejected, rejection
-from jaxink.fitting.summary import merit_table
 from jaxink.numerics.digits import percent, plain, rounded, with_uncertainty
 from jaxink.numerics.failures import Failure
 from jaxink.plots.scan_views import (
@@ -23,11 +26,11 @@ from jaxink.report import html
 from jaxink.report.layer_sketch import layer_sketch
 from jaxink.report.next_steps import NextStep
 from jaxink.report.sections import measured_words, missing_parts
-from jaxink.report.swatches import colour_section
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
     from jaxink.fitting.minima import Minima
+
 
 OVERVIEW = "overview"
 SPECTRUM = "spectrum"
@@ -246,3 +249,37 @@ def _settings(result: "FitResult") -> list[str]:
         f"Resolution: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.",
         f"Versions: {', '.join(f'{k} {v}' for k, v in result.versions.items())}.",
     ]
+
+
+_SIDE = 46
+
+
+def swatches(colours: Iterable[tuple[str, str]]) -> str:
+    """Squares of colours of a display, each with what it is below."""
+    drawn, texts = "", ""
+    for k, (code, words) in enumerate(colours):
+        x = 90 * k + 4
+        drawn += (
+            f'<rect x="{x}" y="4" width="{_SIDE}" height="{_SIDE}" fill="{escape(code, quote=True)}" '
+            'stroke="#555"/>'
+        )
+        texts += f'<text x="{x}" y="{_SIDE + 20}">{escape(words)}</text>'
+    return f'<svg width="300" height="{_SIDE + 28}" role="img" aria-label="swatches">{drawn}{texts}</svg>\n'
+
+
+def colour_section(found: ColoursAtPoints) -> html.Section:
+    """Differences on each side, and swatches of the direction nearest to 45:0."""
+    (table,) = found.card().tables
+    parts = [paragraph(found.viewing.sentence), table.html()]
+    one = shown_colour(found)
+    if one is not None:
+        pairs = [("measured", one.measured_lab), ("fitted", one.fitted_lab)]
+        parts.append(swatches((display_code(lab), words) for words, lab in pairs))
+        labs = "; ".join(f"{words} L* {lab[0]:.2f}, a* {lab[1]:.2f}, b* {lab[2]:.2f}" for words, lab in pairs)
+        parts.append(
+            paragraph(
+                f"Incidence {one.theta_i_deg:g}, view {one.theta_o_deg:g} degrees: {labs}. Shown as a "
+                "display with white D65 does, relative to a perfect white in the same light."
+            )
+        )
+    return html.section("Colour", *parts)

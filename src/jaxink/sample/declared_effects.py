@@ -11,7 +11,7 @@ from jaxink.sample.entries import bounded, only, table_of
 from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import Parameter
-from jaxink.sample.quantity import Quantity
+from jaxink.sample.schema import Quantity
 
 FormValue = str | int | float | bool | None
 

@@ -19,7 +19,7 @@ from jaxink.sample.entries import (
     require_equally_many,
 )
 from jaxink.sample.parameters import Parameter, ParameterTable
-from jaxink.sample.quantity import Quantity
+from jaxink.sample.schema import Quantity
 
 
 @dataclasses.dataclass(frozen=True)

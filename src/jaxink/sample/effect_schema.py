@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 
 from jaxink.sample.parameters import Parameter
-from jaxink.sample.quantity import Entry, Quantity
+from jaxink.sample.schema import Entry, Quantity
 
 _POSITIVE = (1e-12, 1e12)
 

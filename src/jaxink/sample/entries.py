@@ -8,7 +8,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample.hints import meant_key, meant_word, unknown_key
 from jaxink.sample.measurement_schema import NUMBER, PRIOR, SMOOTHNESS
 from jaxink.sample.parameters import Parameter, Prior, Smoothness
-from jaxink.sample.quantity import Quantity
+from jaxink.sample.schema import Quantity
 
 
 def parameter_entry(given: Any, name: str, quantity: Quantity) -> dict[str, Any]:

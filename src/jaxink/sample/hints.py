@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from jaxink.errors import no_such_name
 from jaxink.sample import measurement_schema, schema
-from jaxink.sample.quantity import Entry, Quantity
+from jaxink.sample.schema import Entry, Quantity
 
 # Further words for a key. Some have several keys; the one that is valid in the table is suggested.
 _WORDS = {

@@ -1,5 +1,7 @@
-"""Reading the layers of a sample file."""
+"""Reading the layers of a sample file; lengths are in millimetres or micrometres."""
 
+import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -7,11 +9,10 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import schema
 from jaxink.sample.description import Layer
 from jaxink.sample.entries import choice, is_list_of_numbers, only, require_equally_many
-from jaxink.sample.lengths import with_own_thickness
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.populations import Population, population_tables, radius_table
-from jaxink.sample.quantity import Quantity
 from jaxink.sample.roughness import read_roughness
+from jaxink.sample.schema import Quantity
 
 
 def layer_tables(document: dict[str, Any]) -> list[dict[str, Any]]:
@@ -125,3 +126,57 @@ def _phase_table(table: dict[str, Any], where: str) -> tuple[str, tuple[float, .
         return "moments", (), tuple(map(float, columns[0]))
     require_equally_many(where, angle_deg=columns[0], phase_value=columns[1])
     return "angle_deg", tuple(map(float, columns[0])), tuple(map(float, columns[1]))
+
+
+# The other key, and the power of ten from its unit to that of the parameter.
+_OTHER = {"thickness_mm": ("thickness_um", -3), "thickness_um": ("thickness_mm", 3)}
+
+
+def with_own_thickness(table: dict[str, Any], layer: str, own: str) -> dict[str, Any]:
+    """The table of a layer with the thickness in the unit of its parameter: value, range and prior.
+
+    Parameters
+    ----------
+    table
+        The layer's table in the file.
+    layer
+        Its name.
+    own
+        Key of the parameter: ``thickness_mm`` of a clear layer, ``thickness_um`` of a scattering one.
+
+    Raises
+    ------
+    InputRefusedError
+        If both keys are present, or the other one has a tie or a unit that is not its own.
+    """
+    other, power = _OTHER[own]
+    if other not in table:
+        return table
+    if own in table:
+        raise InputRefusedError(f"layer '{layer}' has both {own} and {other}; remove one of them.")
+    given = table[other]
+    unit, own_unit = other.rpartition("_")[2], own.rpartition("_")[2]
+    if isinstance(given, dict):
+        if "tie" in given:
+            raise InputRefusedError(
+                f"{layer}.{other} has a tie, but the parameter is {layer}.{own}, in {own_unit}; write "
+                f'{own} = {{ tie = "..." }} with an expression in this unit.'
+            )
+        if given.get("unit", unit) != unit:
+            raise InputRefusedError(
+                f"{layer}.{other} has unit = {given['unit']!r}; the unit must be {unit}, as in its name."
+            )
+        given = {key: value for key, value in given.items() if key != "unit"}
+    return {key: value for key, value in table.items() if key != other} | {own: _scaled(given, power)}
+
+
+def _scaled(given: Any, power: int) -> Any:
+    """Numbers times a power of ten, also in lists and tables; anything else is left to the checks."""
+    if isinstance(given, dict):
+        return {key: _scaled(value, power) for key, value in given.items()}
+    if isinstance(given, list):
+        return [_scaled(value, power) for value in given]
+    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+        return given
+    # In decimals: 0.07 mm are 70 um, not 70.00000000000001.
+    return float(Decimal(str(given)).scaleb(power))

@@ -16,7 +16,7 @@ from jaxink.sample.entries import (
     true_or_false,
 )
 from jaxink.sample.parameter_reading import ParameterReader
-from jaxink.sample.quantity import Quantity
+from jaxink.sample.schema import Quantity
 
 Illumination = tuple[tuple[float, ...], tuple[float, ...]]
 

@@ -5,7 +5,7 @@
 
 import math
 
-from jaxink.sample.quantity import Entry, Quantity, quoted
+from jaxink.sample.schema import Entry, Quantity, quoted
 
 SCHEMA_VERSION = 1
 WAVELENGTH_NM = Quantity("nm", 100.0, 1e5, meaning="wavelength in vacuum")

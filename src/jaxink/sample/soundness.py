@@ -8,9 +8,8 @@ from jaxink.sample import schema
 from jaxink.sample.description import Layer, Sample
 from jaxink.sample.effect_schema import EFFECTS
 from jaxink.sample.measurement_schema import DETECTOR_MODES, MASKS, SIDES
-from jaxink.sample.quantity import Quantity
 from jaxink.sample.roughness import Roughness
-from jaxink.sample.schema import HEIGHT_MAP_WORD
+from jaxink.sample.schema import HEIGHT_MAP_WORD, Quantity
 
 
 def require_sound(sample: Sample) -> None:

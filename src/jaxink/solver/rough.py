@@ -13,11 +13,11 @@ from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.star_product import Diagonal, RoughElement
-from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
 from jaxink.surfaces.facets import FacetRule, mean_transmittance, projected_area
 from jaxink.surfaces.interface import RoughInterface, RoughSizes, WaveInterface, WaveLobes, rough_interface
 from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
 from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.surfaces.spectrum import BroadenedSpectrum
 from jaxink.surfaces.wave_face import WaveFace, wave_interface, wave_lobes
 
 

@@ -15,9 +15,8 @@ from jaxtyping import Array, Float, Real
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
-from jaxink.surfaces.profile_spectrum import isotropic_from_profile
 from jaxink.surfaces.slopes import SlopeDensity
-from jaxink.surfaces.tabulated_spectrum import TabulatedSpectrum, tabulated_spectrum
+from jaxink.surfaces.spectrum import TabulatedSpectrum, isotropic_from_profile, tabulated_spectrum
 
 _FEWEST_HEIGHTS = 16
 _LARGEST_HEIGHT_UM = 1e6

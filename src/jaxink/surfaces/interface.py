@@ -23,10 +23,10 @@ from jaxtyping import Array, Float
 from jaxink.numerics.linear_algebra import inverse
 from jaxink.optics.channels import ChannelGrid
 from jaxink.optics.fresnel import propagating_cosine
-from jaxink.surfaces.broadened_spectrum import BroadenedSpectrum
 from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.surfaces.spectrum import BroadenedSpectrum
 
 # Receivers that are computed at a time.
 _AT_ONCE = 4

@@ -2,7 +2,7 @@
 
 The surface consists of facets with Gaussian slopes. Each is a piece of the plane body: it reflects by the
 body's BSDF at its own angles. Facets hide one another from the source and from the detector (Smith's
-shadowing and masking, correlated by height and by azimuth); `jaxink.surfaces.facet_exchange` adds the light
+shadowing and masking, correlated by height and by azimuth); `jaxink.surfaces.facets` adds the light
 that they exchange.
 """
 

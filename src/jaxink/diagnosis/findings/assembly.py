@@ -1,28 +1,49 @@
-"""Judges the outcome of a search and assembles the diagnosis."""
+"""Judges the outcome of a search and assembles the diagnosis.
+
+Descriptions of a residual that name no cause: smooth functions of one variable, or of both polar angles.
+
+A cause that is in no catalogue is often imitated by an effect that is. Such a description then needs a few
+amplitudes more but comes closer, by more than these cost.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from jaxink.diagnosis.findings.anonymous import best_anonymous
 from jaxink.diagnosis.findings.candidates import candidate_rows
 from jaxink.diagnosis.findings.consistency import consistency_of
-from jaxink.diagnosis.findings.corrected import corrected_fit
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
 from jaxink.diagnosis.findings.hidden import hidden_effects
-from jaxink.diagnosis.findings.input_mistake import beside_mistakes
 from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge
 from jaxink.diagnosis.findings.location import locate
-from jaxink.diagnosis.findings.parameters import (
-    estimates_of,
-    misfit_errors,
-    undetermined_parameters,
-)
-from jaxink.diagnosis.findings.shape import overlaps_with, residual_points, shape_of
-from jaxink.diagnosis.findings.summary import summary_of
+from jaxink.diagnosis.findings.summary import Figures, summary_of
+from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.loop import SearchResult
-from jaxink.effects import invalidity
+from jaxink.diagnosis.search.refit import Estimate, estimates, finite
+from jaxink.diagnosis.search.stage import Stage
+from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
+from jaxink.diagnosis.statistics.points import Points
+from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
+from jaxink.display.named_rows import NamedRows
+from jaxink.effects import declare, invalidity, settled
+from jaxink.fitting import FitResult, fit
+from jaxink.fitting.assembly import Found, assemble
+from jaxink.fitting.endings import Ending
+from jaxink.fitting.inputs import prepare_data
+from jaxink.fitting.mistake import Mistake, mistakes_sentence
+from jaxink.fitting.objective import Objective, make_objective
+from jaxink.fitting.outcome import Search
+from jaxink.fitting.uncertainty import covariance
+from jaxink.measurement import noise_of
 from jaxink.numerics.progress import Progress
+from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
+from jaxink.residual.modes import modes_for
 
 # What failed if there is only the fit of the declared model.
 _CORRECTED = "the result of the corrected model, for which that of the declared one stands,"
@@ -138,3 +159,201 @@ def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement,
     with failures.sparing("the search for measurements that would distinguish {}", " and ".join(names)):
         return further_measurements(found.setup, screening.stage.accepted, first, second)
     return ()
+
+
+_DEGREE = 3
+_MODE_ORDER = 2
+
+
+class Anonymous(NamedTuple):
+    """A description: what the relative change depends on, its amplitudes, and its decrease in chi-square."""
+
+    variable: str
+    amplitudes: int
+    delta_chi_square: float
+
+    def penalised(self, n_points: int) -> float:
+        """Decrease in chi-square minus ln(points) for each amplitude (Schwarz 1978)."""
+        return self.delta_chi_square - self.amplitudes * np.log(n_points)
+
+
+def best_anonymous(residual: ResidualPoints, points: Points, projection: Projection) -> Anonymous:
+    """The best description of a residual, without what the free parameters reproduce."""
+    found = []
+    for variable, relative in _descriptions(residual, points):
+        span = orthonormal_range(projection.unit(residual.whiten(relative)).unit)
+        found.append(Anonymous(variable, span.shape[1], float(np.sum((span.T @ residual.whitened) ** 2))))
+    return max(found, key=lambda one: one.penalised(len(points)))
+
+
+def _descriptions(residual: ResidualPoints, points: Points) -> Iterator[tuple[str, np.ndarray]]:
+    """What it depends on, in words, and the columns: the same on both sides, on one side only, or on each."""
+    here = {side: residual.of_side(side)[:, None] for side in "RT"}
+    variables = {
+        "the angle of view": np.cos(np.deg2rad(points.theta_o_deg)),
+        "the angle of incidence": np.cos(np.deg2rad(points.theta_i_deg)),
+        "the order of measurement": points.order,
+    }
+    for name, values in variables.items():
+        scaled = (values - values.mean()) / max(float(np.ptp(values)), 1e-300)
+        yield from _by_side(name, np.vander(scaled, _DEGREE + 1), here)
+    modes = [mode.values(residual) for mode in modes_for(residual, _MODE_ORDER)]
+    yield from _by_side("the angles of incidence and view", np.stack(modes, axis=1), here)
+
+
+def _by_side(name, columns, here) -> Iterator[tuple[str, np.ndarray]]:
+    yield name, columns
+    sides = [side for side, points in here.items() if points.any()]
+    if len(sides) == 2:
+        for side in sides:
+            yield f"{name} on side {side}", columns * here[side]
+        yield f"{name}, on each side", np.hstack([columns * here[side] for side in sides])
+
+
+def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
+    """Fit of the corrected model, from the end of the search and at its resolution.
+
+    It is that of the declared model if no effect was found. Otherwise the last fit of the search has fitted
+    the same parameters of the same model already, in another order; nothing is compiled for it again.
+    """
+    if not found.last.accepted:
+        return found.fit
+    setup, solution = found.setup, found.last.solution
+    sample = declare(setup.sample, found.last.accepted, solution.values)
+    options = dataclasses.replace(
+        found.options.fit, starts=1, scan=False, profile="none", config=setup.config
+    )
+    data = prepare_data(found.fit.data, sample)
+    fixed = settled(sample, setup.scene, data.bsdf_per_sr[data.used]) if sample.effects else sample
+    noise = noise_of(data, sample.noise)
+    objective = make_objective(data, fixed, "chi_square", setup.config, noise)
+    search, bench = _in_order_of(objective, solution, found.last.bench), found.last.bench
+    if search is None:
+        return fit(data, sample, options, follow)
+    end = search.derivatives
+    errors = covariance(end.triangle, search.unit, end.gradient).for_noise_of(noise.degrees_of_freedom)
+    others = (_in_order_of(objective, rival, bench) for rival in found.rivals)
+    endings = (Ending(search, is_start=True), *(Ending(other) for other in others if other is not None))
+    ended = Found(search, errors, (search,), endings=endings, is_from_search=True)
+    return assemble(data, fixed, options, noise, objective, ended)
+
+
+def _in_order_of(objective: Objective, solution: Solution, bench: Workbench) -> Search | None:
+    """A search with its variables in the order of an objective; None if they are not the same."""
+    search, names = solution.search, solution.free
+    if set(names) != set(objective.free):
+        return None
+    scale = bench.scale_of(objective.free)
+    fields = (field.name for field in dataclasses.fields(scale))
+    if not all(np.array_equal(getattr(scale, name), getattr(objective.scale, name)) for name in fields):
+        return None
+    order = [names.index(name) for name in objective.free]
+    end = search.derivatives
+    return dataclasses.replace(
+        search,
+        start=search.start[order],
+        unit=search.unit[order],
+        triangle=np.linalg.qr(end.triangle[:, order])[1],
+        gradient=end.gradient[order],
+        path=dataclasses.replace(search.path, unit=search.path.unit[:, order]),
+    )
+
+
+def estimates_of(stage: Stage) -> NamedRows[Estimate]:
+    """Free parameters of a stage with their standard errors from noise."""
+    return NamedRows(estimates(stage.bench, stage.solution))
+
+
+def misfit_errors(stage: Stage, points: Points, smooth: SmoothPart) -> dict[str, float | None]:
+    """Standard deviation of the bias of each parameter due to the smooth part of the misfit."""
+    if smooth.p_value > stage.setup.options.level:
+        return {name: 0.0 for name in stage.free}
+    shifts = misfit_deviation(smooth, stage.jacobian, points, at_bound=stage.at_bound)
+    return {name: finite(shift) for name, shift in zip(stage.free, shifts.tolist(), strict=True)}
+
+
+def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tuple[str, ...]:
+    """Parameters at a bound, or that misfit and noise may have moved to a bound."""
+    names, coverage = [], stage.setup.policy.coverage_errors
+    for name, (value, error) in estimates_of(stage).items():
+        term, misfit = stage.bench.terms[name], shifts[name]
+        room = min(value - term.minimum, term.maximum - value)
+        if misfit is None or error is None or coverage * np.hypot(misfit, error) >= room:
+            names.append(name)
+    return tuple(names)
+
+
+def shape_of(stage: Stage, structured: float | None = None) -> ResidualShape:
+    """Shape of a stage's residual, orthogonal to its free parameters; `structured` as of `residual_shape`."""
+    return residual_shape(residual_points(stage), stage.projection.basis, structured)
+
+
+def residual_points(stage: Stage) -> ResidualPoints:
+    """The residual of a stage, point by point."""
+    setup = stage.setup
+    return ResidualPoints.of(
+        setup.data,
+        stage.solution.predicted_per_sr,
+        setup.noise.sigma_per_sr,
+        setup.noise.scan_relative,
+        stage.residual,
+        stage.bench.objective.weight,
+    )
+
+
+def overlaps_with(shape: ResidualShape, found: SearchResult) -> dict[str, float]:
+    """Overlap of each effect that was not accepted with the shape, the largest first.
+
+    An overlap is the cosine between both after the projection off the free parameters: of the setting of the
+    effect at which it is largest, and of its sign if it has only one. Empty if the last model was not
+    screened.
+    """
+    screening = found.screenings[-1] if found.screenings else None
+    if screening is None or screening.stage is not found.last:
+        return {}
+    overlaps = {}
+    for name, directions in screening.directions.items():
+        cosines = [shape.overlap(found.last.projection.remove(d.column)) for d in directions]
+        overlaps[name] = max(cosines, key=abs if directions[0].effect.sign == 0 else float)
+    return dict(sorted(overlaps.items(), key=lambda item: -abs(item[1])))
+
+
+def explains_all(mistakes: Sequence[Mistake], policy: SearchPolicy) -> bool:
+    """Whether a mistake without any free parameter leaves so little that no effect need be looked for."""
+    return any(
+        mistake.is_named
+        and mistake.reduced_chi_square is not None
+        and mistake.reduced_chi_square <= policy.enough_reduced_chi_square
+        for mistake in mistakes
+    )
+
+
+def beside_mistakes(verdict: Verdict, declared: FitResult, after: Figures, policy: SearchPolicy) -> Verdict:
+    """The verdict on effects, or that the input has a mistake if no effect explains the data as well.
+
+    Parameters
+    ----------
+    verdict
+        From the effects alone.
+    declared
+        The fit of the declared model, with the mistakes that were considered.
+    after
+        Figures of merit with all effects.
+    policy
+        Thresholds.
+    """
+    named = [mistake for mistake in declared.mistakes if mistake.is_named]
+    if not named:
+        return verdict
+    sentence = mistakes_sentence(tuple(declared.mistakes), declared.verdict.reduced_chi_square)
+    if explains_all(named, policy):
+        return Verdict(VerdictCode.INPUT_MISTAKE, (), f"{sentence} No missing effect was looked for.")
+    reached = [m.reduced_chi_square for m in named if m.reduced_chi_square is not None]
+    before, left = declared.verdict.reduced_chi_square, after.reduced_chi_square
+    if before is not None and left is not None and verdict.effects:
+        is_little = verdict.code.is_met or left - 1 <= policy.enough_share * (before - 1)
+        if is_little and left <= min(reached, default=np.inf):
+            also = " ".join(f"{mistake.statement}." for mistake in named)
+            sentence = f"{verdict.sentence} A mistake in the input was considered, too: {also}"
+            return dataclasses.replace(verdict, sentence=sentence)
+    return Verdict(VerdictCode.INPUT_MISTAKE, (), f"{sentence} No effect explains the data as well.")

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
+from jaxink.diagnosis.statistics.candidate import ScreenOptions
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, smooth_part
 from jaxink.diagnosis.statistics.points import Points
-from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.diagnosis.statistics.variance_analysis import (
     DISTANCE_EDGES,

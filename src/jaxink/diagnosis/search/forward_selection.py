@@ -14,8 +14,8 @@ from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import best_refit, converged, polished, refit_by_scan
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.direction import Direction
-from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.refit import Refit
+from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.step import Addition, Screening, Step
 from jaxink.diagnosis.statistics.candidate import Testability

@@ -1,4 +1,11 @@
-"""The search for effects: screen, refit, accept, and repeat with the enlarged model."""
+"""The search for effects: screen, refit, accept, and repeat with the enlarged model.
+
+One effect in place of several: before several are believed, each is fitted alone, from every start.
+
+Two unlike effects, one of them weak, may imitate a third one that was never fitted in full: because its
+program is costly, because it is degenerate at the minimum of the declared model, or because its refit ended
+in another minimum.
+"""
 
 import dataclasses
 import logging
@@ -8,27 +15,31 @@ import numpy as np
 
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.search.allowance import Allowance, Task
+from jaxink.diagnosis.search.candidate_refits import (
+    best_refit,
+    converged,
+    polished,
+    refit_by_scan,
+    refit_from,
+)
 from jaxink.diagnosis.search.cross_validation import CrossValidation
-from jaxink.diagnosis.search.effect_class import with_class_beside_others
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
-from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces
-from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.rival_minima import rival_minima
-from jaxink.diagnosis.search.setup import MODEL, Setup
-from jaxink.diagnosis.search.single_cause import single_cause
+from jaxink.diagnosis.search.refit import Refit, penalty
+from jaxink.diagnosis.search.setup import MODEL, DiagnosisOptions, Setup
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Addition, Screening, Step
 from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
-from jaxink.effects import Effect, Scene, model_at
+from jaxink.effects import Effect, Scene, invalidity, model_at
 from jaxink.fitting import FitResult
 from jaxink.fitting.exclusion import require_slope
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import noise_of
 from jaxink.numerics.failures import Failures
-from jaxink.numerics.progress import Progress
+from jaxink.numerics.progress import Progress, StepOf
 from jaxink.sample import Sample
 from jaxink.solver.config import SolverConfig
 
@@ -262,3 +273,125 @@ def _without_superfluous(stage: Stage, added: Addition, n_points: int) -> _Accep
             left = tuple(e for e in effects if e != effect)
             return _Accepted(left, without.values, refit.bench)
     return _Accepted(effects, refit.solution.values, refit.bench)
+
+
+def rival_minima(stage: Stage) -> tuple[Solution, ...]:
+    """Fits of the model from every other minimum that the fit of the declared sample has found, lowest first.
+
+    Parameters
+    ----------
+    stage
+        The model with all effects.
+
+    Returns
+    -------
+    tuple of Solution
+        Those that have converged at values which mean what they say; empty if the declared misfit has one
+        minimum.
+    """
+    setup, here = stage.setup, stage.solution
+    most = setup.policy.converged_jacobians
+    found = [stage.bench.fit(here.values | there, here.free, max_jacobians=most) for there in setup.rivals]
+    wavelengths = setup.scene.wavelength_nm
+    sound = [
+        one
+        for one in found
+        if one.search.outcome.converged
+        and not any(invalidity(effect, one.values, wavelengths) for effect in stage.accepted)
+    ]
+    return tuple(sorted(sound, key=lambda one: one.chi_square))
+
+
+def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: int) -> Step:
+    """A step with its class determined again in the presence of all other effects, if there is time."""
+    policy, allowance = setup.policy, setup.allowance
+    if not allowance.permits(Task.COMPARISON, [step.effect]):
+        return step
+    others = tuple(e for e in last.accepted if e != step.form)
+    terms = tuple(term.name for term in step.form.terms)
+    without: Stage | None = None
+    with setup.failures.sparing("the fit of all other effects without {}", step.effect):
+        without = Stage(setup, others, {k: v for k, v in last.solution.values.items() if k not in terms})
+    if without is None:
+        return step
+    directions = without.directions(with_own=False)
+    order = sorted(directions, key=lambda name: -without.promise(directions[name]))
+    delta_chi_square = without.solution.chi_square - last.solution.chi_square
+    own = Refit(step.form, last.solution, last.bench, delta_chi_square)
+    rivals = []
+    names = [name for name in order[: policy.most_rivals] if name != step.effect]
+    for number, name in enumerate(names, start=1):
+        if allowance.permits(Task.COMPARISON, [step.effect]):
+            what = f"comparison with {step.effect}, {name}"
+            setup.follow(what, StepOf(number, len(names)), last.solution.chi_square)
+            with setup.failures.sparing(f"the comparison of {step.effect} with {{}}", name):
+                begun = best_refit(without, directions[name])
+                if begun is not None:
+                    rivals.append(polished(without, begun))
+    close = [
+        r
+        for r in rivals
+        if r.is_like(own, n_points, policy.class_delta_chi_square)
+        or r.penalised(n_points) > own.penalised(n_points)
+    ]
+    close.sort(key=lambda r: -r.penalised(n_points))
+    members = (step.effect, *(r.effect.name for r in close))
+    return dataclasses.replace(step.with_numbers_of(own), members=members)
+
+
+def single_cause(
+    screening: Screening, last: Stage, steps: list[Step], cross_validation: CrossValidation, n_points: int
+) -> Addition | None:
+    """The effect that explains the data alone as well as several do, or None.
+
+    Parameters
+    ----------
+    screening
+        Of the declared model.
+    last
+        The model with several effects.
+    steps
+        These effects.
+    cross_validation
+        Predictions of held-out points.
+    n_points
+        Number of points.
+    """
+    stage = screening.stage
+    policy, allowance = stage.setup.policy, stage.setup.allowance
+    base = stage.bench.base_free
+    here = {name: last.solution.values[name] for name in base}
+    declared = {name: stage.bench.start[name] for name in base}
+    origins = (here, declared, *stage.setup.rivals)
+    several = last.solution.chi_square + sum(penalty(step.form, n_points) for step in steps)
+    found: list[Refit] = []
+    names = [c.name for c in screening.result.candidates if c.status != Testability.NOT]
+    for number, name in enumerate(names, start=1):
+        if not allowance.permits(Task.SINGLE, [name]):
+            continue
+        lowest = min([last.solution.chi_square, *(refit.solution.chi_square for refit in found)])
+        stage.setup.follow(f"{name} alone", StepOf(number, len(names)), lowest)
+        refit_from(stage, screening.directions[name], origins)
+        refit = refit_by_scan(stage, screening.directions[name])
+        if refit is not None:
+            found.append(refit)
+            screening.refits[name] = refit
+    wavelengths = stage.setup.scene.wavelength_nm
+    leading = sorted(found, key=lambda refit: -refit.penalised(n_points))[: policy.most_polished]
+    ends = [polished(stage, refit) for refit in leading]
+    close = [
+        refit
+        for refit in ends
+        if refit.solution.chi_square + refit.penalty(n_points) <= several + policy.class_delta_chi_square
+        and not invalidity(refit.effect, refit.solution.values, wavelengths)
+    ]
+    if not close:
+        return None
+    best = max(close, key=lambda refit: refit.penalised(n_points))
+    alike = [refit for refit in close if refit.is_like(best, n_points, policy.class_delta_chi_square)]
+    members = (best.effect.name, *(refit.effect.name for refit in alike if refit is not best))
+    gain = cross_validation.gain(stage, best)
+    if gain is None or not gain.improves:
+        return None
+    end = converged(stage, best)
+    return Addition(Step.of(screening, end, members, gain), end)

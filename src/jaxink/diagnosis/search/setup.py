@@ -1,4 +1,4 @@
-"""What all stages of a search share: sample, measurement, catalogue and thresholds."""
+"""Options of a diagnosis, and what all stages of its search share."""
 
 import dataclasses
 from collections.abc import Collection
@@ -9,14 +9,26 @@ from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
 from jaxink.diagnosis.search.allowance import Allowance
 from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.workbench import Workbench
-from jaxink.diagnosis.statistics.screen_options import ScreenOptions
-from jaxink.effects import Case, Effect, Listed, Scene, declared_effects, effects_for, extend, undivided
+from jaxink.diagnosis.statistics.candidate import ScreenOptions
+from jaxink.display.brief import brief_repr
+from jaxink.effects import (
+    CATALOGUE,
+    Case,
+    Effect,
+    Listed,
+    Scene,
+    declared_effects,
+    effects_for,
+    extend,
+    undivided,
+)
+from jaxink.errors import InputRefusedError, require_integer, require_kind, require_number, shown
+from jaxink.fitting import FitOptions
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-from jaxink.solver.accuracy import DEFAULT_ACCURACY
-from jaxink.solver.config import SolverConfig
+from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
 
 # Slots beyond those of the declared sample's free parameters, so that all stages share a program.
 _FURTHER_SLOTS = 6
@@ -86,3 +98,74 @@ class Setup:
         most = max((len(e.terms) for e in inside), default=1)
         n_slots = len(self.sample.parameters.free) + max(_FURTHER_SLOTS, n_accepted + most)
         return self.bench(accepted + inside, n_slots)
+
+
+@dataclasses.dataclass(frozen=True)
+class DiagnosisOptions:
+    """Options of a diagnosis.
+
+    Parameters
+    ----------
+    max_effects
+        Largest number of effects added.
+    max_parameters
+        Largest number of free parameters, including those of the declared sample; None for no limit.
+    level
+        Probability that the screen detects any effect although none is present.
+    n_bootstrap, seed
+        Number of null data sets of the screen, and their seed.
+    fit
+        Of the fit of the declared model.
+    catalogue
+        Classes of effects that are considered: `CATALOGUE`, and your own.
+    policy
+        Thresholds of the search and of its verdict.
+    time_limit_s
+        Seconds after which the diagnosis ends with the best verdict so far; None for no limit. The declared
+        model is fitted in any case, and a fit or a compilation that has begun is ended.
+
+    Raises
+    ------
+    InputRefusedError
+        A number is out of range, an entry of the catalogue is not a class of effects, or two have the same
+        name.
+    """
+
+    __repr__ = brief_repr
+
+    max_effects: int = 3
+    max_parameters: int | None = None
+    level: float = 0.05
+    n_bootstrap: int = 2000
+    seed: int = 20260
+    fit: FitOptions = FitOptions(profile="none")
+    catalogue: tuple[type[Effect], ...] = CATALOGUE
+    policy: SearchPolicy = DEFAULT_POLICY
+    time_limit_s: float | None = None
+
+    def __post_init__(self):
+        require_integer("max_effects", self.max_effects, 0)
+        if self.max_parameters is not None:
+            require_integer("max_parameters", self.max_parameters, 1)
+        if self.time_limit_s is not None:
+            require_number("time_limit_s", self.time_limit_s)
+            if not self.time_limit_s > 0:
+                raise InputRefusedError(f"time_limit_s is {shown(self.time_limit_s)}; it must be positive.")
+        require_kind("fit", self.fit, FitOptions)
+        require_kind("policy", self.policy, SearchPolicy)
+        _ = self.screen  # Rejected before the fit, not after it.
+        for effect in self.catalogue:
+            if not (isinstance(effect, type) and issubclass(effect, Effect)):
+                raise InputRefusedError(f"catalogue has the entry {effect!r}; it takes classes of effects.")
+            effect.require_methods()
+        names = [effect.name for effect in self.catalogue]
+        twice = {name for name in names if names.count(name) > 1}
+        if twice:
+            raise InputRefusedError(f"catalogue has two effects named '{min(twice)}'; names must be unique.")
+        if self.fit.objective != "chi_square" or self.fit.method != "gradient":
+            raise InputRefusedError("fit: a diagnosis requires method 'gradient' and objective 'chi_square'.")
+
+    @property
+    def screen(self) -> ScreenOptions:
+        """Options of the screen."""
+        return ScreenOptions(self.n_bootstrap, self.level, self.seed)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from jaxink.diagnosis.search.options import DiagnosisOptions
 from jaxink.diagnosis.search.pieces import Pieces, code_version
+from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.effects import CATALOGUE
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from jaxink.diagnosis.statistics.candidate import ScreenOptions
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.projection import Projection
-from jaxink.diagnosis.statistics.screen_options import ScreenOptions
 from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.display.brief import brief_repr
 

@@ -20,9 +20,14 @@ from jaxink.measurement.formats.integra_text import (
     read_header,
     wanted_channel,
 )
-from jaxink.measurement.formats.own_files import refuse_other_media
 from jaxink.measurement.formats.points import Points, joined, one_wavelength, without_cosine
-from jaxink.measurement.formats.polar_tables import distinct, from_specular, lone_values, total
+from jaxink.measurement.formats.polar_tables import (
+    distinct,
+    from_specular,
+    lone_values,
+    refuse_other_media,
+    total,
+)
 
 _REQUIRED = ("TypeSym", "TypeColorModel", "TypeData", "sigma", "phi", "theta")
 # A total below is none.

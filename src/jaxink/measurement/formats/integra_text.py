@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
-from jaxink.measurement.formats.own_files import Origin, origin
+from jaxink.measurement.formats.polar_tables import Origin, origin
 
 COMMENT = ";;"
 _LINE = r"^[ \t]*{}\b"

@@ -1,7 +1,13 @@
-"""Tables over a polar angle and an azimuth: their directions, each once, and their total."""
+"""Tables over a polar angle and an azimuth, and what jaxink's own exports say in their comments."""
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+
+from jaxink.measurement.formats.content import Content
 
 # Angles of files are printed with fewer digits.
 _SAME_DEG = 1e-6
@@ -91,3 +97,43 @@ def _divided(axis: np.ndarray) -> np.ndarray:
     """The axis with every step divided."""
     n = len(axis) - 1
     return np.interp(np.arange(_PARTS * n + 1) / _PARTS, np.arange(n + 1), axis)
+
+
+_ORIGIN = re.compile(r"BSDF by jaxink, (\S+) nm; I: .*, index (\S+); A: .*, index (\S+)$")
+_SAME_INDEX = 1e-9
+
+
+class Origin(NamedTuple):
+    """Wavelength of an exported file, and refractive indices of its sides I and A."""
+
+    wavelength_nm: float
+    index_of_side: dict[str, float]
+
+
+def origin(lines: Iterable[str]) -> Origin | None:
+    """What the comments of an exported file say; None if jaxink did not write it."""
+    for line in lines:
+        found = _ORIGIN.search(line.strip())
+        if found:
+            try:
+                wavelength, inside, outside = (float(text) for text in found.groups())
+            except ValueError:
+                return None
+            return Origin(wavelength, {"I": inside, "A": outside})
+    return None
+
+
+def refuse_other_media(content: Content, known: Origin | None, component: str) -> None:
+    """Reject a component that does not begin and end in air, as every measurement does.
+
+    ``component`` is R or T, the side that the light comes from, and that to which it leaves: ``T_AI``.
+    """
+    if known is None:
+        return
+    for side in component[2:]:
+        index = known.index_of_side[side]
+        if abs(index - 1) > _SAME_INDEX:
+            raise content.refusal(
+                f"{component} holds directions in a medium of index {index:g}; a measurement has air on both "
+                "sides, so read one of the sample in air, or another component"
+            )

@@ -2,17 +2,27 @@
 
 Known from the article and from EPFL's open loader (rgl-epfl/brdf-loader), with which the values agree. The
 directions are those at which the file has values; nothing is interpolated but the wavelength.
+
+The container of the EPFL RGL material database: named arrays in one binary file.
+
+Known from Mitsuba's documentation and from EPFL's open loader (rgl-epfl/brdf-loader): twelve bytes of name,
+two of version, the number of fields, and for each field its name, type, place and shape, little-endian.
+
+A density on the unit square, given at a grid, and the map that turns uniform points into it.
+
+The density is bilinear between the entries (Dupuy and Jakob 2018 ACM Trans. Graph. 37, 274, section 5).
 """
+
+import math
+import struct
 
 import numpy as np
 from jaxtyping import Float
 
 from jaxink.measurement.formats.choices import Choices, ask
-from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.content import Content, shown
 from jaxink.measurement.formats.points import Points, joined
 from jaxink.measurement.formats.polar_tables import lone_values
-from jaxink.measurement.formats.tensor_file import SIGNATURE, read_fields
-from jaxink.measurement.formats.warp import interpolated, warped
 
 # Closer to the horizon, the cosine by which values are divided is too small.
 _LARGEST_THETA_DEG = 89.0
@@ -176,3 +186,117 @@ def _points(
         bsdf_per_sr=bsdf[keep],
         row=1 + np.flatnonzero(keep),
     )
+
+
+SIGNATURE = b"tensor_file\0"
+_TYPES = ("", "u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8")
+_MOST_PADDING = 64
+_MOST_FIELDS, _MOST_DIMENSIONS, _LONGEST_NAME = 100, 10, 200
+
+
+def read_fields(content: Content) -> dict[str, np.ndarray]:
+    """The arrays by their names; they are views of the content.
+
+    Raises
+    ------
+    InputRefusedError
+        If the file is incomplete, or not such a container.
+    """
+    source = _Bytes(content, len(SIGNATURE))
+    if source.take("<2B", "the version") != (1, 0):
+        raise content.refusal("has an unknown version of the tensor format; only 1.0 is known")
+    (n_fields,) = source.take("<I", "the number of fields")
+    if n_fields > _MOST_FIELDS:
+        raise content.refusal(f"states {n_fields} fields; at most {_MOST_FIELDS} are allowed")
+    fields = [_field(source, content) for _ in range(n_fields)]
+    # Fields are aligned, so a few bytes may be between them and behind the last one.
+    end = max((end for _, _, end in fields), default=len(content.data))
+    if len(content.data) - max(end, source.place) > _MOST_PADDING:
+        text = f"has {len(content.data)} bytes, but its fields end at {end}; it holds more than it states"
+        raise content.refusal(text)
+    return {name: array for name, array, _ in fields}
+
+
+class _Bytes:
+    """Bytes from one place on."""
+
+    def __init__(self, content: Content, start: int):
+        self.content, self._next = content, start
+
+    @property
+    def place(self) -> int:
+        """Of the next byte."""
+        return self._next
+
+    def take(self, form: str, what: str) -> tuple:
+        size = struct.calcsize(form)
+        if self._next + size > len(self.content.data):
+            raise self.content.refusal(f"the file ends within {what}; it is incomplete")
+        self._next += size
+        return struct.unpack_from(form, self.content.data, self._next - size)
+
+
+def _field(source: _Bytes, content: Content) -> tuple[str, np.ndarray, int]:
+    """Name and array of the next field, and the place where it ends."""
+    (length,) = source.take("<H", "the header of a field")
+    if length > _LONGEST_NAME:
+        raise content.refusal(f"the name of a field has {length} characters; the file is damaged")
+    (name,) = source.take(f"<{length}s", "the name of a field")
+    name = name.decode("latin-1")
+    n_dimensions, kind, offset = source.take("<HBQ", f"the header of the field {shown(name)}")
+    if n_dimensions > _MOST_DIMENSIONS or not 0 < kind < len(_TYPES):
+        raise content.refusal(f"the header of the field {shown(name)} is damaged")
+    shape = source.take(f"<{n_dimensions}Q", f"the shape of the field {shown(name)}")
+    dtype = np.dtype("<" + _TYPES[kind])
+    size = math.prod(shape)
+    if offset + size * dtype.itemsize > len(content.data):
+        text = (
+            f"the field {shown(name)} needs bytes up to {offset + size * dtype.itemsize}, but the file has "
+        )
+        raise content.refusal(f"{text}{len(content.data)}; it is incomplete")
+    array = np.frombuffer(content.data, dtype, size, offset).reshape(shape)
+    return name, array, offset + size * dtype.itemsize
+
+
+def warped(
+    density: Float[np.ndarray, "ny nx"], x: Float[np.ndarray, " points"], y: Float[np.ndarray, " points"]
+) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, " points"]]:
+    """Points with the given density, of uniform points (x, y) of the unit square.
+
+    The row is chosen by y from the density of all rows, then the column by x from the density along that row.
+    """
+    density = np.asarray(density, float)
+    row_powers = (density[:, :-1] + density[:, 1:]).sum(axis=1) / 2
+    row, v = _inverse_cdf(np.broadcast_to(row_powers, (y.size, row_powers.size)), y)
+    along = (1 - v)[:, None] * density[row] + v[:, None] * density[row + 1]
+    column, u = _inverse_cdf(along, x)
+    ny, nx = density.shape
+    return (column + u) / (nx - 1), (row + v) / (ny - 1)
+
+
+def interpolated(
+    table: Float[np.ndarray, "ny nx"], x: Float[np.ndarray, "*points"], y: Float[np.ndarray, "*points"]
+) -> Float[np.ndarray, "*points"]:
+    """A table over the unit square between its entries, bilinearly."""
+    ny, nx = table.shape
+    column, row = (np.clip(np.floor(p * (n - 1)).astype(int), 0, n - 2) for p, n in ((x, nx), (y, ny)))
+    u, v = x * (nx - 1) - column, y * (ny - 1) - row
+    below = (1 - u) * table[row, column] + u * table[row, column + 1]
+    above = (1 - u) * table[row + 1, column] + u * table[row + 1, column + 1]
+    return (1 - v) * below + v * above
+
+
+def _inverse_cdf(nodes: Float[np.ndarray, "points nodes"], share: Float[np.ndarray, " points"]):
+    """Interval, and place within it, up to which a piecewise linear density holds the given share."""
+    steps = (nodes[:, :-1] + nodes[:, 1:]) / 2
+    cumulative = np.concatenate([np.zeros((len(nodes), 1)), np.cumsum(steps, axis=1)], axis=1)
+    wanted = np.clip(share, 0, 1) * cumulative[:, -1]
+    interval = np.clip((cumulative[:, 1:] < wanted[:, None]).sum(axis=1), 0, steps.shape[1] - 1)
+    points = np.arange(len(nodes))
+    first, last = nodes[points, interval], nodes[points, interval + 1]
+    rest = wanted - cumulative[points, interval]
+    # Of first t + (last - first) t^2 / 2 = rest, the root within the interval, without cancellation.
+    root = np.sqrt(np.maximum(first**2 + 2 * rest * (last - first), 0))
+    total = first + root
+    place = np.where(total > 0, 2 * rest / np.where(total > 0, total, 1), 0.0)
+    return interval, np.clip(place, 0, 1)

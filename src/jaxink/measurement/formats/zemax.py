@@ -13,9 +13,15 @@ from jaxtyping import Float, Int
 
 from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
-from jaxink.measurement.formats.own_files import Origin, origin, refuse_other_media
 from jaxink.measurement.formats.points import Points, divided_as_requested, joined, totals_note
-from jaxink.measurement.formats.polar_tables import distinct, from_specular, total
+from jaxink.measurement.formats.polar_tables import (
+    Origin,
+    distinct,
+    from_specular,
+    origin,
+    refuse_other_media,
+    total,
+)
 
 _WORDS = ("source", "symmetry", "spectralcontent", "scattertype")
 _AXES = ("samplerotation", "angleofincidence", "scatterazimuth", "scatterradial")
