@@ -87,18 +87,21 @@ if TYPE_CHECKING:
         read,
         read_readings,
     )
-    from jaxink.model.forward import ForwardModel
-    from jaxink.optics.directions import Directions
-    from jaxink.optics.layers import ClearLayer, ScatteringLayer
-    from jaxink.particles.phase_function import HenyeyGreenstein, Rayleigh, TwoTermHenyeyGreenstein
+    from jaxink.model import ForwardModel
+    from jaxink.optics import ClearLayer, Directions, ScatteringLayer
+    from jaxink.particles import HenyeyGreenstein, Rayleigh, TwoTermHenyeyGreenstein
     from jaxink.planning import MeasurementPlan, plan_measurement
     from jaxink.projects import Project, load_project, parse_project
     from jaxink.sample import Parameter, Sample, load_sample, parse_sample
-    from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power, regular_power
-    from jaxink.solver.config import SolverConfig
-    from jaxink.solver.plan import plan_channels
-    from jaxink.solver.resolution import choose_sizes
-    from jaxink.solver.stack import Stack
+    from jaxink.solver import (
+        SolverConfig,
+        Stack,
+        choose_sizes,
+        diffuse_bsdf,
+        hemispherical_power,
+        plan_channels,
+        regular_power,
+    )
 
     __version__: str
 

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import SIMULATED_TRUTH, simulated_example
-from jaxink.sample.draft import ORDERS, PHASE_FUNCTIONS, Draft, reduced_thickness, sample_text
+from jaxink.sample.draft import ORDERS, PHASE_FUNCTIONS, Draft, draft_text, reduced_thickness
 
 DATA = str(simulated_example()[0])
 
@@ -48,7 +48,7 @@ def test_the_file_and_the_next_command(run, tmp_path, told):
 def test_a_fit_starts_from_it(coarse):
     data = jaxink.read(DATA)
     draft = Draft(plate_index=1.5, plate_mm=1.0, ink_um=80.0)
-    sample = jaxink.parse_sample(sample_text(data, draft))
+    sample = jaxink.parse_sample(draft_text(data, draft))
     result = jaxink.fit(data, sample, jaxink.FitOptions(config=coarse, profile="none"))
     assert result.converged
     found = {p.name: p.value for p in result.parameters.free}
@@ -66,7 +66,7 @@ def test_a_fit_starts_from_it(coarse):
 def test_every_kind_of_sample_is_accepted(order, phase_function, wavelengths):
     draft = Draft(order=order, phase_function=phase_function)
     data = measurement(wavelengths)
-    sample = jaxink.parse_sample(sample_text(data, draft, draft.needed))
+    sample = jaxink.parse_sample(draft_text(data, draft, draft.needed))
     assert [layer.name for layer in sample.layers] == order.split(",")
     assert sample.wavelengths_nm == wavelengths
     sample.parameters.require_ranges()
@@ -75,16 +75,16 @@ def test_every_kind_of_sample_is_accepted(order, phase_function, wavelengths):
 
 @pytest.mark.parametrize("ink_um", [0.5, 5, 20, 300, 5000])
 def test_starts_are_within_their_ranges(ink_um):
-    sample = jaxink.parse_sample(sample_text(measurement(), Draft(ink_um=ink_um)))
+    sample = jaxink.parse_sample(draft_text(measurement(), Draft(ink_um=ink_um)))
     scattering = sample.parameters["ink.scattering_per_mm"]
     assert scattering.minimum < scattering.value < scattering.maximum
 
 
 def test_an_opaque_ink(refused):
-    sample = jaxink.parse_sample(sample_text(measurement(sides="R"), Draft(ink_um="opaque")))
+    sample = jaxink.parse_sample(draft_text(measurement(sides="R"), Draft(ink_um="opaque")))
     assert sample.layers[-1].opaque
     with refused("ink.csv", "ink_um"):
-        sample_text(measurement(), Draft(ink_um="opaque"))
+        draft_text(measurement(), Draft(ink_um="opaque"))
     with refused("ink_um", "ink,plate"):
         Draft(ink_um="opaque", order="ink,plate")
 
@@ -93,11 +93,11 @@ def test_noise_is_that_of_the_file_of_pairs_or_a_guess():
     from jaxink.measurement import noise_of
 
     def noise(data):
-        return jaxink.parse_sample(sample_text(data, Draft())).noise
+        return jaxink.parse_sample(draft_text(data, Draft())).noise
 
     assert (
         noise(measurement(sigma=np.full(8, 0.001)))
-        == jaxink.parse_sample(sample_text(measurement(sigma=np.full(8, 0.002)), Draft())).noise
+        == jaxink.parse_sample(draft_text(measurement(sigma=np.full(8, 0.002)), Draft())).noise
     )
     guessed = noise(measurement())
     assert guessed.relative > 0
@@ -128,12 +128,12 @@ def test_the_estimate_inverts_two_stream_theory(total):
 @pytest.mark.parametrize("bsdf", [1e-90, 1e8, -1.0])
 def test_absurd_values_still_give_a_file(bsdf):
     data = measurement(bsdf_per_sr=np.append(np.full(7, bsdf), 1.0))
-    assert jaxink.parse_sample(sample_text(data, Draft())).parameters.free
+    assert jaxink.parse_sample(draft_text(data, Draft())).parameters.free
 
 
 def test_the_name_of_the_file_does_no_harm():
     data = measurement(source='a"b\\\n[x]\x07\x7f # ü.csv')
-    assert "ü.csv" in jaxink.parse_sample(sample_text(data, Draft())).title
+    assert "ü.csv" in jaxink.parse_sample(draft_text(data, Draft())).title
 
 
 def test_lit_side_gives_the_order(run, tmp_path):
@@ -334,7 +334,7 @@ def test_the_shape_of_the_colour_is_that_of_the_diffuse_reflectance():
     waves = (500, 600)
     data = measurement(waves)
     data = data.replace(bsdf_per_sr=data.bsdf_per_sr * np.where(data.wavelength_nm == 600, 2.0, 1.0))
-    as_hg = jaxink.parse_sample(sample_text(data, Draft(colour_from_reflectance=True)))
+    as_hg = jaxink.parse_sample(draft_text(data, Draft(colour_from_reflectance=True)))
     np.testing.assert_allclose(as_hg.parameters["ink.scattering_per_mm"].shape, (2 / 3, 4 / 3), rtol=1e-4)
     assert [p.name for p in as_hg.parameters.free] == [
         "ink.scattering_per_mm",
@@ -342,7 +342,7 @@ def test_the_shape_of_the_colour_is_that_of_the_diffuse_reflectance():
         "ink.asymmetry_parameter",
     ]
     mie = Draft(colour_from_reflectance=True, phase_function="mie")
-    shape = jaxink.parse_sample(sample_text(data, mie)).parameters["ink.particle_absorption_index"].shape
+    shape = jaxink.parse_sample(draft_text(data, mie)).parameters["ink.particle_absorption_index"].shape
     # The wavelength that is reflected less is absorbed more.
     assert shape[0] > shape[1]
 
@@ -355,6 +355,6 @@ def test_colours_that_have_no_shape(run, told):
     assert done.exit_code == 5
     told(done.stderr, "--project")
     with pytest.raises(jaxink.errors.InputRefusedError, match="opaque"):
-        sample_text(measurement((500, 600), "R"), Draft(ink_um="opaque", colour_from_reflectance=True))
+        draft_text(measurement((500, 600), "R"), Draft(ink_um="opaque", colour_from_reflectance=True))
     with pytest.raises(jaxink.errors.InputRefusedError, match="reflection"):
-        sample_text(measurement((500, 600), "T"), Draft(colour_from_reflectance=True))
+        draft_text(measurement((500, 600), "T"), Draft(colour_from_reflectance=True))

@@ -5,7 +5,7 @@ import pytest
 
 import jaxink
 from jaxink.colour import Arrangement, SampleSpectra, drawdown, two_flux, two_flux_errors
-from jaxink.colour.two_flux import saunderson
+from jaxink.colour.kubelka_munk import saunderson
 from jaxink.errors import InputRefusedError
 from jaxink.plots import drawdown_figure
 from tests.samples import PRINTED_INK, edited

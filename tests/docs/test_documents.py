@@ -106,7 +106,7 @@ def test_complete_sample_file_can_be_predicted():
 
 
 def test_example_of_particles_has_all_of_them_and_optics():
-    from jaxink.model.mie_sizes import mie_sizes
+    from jaxink.model.size_classes import mie_sizes
     from jaxink.model.volume import volume_scattering
 
     (text,) = blocks(PARTICLES, "toml")

@@ -22,7 +22,7 @@ from jaxink.particles import phase_function
 from jaxink.sample import parse_sample, sample_text
 from jaxink.solver.bsdf import hemispherical_power
 from jaxink.solver.config import SolverConfig
-from jaxink.solver.fluence import DEPTH_WEIGHTS, fluence
+from jaxink.solver.fluence_rate import DEPTH_WEIGHTS, fluence
 from jaxink.solver.plan import plan_channels
 from jaxink.solver.stack import Stack
 

@@ -13,7 +13,7 @@ from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.fitting.minima import Minima, Minimum
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.model.forward import evaluate
-from jaxink.report.fit_page import fit_page
+from jaxink.report.fit_html import fit_page
 
 FILM = """
 schema_version = 1

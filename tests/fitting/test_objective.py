@@ -8,7 +8,7 @@ import pytest
 
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import make_objective, prepare_data
-from jaxink.fitting.merit import factor_of_points
+from jaxink.fitting.figures_of_merit import factor_of_points
 from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
 from jaxink.sample import Noise, Prior, parse_sample

@@ -8,7 +8,7 @@ import pytest
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.objective import FittedModel
-from jaxink.fitting.readings_objective import noise_of_readings, readings_objective
+from jaxink.fitting.objective_of_readings import noise_of_readings, readings_objective
 from jaxink.measurement import Noise, Readings
 from jaxink.model.readings import ReadingsModel
 from jaxink.sample import parse_sample

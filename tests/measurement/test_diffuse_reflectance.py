@@ -6,7 +6,7 @@ import pytest
 import jaxink
 from jaxink.colour import Geometry, SampleSpectra
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.diffuse_reflectance import diffuse_reflectance
+from jaxink.measurement.reflectance_of_bsdf import diffuse_reflectance
 from tests.samples import PRINTED_INK, edited
 
 

@@ -6,7 +6,7 @@ import pytest
 import jaxink
 from jaxink import ForwardModel, SolverConfig, parse_sample
 from jaxink.fitting import FitOptions
-from jaxink.model.mie_sizes import MieSizes, mie_sizes
+from jaxink.model.size_classes import MieSizes, mie_sizes
 from jaxink.model.volume import volume_scattering
 from jaxink.particles.mie import MieSphere, mie_coefficients
 from jaxink.particles.structure_factor import InterferingPhaseFunction

@@ -16,7 +16,7 @@ from jaxink.plots import overview_figure, spectrum_figure
 from jaxink.plots.scan_views import scan_views
 from jaxink.plots.spectra import quantities
 from jaxink.report import fit_next_steps, write_fit_page
-from jaxink.report.fit_page import fit_page, five_numbers
+from jaxink.report.fit_html import fit_page, five_numbers
 from jaxink.report.html import figure
 from jaxink.report.layer_sketch import layer_sketch, layer_words
 from tests.report.page_reader import Page

@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxink.colour.shown import colours_if_any, shown_colour
 from jaxink.measurement import GonioData
-from jaxink.report.fit_page import colour_section
+from jaxink.report.fit_html import colour_section
 
 
 def reddish():

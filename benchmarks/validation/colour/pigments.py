@@ -16,7 +16,7 @@ import numpy as np
 import jaxink
 from jaxink.colour import Arrangement, SampleSpectra
 from jaxink.colour.of_sample import Known
-from jaxink.measurement.diffuse_reflectance import diffuse_reflectance
+from jaxink.measurement.reflectance_of_bsdf import diffuse_reflectance
 
 RESULTS = Path(__file__).parent / "pigments.json"
 WAVES = np.arange(400.0, 701.0, 10.0)

@@ -13,7 +13,8 @@ from jaxink.diagnosis.search.stage import Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
 from jaxink.measurement import noise_of
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
+from jaxink.solver.config import SolverConfig
 
 # Relative difference between what a refit leaves of an effect and what the screen says, up to which one
 # screen, made at the fit to the case, serves all data sets; beyond, every data set has one of its own, as in

@@ -15,7 +15,7 @@ from jaxink.ink.tabulate import TableOptions
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
 from jaxink.sample.turning import turned_over
-from jaxink.solver.config import DEFAULT_ACCURACY
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 _TABLE = TableOptions(n_theta=61, n_phi=13)
 

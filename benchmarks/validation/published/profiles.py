@@ -18,7 +18,7 @@ from benchmarks.validation.published.problems import COLOURED, ROUGH, SHEET, WEI
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.uncertainty import covariance, profile
 from jaxink.numerics.precision import computing
-from jaxink.solver.config import DEFAULT_ACCURACY
+from jaxink.solver.accuracy import DEFAULT_ACCURACY
 
 NAMES = (f"{ROUGH}-mie", f"{ROUGH}-hg", f"{COLOURED}-mie", f"{SHEET}-mie")
 # Their intervals were found with the fit.

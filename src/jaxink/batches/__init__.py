@@ -10,28 +10,36 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from jaxink.batches.plan import Plan, load_plan
-    from jaxink.batches.result import Batch, UnfinishedBatchError
+    from jaxink.batches.result import REPORT_PAGE, SUMMARY_CSV, Batch, UnfinishedBatchError
     from jaxink.batches.row import Row, RowOutcome
     from jaxink.batches.run import batch
 
-# The workers of a scheduler import this room, and leave JAX to the processes that compute.
 _HOMES = {
-    "Batch": "result",
-    "Plan": "plan",
-    "Row": "row",
-    "RowOutcome": "row",
-    "UnfinishedBatchError": "result",
-    "batch": "run",
-    "load_plan": "plan",
+    "jaxink.batches.plan": (
+        "Plan",
+        "load_plan",
+    ),
+    "jaxink.batches.result": (
+        "Batch",
+        "REPORT_PAGE",
+        "SUMMARY_CSV",
+        "UnfinishedBatchError",
+    ),
+    "jaxink.batches.row": (
+        "Row",
+        "RowOutcome",
+    ),
+    "jaxink.batches.run": ("batch",),
 }
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
-__all__ = ["Batch", "Plan", "Row", "RowOutcome", "UnfinishedBatchError", "batch", "load_plan"]
+__all__ = sorted(_HOME_OF)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _HOME_OF:
         raise AttributeError(f"module 'jaxink.batches' has no attribute {name!r}")
-    return getattr(import_module(f"jaxink.batches.{_HOMES[name]}"), name)
+    return getattr(import_module(_HOME_OF[name]), name)
 
 
 def __dir__() -> list[str]:

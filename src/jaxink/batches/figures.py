@@ -9,7 +9,7 @@ from jaxink.batches.listing import POSITION
 from jaxink.batches.result import Batch
 from jaxink.batches.row import Row, RowParameter
 from jaxink.batches.verdicts import standard_errors_hold
-from jaxink.plots.figure import PageFigure, blank_figure
+from jaxink.plots import PageFigure, blank_figure
 
 _GOOD, _FAR = "#2b5d8a", "#c22f2f"
 _WIDTH, _HEIGHT = 9.0, 2.6

@@ -12,17 +12,15 @@ import jaxink
 from jaxink.batches.folder import Done, now, trouble
 from jaxink.batches.row import RESULTS, Row, RowColour, RowOutcome, RowParameter
 from jaxink.batches.task import Task
-from jaxink.colour.shown import colours_if_any, shown_colour
+from jaxink.colour import colours_if_any, shown_colour
 from jaxink.diagnosis import Diagnosis, DiagnosisOptions
 from jaxink.errors import JaxinkError
 from jaxink.fitting import FitOptions, FitResult, check_input
-from jaxink.measurement import GonioData
-from jaxink.measurement.columns import option_words
+from jaxink.measurement import GonioData, option_words
 from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
-from jaxink.report.fit_page import fit_page
-from jaxink.report.fit_writing import fit_drawings
-from jaxink.sample.archive import sample_from_dict
+from jaxink.report import fit_drawings, fit_page
+from jaxink.sample import sample_from_dict
 
 DIAGNOSIS = "diagnosis"
 FIT_PAGE, DIAGNOSIS_PAGE = "fit.html", "report.html"

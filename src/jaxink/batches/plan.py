@@ -14,10 +14,20 @@ from jaxink.batches.listing import Listed, listed_files, listed_rows
 from jaxink.diagnosis import DiagnosisOptions
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitOptions
-from jaxink.sample import Sample, load_sample
-from jaxink.sample.document import document_of, text_of
-from jaxink.sample.entries import bounded, choice, only, table_of, true_or_false
-from jaxink.sample.schema import Entry, Quantity, quoted
+from jaxink.sample import (
+    Entry,
+    Quantity,
+    Sample,
+    bounded,
+    choice,
+    document_of,
+    load_sample,
+    only,
+    quoted,
+    table_of,
+    text_of,
+    true_or_false,
+)
 
 PLAN_VERSION = 1
 WORK = ("fit", "diagnose", "both")

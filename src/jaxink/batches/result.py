@@ -11,7 +11,7 @@ import numpy as np
 from jaxink.batches.listing import POSITION, Listed
 from jaxink.batches.row import Row, RowOutcome
 from jaxink.batches.verdicts import is_misfit, verdict_meaning, what_to_do
-from jaxink.colour.cie import difference
+from jaxink.colour import difference
 from jaxink.display.brief import counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError, JaxinkError

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from jaxink.batches.row import RESULTS, Row
-from jaxink.diagnosis.findings.verdict import VerdictCode
+from jaxink.diagnosis import VerdictCode
 from jaxink.files.result_folder import SAMPLE_FILE
-from jaxink.fitting.verdict import FitVerdictCode
-from jaxink.measurement.columns import option_words
+from jaxink.fitting import FitVerdictCode
+from jaxink.measurement import option_words
 
 _CODES: dict[str, FitVerdictCode | VerdictCode] = {
     str(code): code for kind in (FitVerdictCode, VerdictCode) for code in kind

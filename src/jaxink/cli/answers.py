@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from jaxink.errors import InputRefusedError
-from jaxink.sample.replacing import AMBIGUOUS, converted, is_length
+from jaxink.sample import AMBIGUOUS, converted, is_length
 
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.,]*)")
 

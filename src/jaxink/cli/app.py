@@ -35,7 +35,7 @@ from jaxink.cli.reading_options import (
 from jaxink.cli.session import CommandLine, draw_to_files, one_sentence, silence_xla
 from jaxink.errors import InputRefusedError
 from jaxink.files.version import installed_version
-from jaxink.solver.config import DEFAULT_ACCURACY
+from jaxink.solver import DEFAULT_ACCURACY
 
 app = typer.Typer(
     name="jaxink",
@@ -284,7 +284,7 @@ def init(
     """Write a first sample file, with comments, from a measurement, options and a few questions."""
     with one_sentence(debug):
         from jaxink.cli.init import run_init
-        from jaxink.measurement.columns import option_words
+        from jaxink.measurement import option_words
 
         given = {"order": order, "plate_index": plate_index, "plate_mm": plate_mm, "ink_index": ink_index}
         given |= {"ink_um": ink_um, "phase_function": phase_function}

@@ -7,8 +7,7 @@ from typing import Any
 import typer
 
 import jaxink
-from jaxink.batches.result import REPORT_PAGE, SUMMARY_CSV, UnfinishedBatchError
-from jaxink.batches.row import Row
+from jaxink.batches import REPORT_PAGE, SUMMARY_CSV, Row, UnfinishedBatchError
 from jaxink.cli import session
 from jaxink.cli.session import ExitCode
 from jaxink.files.encoding import json_text, plain

@@ -73,8 +73,7 @@ def run_colour(
     output
         ``tables``, ``json`` or ``quiet``.
     """
-    from jaxink.colour.geometry import Geometry
-    from jaxink.colour.of_sample import GEOMETRIES
+    from jaxink.colour import GEOMETRIES, Geometry
 
     chosen = [Geometry.of(one) for one in geometries or GEOMETRIES]
     arrangement = options.arrangement()

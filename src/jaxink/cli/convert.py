@@ -11,8 +11,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
 from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file
-from jaxink.measurement import read, write_csv
-from jaxink.measurement.one_sample import refuse_other_samples
+from jaxink.measurement import read, refuse_other_samples, write_csv
 
 if TYPE_CHECKING:
     from jaxink import GonioData

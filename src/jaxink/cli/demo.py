@@ -21,7 +21,7 @@ from jaxink.numerics.failures import Failures
 
 if TYPE_CHECKING:
     from jaxink import Diagnosis, DiagnosisOptions, FitOptions, FitResult, GonioData
-    from jaxink.ink.comparison import TableComparison
+    from jaxink.ink import TableComparison
 
 FIT, SIMPLEX, REPORT, INK = "fit", "fit-simplex", "report", "ink"
 # To be quick: coarser than the default, and without the effects that need programs of their own.
@@ -50,10 +50,8 @@ def run_demo(out: Path, formats: Sequence[str], quiet: bool) -> ExitCode:
         _show_fits(to, gradient, simplex)
     with session.progress(quiet) as follow:
         found = jaxink.diagnose(data, sample, _diagnosis_options(), follow, fitted=gradient)
-    from jaxink.export import ExportOptions
-    from jaxink.export.formats import write_folder
-    from jaxink.report import write_report
-    from jaxink.report.ink_table import inside_change
+    from jaxink.export import ExportOptions, write_folder
+    from jaxink.report import inside_change, write_report
 
     change, failures = inside_change(found), Failures()
     words = [str(out / inputs[0].name)]
@@ -156,7 +154,7 @@ def _show_correction(to: Console, found: "Diagnosis", change: "TableComparison |
     if isinstance(change, str):
         to.print(change, soft_wrap=True)
     else:
-        from jaxink.ink.comparison import LARGEST_THETA_DEG
+        from jaxink.ink import LARGEST_THETA_DEG
 
         of = change.of("R_II")
         to.print(
@@ -179,7 +177,7 @@ def _table(*heads: str) -> Table:
 
 def _show_next(to: Console, out: Path) -> None:
     """Print commands that go on from here."""
-    from jaxink.export.preparation import least_bin_deg
+    from jaxink.export import least_bin_deg
 
     data, sample = (str(out / file.name) for file in stray_light_example())
     # Total reflection is kept, without which a plate guides no light.

@@ -19,7 +19,7 @@ from jaxink.numerics.digits import percent, rounded, with_uncertainty
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis, Figures
-    from jaxink.fitting.deviation import Deviation
+    from jaxink.fitting import Deviation
     from jaxink.report import NextStep
 
 MOST_CANDIDATES = 12

@@ -17,8 +17,7 @@ from jaxink.files.writing import require_folder
 
 if TYPE_CHECKING:
     from jaxink.export import ExportOptions
-    from jaxink.ink import InkTable
-    from jaxink.ink.boundary_file import RoughBoundary
+    from jaxink.ink import InkTable, RoughBoundary
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,8 +44,7 @@ class Target:
 
     def options(self) -> "ExportOptions":
         """The options, validated before anything is computed."""
-        from jaxink.export import ExportOptions
-        from jaxink.export.formats import require_format
+        from jaxink.export import ExportOptions, require_format
 
         require_format(self.format)
         options = ExportOptions(**self.choices)
@@ -68,7 +66,7 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
     target
         Where to write what.
     """
-    from jaxink.export.guide import warning_of
+    from jaxink.export import warning_of
 
     options = target.options()
     if source.suffix == ".nc" and not os.path.isdir(source):
@@ -103,11 +101,8 @@ def _foresee(
     source: Path, layers: Sequence[str], sampling: dict[str, Any], target: Target, options: "ExportOptions"
 ) -> None:
     """Reject what is known to fail before the table is computed."""
-    from jaxink.export.formats import refuse_expected
-    from jaxink.export.limitations import LossRefusedError
-    from jaxink.ink.foresight import expected_table
-    from jaxink.ink.ink_layers import InkChoice, UnclearInkError, find_ink
-    from jaxink.ink.saved_fit import read_saved_fit
+    from jaxink.export import LossRefusedError, refuse_expected
+    from jaxink.ink import InkChoice, UnclearInkError, expected_table, find_ink, read_saved_fit
 
     saved = read_saved_fit(source)
     if saved is None:
@@ -144,7 +139,7 @@ def _width_deg(
     losses: Sequence[str], sampling: dict[str, Any], table: "InkTable | None" = None
 ) -> int | None:
     """Width of the cones over which regular light can be spread; None if none is lost or no width will do."""
-    from jaxink.export.preparation import least_bin_deg
+    from jaxink.export import least_bin_deg
 
     if "regular" not in losses:
         return None
@@ -163,7 +158,7 @@ def _advised(
     target: Target, options: "ExportOptions", sampling: dict[str, Any], table: "InkTable | None" = None
 ) -> Iterator[None]:
     """Add to a refusal of losses the whole commands that allow or avoid them."""
-    from jaxink.export.limitations import LossRefusedError
+    from jaxink.export import LossRefusedError
 
     try:
         yield
@@ -183,11 +178,8 @@ def _advised(
 def run_boundary(source: Path, sampling: dict[str, Any], target: Target) -> ExitCode:
     """Write the boundary of a surface file; ``sampling`` are keywords of `boundary_table`."""
     session.prepare_jax()
-    from jaxink.export.formats import refuse_expected
-    from jaxink.ink.boundary import boundary_table
-    from jaxink.ink.boundary_file import load_boundary
-    from jaxink.ink.foresight import expected_boundary
-    from jaxink.ink.hemispherical_totals import excess_of_power
+    from jaxink.export import refuse_expected
+    from jaxink.ink import boundary_table, excess_of_power, expected_boundary, load_boundary
 
     options = target.options()
     boundary = load_boundary(source)
@@ -210,7 +202,7 @@ def _write(
     table: "InkTable", target: Target, options: "ExportOptions", what: str, remarks: Sequence[str] = ()
 ) -> None:
     """Write the files and print what they contain."""
-    from jaxink.export.formats import write_folder
+    from jaxink.export import write_folder
 
     files, guide = write_folder(table, target.format, target.folder, options)
     if target.quiet:
@@ -223,7 +215,7 @@ def _write(
 
 def _judged(boundary: "RoughBoundary") -> list[str]:
     """Lines on whether the theory is valid for a boundary."""
-    from jaxink.ink.boundary_validity import INCIDENCES_DEG, validity_checks
+    from jaxink.ink import INCIDENCES_DEG, validity_checks
 
     checks = validity_checks(boundary)
     if not checks:

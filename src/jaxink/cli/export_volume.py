@@ -35,9 +35,8 @@ def run_volume(
             "diagnosis."
         )
     session.prepare_jax()
-    from jaxink.export.medium import medium_of
-    from jaxink.export.volume import VOLUME_FORMATS, write_volume
-    from jaxink.ink.ink_layers import find_ink
+    from jaxink.export import VOLUME_FORMATS, medium_of, write_volume
+    from jaxink.ink import find_ink
 
     require_one_of("format", format, VOLUME_FORMATS)
     require_folder(out)

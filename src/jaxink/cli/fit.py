@@ -13,7 +13,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.files.encoding import json_text
 from jaxink.files.result_folder import PAGE_FILE, require_not_replaced
 from jaxink.files.writing import require_folder, whole_folder
-from jaxink.measurement.columns import option_words
+from jaxink.measurement import option_words
 from jaxink.numerics.failures import Failures
 from jaxink.plots import FIGURE_FOLDER
 

@@ -9,16 +9,12 @@ from rich.cells import cell_len
 from rich.console import Console, JustifyMethod
 from rich.table import Table
 
-from jaxink.fitting.minima import OVER_MINIMA
-from jaxink.fitting.mistake import rejected, rejection
+from jaxink.fitting import OVER_MINIMA, rejected, rejection
 from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty
-from jaxink.plots.scan_views import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
+from jaxink.plots import MOST_WAVELENGTHS, fit_wavelengths, used_wavelengths
 
 if TYPE_CHECKING:
-    from jaxink.fitting import FitResult, JointResult
-    from jaxink.fitting.fitted_parameters import FittedParameter
-    from jaxink.fitting.minima import Minima
-    from jaxink.fitting.result import SearchSummary
+    from jaxink.fitting import FitResult, FittedParameter, JointResult, Minima, SearchSummary
     from jaxink.report import NextStep
 
 # ASCII if the terminal cannot show more.

@@ -16,17 +16,17 @@ from jaxink.cli.session import CommandLine, ExitCode, StoppedError
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
 from jaxink.files.writing import require_file, written_whole
-from jaxink.measurement.one_sample import refuse_other_samples
-from jaxink.sample.draft import (
+from jaxink.measurement import refuse_other_samples
+from jaxink.sample import (
     ASYMMETRIES,
+    OPAQUE,
     ORDERS,
     PHASE_FUNCTIONS,
     Draft,
     chosen_wavelengths,
+    draft_text,
     lit_order,
-    sample_text,
 )
-from jaxink.sample.schema import OPAQUE
 
 _QUESTIONS = {
     "order": f"Layers in the order in which light meets them ({' | '.join(ORDERS)})",
@@ -77,7 +77,7 @@ def run_init(
         },
     )
     draft, assumed = drafted(data, stated, None if quiet else command, options)
-    text = sample_text(data, draft, assumed)
+    text = draft_text(data, draft, assumed)
     # What is written can be read, or the reason is said.
     sample = jaxink.parse_sample(text, shown_path(out), out.parent)
     with written_whole(out) as part:
@@ -200,7 +200,7 @@ def _answer(data: jaxink.GonioData, known: dict[str, Any], name: str, question: 
         try:
             answer = _stated(name, text)
             # Refuses what is out of its range, by the sentence of the sample file.
-            jaxink.parse_sample(sample_text(data, Draft(**known, **{name: answer})), name)
+            jaxink.parse_sample(draft_text(data, Draft(**known, **{name: answer})), name)
         except InputRefusedError as problem:
             typer.echo(str(problem).removeprefix(f"{name}: "))
         else:

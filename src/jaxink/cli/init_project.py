@@ -14,12 +14,9 @@ from jaxink.cli.session import CommandLine, ExitCode
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import shown_path
 from jaxink.files.writing import written_whole
-from jaxink.measurement.rows import THICKNESS
-from jaxink.measurement.table import is_number
-from jaxink.projects import parse_project
-from jaxink.projects.draft import first_measurements, project_text
-from jaxink.projects.splitting import conditions_in
-from jaxink.sample.draft import sample_text
+from jaxink.measurement import THICKNESS, is_number
+from jaxink.projects import conditions_in, first_measurements, parse_project, project_text
+from jaxink.sample import draft_text
 
 _SAMPLE = "sample.toml"
 
@@ -66,7 +63,7 @@ def run_init_project(
     held = {"--out": out, "--project": True, "--force": force, "--wavelengths": given["wavelengths_nm"]}
     command = CommandLine("init", data_files, held)
     draft, assumed = drafted(data, stated, None if quiet else command, options)
-    text = sample_text(data, draft, assumed)
+    text = draft_text(data, draft, assumed)
     sample = jaxink.parse_sample(text, shown_path(sample_file), folder)
     layers = [layer.name for layer in sample.layers]
     with written_whole(sample_file) as part, written_whole(out) as project_part:

@@ -16,7 +16,7 @@ from jaxink.files.reading import shown_path
 from jaxink.files.spreadsheet import cell
 from jaxink.files.version import installed_version
 from jaxink.files.writing import require_file, written_whole
-from jaxink.solver.config import DEFAULT_ACCURACY
+from jaxink.solver import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
     from jaxink import GonioData, Sample
@@ -60,9 +60,8 @@ def run_predict(
         sample, fitted = result.sample, result.data
         given = fitted if given is None else given
         config = result.config if accuracy is None else None
-    from jaxink.fitting import marked
-    from jaxink.fitting.prediction import unknown_nm
-    from jaxink.sample.replacing import assigned
+    from jaxink.fitting import marked, unknown_nm
+    from jaxink.sample import assigned
 
     changes = assigned(sample.parameters, list(settings))
     sample = sample.replace(changes)
@@ -140,7 +139,7 @@ def _not_among(data: "GonioData", known_nm: Sequence[float]) -> list[float]:
 
 def _remarks(data: "GonioData", sample: "Sample", unknown_nm: Sequence[float]) -> list[str]:
     """Sentences on masked rows and on wavelengths that the sample file does not name."""
-    from jaxink.measurement.masks import mask_sentences
+    from jaxink.measurement import mask_sentences
 
     *masked, _ = mask_sentences(data.mask)
     named = sample.wavelengths_nm
@@ -170,7 +169,7 @@ def _write_prediction(data: "GonioData", predicted, unknown_nm: Sequence[float],
         attrs = {**data.attrs, "bsdf_per_sr": f"predicted by jaxink {installed_version()}"}
         data.replace(bsdf_per_sr=predicted, sigma_per_sr=None, extra=extra, attrs=attrs).to_netcdf(out)
         return
-    from jaxink.measurement.masks import mask_names
+    from jaxink.measurement import mask_names
 
     extra["masked"] = np.array(mask_names(data.mask))
     if unknown_nm:

@@ -2,12 +2,14 @@
 
 from jaxink.colour.arrangement import Arrangement
 from jaxink.colour.at_points import ColoursAtPoints, colours_at_points
+from jaxink.colour.cie import difference, display_code, illuminant_spectrum, matching_functions
 from jaxink.colour.coordinates import Colour
 from jaxink.colour.fitted import FittedColours, fitted_colours
 from jaxink.colour.geometry import Geometry
-from jaxink.colour.hiding import Drawdown, drawdown
-from jaxink.colour.of_sample import SampleSpectra
-from jaxink.colour.two_flux import TwoFlux, two_flux, two_flux_errors
+from jaxink.colour.hiding import HIDING, Drawdown, drawdown
+from jaxink.colour.kubelka_munk import TwoFlux, two_flux, two_flux_errors
+from jaxink.colour.of_sample import GEOMETRIES, Known, SampleSpectra, wavelengths_of
+from jaxink.colour.shown import colours_if_any, shown_colour
 from jaxink.colour.viewing import Illuminant, Viewing, read_card, read_illuminant
 
 __all__ = [
@@ -16,16 +18,26 @@ __all__ = [
     "ColoursAtPoints",
     "Drawdown",
     "FittedColours",
+    "GEOMETRIES",
     "Geometry",
+    "HIDING",
     "Illuminant",
+    "Known",
     "SampleSpectra",
     "TwoFlux",
     "Viewing",
     "colours_at_points",
+    "colours_if_any",
+    "difference",
+    "display_code",
     "drawdown",
     "fitted_colours",
+    "illuminant_spectrum",
+    "matching_functions",
     "read_card",
     "read_illuminant",
+    "shown_colour",
     "two_flux",
     "two_flux_errors",
+    "wavelengths_of",
 ]

@@ -6,10 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_number
-from jaxink.sample import Parameter, Sample
-from jaxink.sample.description import Backing
-from jaxink.sample.parameters import ParameterTable
-from jaxink.sample.turning import opposite_medium, turned_over
+from jaxink.sample import Backing, Parameter, ParameterTable, Sample, opposite_medium, turned_over
 
 BACKING = "backing.reflectance"
 # Keys of a sample file, um.

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.readings import QUANTITIES, Readings
+from jaxink.measurement import QUANTITIES, Readings
 
 # A hemisphere with the specular component unless it says otherwise, as most instruments have it.
 _NAMED = {

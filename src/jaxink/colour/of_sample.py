@@ -14,11 +14,10 @@ from jaxink.colour.coordinates import Colour
 from jaxink.colour.geometry import Geometry, readings_at
 from jaxink.colour.viewing import Illuminant, Viewing
 from jaxink.errors import InputRefusedError
-from jaxink.model.forward import ForwardModel
-from jaxink.model.readings import ReadingsModel
+from jaxink.model import ForwardModel, ReadingsModel
 from jaxink.numerics.precision import computing
 from jaxink.sample import Sample
-from jaxink.solver.config import DEFAULT_ACCURACY
+from jaxink.solver import DEFAULT_ACCURACY
 
 GEOMETRIES = ("45:0", "8:di", "8:de")
 

@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 from jaxink.colour.cie import VISIBLE_NM, illuminant_spectrum, matching_functions
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.spectrum_file import read_spectrum
+from jaxink.measurement import read_spectrum
 
 # A cubic spline takes four values.
 _CUBIC = 4

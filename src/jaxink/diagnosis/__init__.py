@@ -7,6 +7,8 @@ measurements at once), `procedure` (runs them all).
 
 from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis.findings.hidden import HiddenEffect
+from jaxink.diagnosis.findings.judgement import TESTS
 from jaxink.diagnosis.findings.location import Location, locate
 from jaxink.diagnosis.findings.report_reading import read_report
 from jaxink.diagnosis.findings.saved import SavedDiagnosis, Transfer, load_diagnosis, transfer
@@ -59,6 +61,7 @@ __all__ = [
     "Failure",
     "Figures",
     "HeldOutGain",
+    "HiddenEffect",
     "JointDiagnosis",
     "JointStep",
     "Location",
@@ -69,16 +72,17 @@ __all__ = [
     "PreparedScreen",
     "PreparedStructure",
     "Projection",
+    "SavedDiagnosis",
     "ScreenOptions",
     "ScreenResult",
     "ScreenedCandidate",
-    "SavedDiagnosis",
     "SearchPolicy",
     "SmoothPart",
     "Step",
     "StructureResult",
     "StructureStatistic",
     "Summary",
+    "TESTS",
     "TangentCone",
     "Task",
     "Testability",

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from jaxink.display.brief import brief_repr
-from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+from jaxink.measurement import LEAST_PROBABILITY, SIGMA_TOLERANCE
 
 
 @dataclass(frozen=True)

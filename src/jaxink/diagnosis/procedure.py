@@ -17,11 +17,8 @@ from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.unfinished import Unfinished
 from jaxink.errors import InputRefusedError, require_kind
-from jaxink.fitting import FitResult, check_input, fit
-from jaxink.fitting.inputs import read_inputs
-from jaxink.fitting.objective import weights_of
-from jaxink.measurement import GonioData
-from jaxink.measurement.masks import USER
+from jaxink.fitting import FitResult, check_input, fit, read_inputs, weights_of
+from jaxink.measurement import USER, GonioData
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress

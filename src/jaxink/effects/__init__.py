@@ -12,7 +12,9 @@ from jaxink.effects.augmented import (
 )
 from jaxink.effects.case import Case
 from jaxink.effects.catalogue import CATALOGUE, CATALOGUE_VERSION, Listed, effects_for
+from jaxink.effects.constants import DeclaredConstant
 from jaxink.effects.declared import declare, declared_effects, settled, with_values
+from jaxink.effects.geometry import Pinholes
 from jaxink.effects.kinds import (
     AddedLight,
     AreaWithOtherSample,
@@ -21,6 +23,7 @@ from jaxink.effects.kinds import (
     Effect,
     EmittingEffect,
     FinerDiscretisation,
+    Inapplicable,
     ReadingEffect,
     SampleEffect,
     UnevenSurface,
@@ -28,21 +31,26 @@ from jaxink.effects.kinds import (
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.effects.telling import in_numbers
 from jaxink.effects.validity import invalidity, own_error
+from jaxink.effects.waves import Polarisation
 
 __all__ = [
-    "CATALOGUE",
-    "CATALOGUE_VERSION",
     "AddedLight",
     "AreaWithOtherSample",
     "AreaWithOtherValues",
     "AugmentedModel",
+    "CATALOGUE",
+    "CATALOGUE_VERSION",
     "Case",
+    "DeclaredConstant",
     "DividingEffect",
     "Effect",
     "EmittingEffect",
     "Field",
     "FinerDiscretisation",
+    "Inapplicable",
     "Listed",
+    "Pinholes",
+    "Polarisation",
     "ReadingEffect",
     "SampleEffect",
     "Scene",

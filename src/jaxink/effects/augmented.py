@@ -30,12 +30,10 @@ from jaxink.effects.kinds import (
 from jaxink.effects.plane import Hemisphere
 from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import GRID_DEG, Field, Scene, Surroundings
-from jaxink.measurement.dataset import Columns, GonioData
-from jaxink.model.forward import ForwardModel
-from jaxink.model.sample_model import SampleModel
-from jaxink.model.volume import LayerCoefficients
+from jaxink.measurement import Columns, GonioData
+from jaxink.model import ForwardModel, LayerCoefficients, SampleModel
 from jaxink.sample import Sample
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 Model = TypeVar("Model")
 

@@ -10,8 +10,7 @@ from jaxink.effects.kinds import Effect, SampleEffect
 from jaxink.effects.sample_edits import with_constants, with_parameters
 from jaxink.effects.scene import Scene
 from jaxink.errors import InputRefusedError
-from jaxink.sample import DeclaredEffect, Parameter, ParameterTable, Sample
-from jaxink.sample.effect_schema import EFFECTS, defaults_of
+from jaxink.sample import EFFECTS, DeclaredEffect, Parameter, ParameterTable, Sample, defaults_of
 
 _POSITION = {effect.name: i for i, effect in enumerate(CATALOGUE)}
 _OF_CATALOGUE = {effect.name: effect for effect in CATALOGUE}

@@ -14,9 +14,8 @@ from jaxink.effects.case import Case
 from jaxink.effects.kinds import Couplings, EmittingEffect
 from jaxink.effects.sample_edits import ink_of
 from jaxink.errors import InputRefusedError
-from jaxink.model.forward import ForwardModel
-from jaxink.sample import Parameter, Sample
-from jaxink.sample.effect_schema import EFFECTS
+from jaxink.model import ForwardModel
+from jaxink.sample import EFFECTS, Parameter, Sample
 
 _YIELD = "fluorescence.quantum_yield"
 _BELOW = "fluorescence.absorption_below_per_mm"

@@ -8,8 +8,7 @@ from jaxink.effects.case import Case
 from jaxink.effects.kinds import AreaWithOtherValues, Inapplicable, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import ink_of, with_parameters
 from jaxink.errors import InputRefusedError
-from jaxink.sample import Backing, Layer, Parameter, Sample
-from jaxink.sample.effect_schema import terms_of
+from jaxink.sample import Backing, Layer, Parameter, Sample, terms_of
 
 # A varying thickness is represented by areas that are thinner and thicker than the mean by this share.
 _THICKNESS_STEP = 0.5

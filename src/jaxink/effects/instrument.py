@@ -8,7 +8,7 @@ import numpy as np
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import ReadingEffect
 from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG, Surroundings
-from jaxink.sample.effect_schema import terms_of
+from jaxink.sample import terms_of
 
 _MANY_PLANES = "the scans have too many planes of view for integrals along them"
 

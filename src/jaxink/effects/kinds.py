@@ -17,9 +17,9 @@ from jaxink.effects.case import Case
 from jaxink.effects.plane import PlaneSample
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.errors import InputRefusedError
-from jaxink.model.forward import ForwardModel
+from jaxink.model import ForwardModel
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 
 class Inapplicable(str):

@@ -5,8 +5,8 @@ from typing import ClassVar
 
 from jaxink.effects.case import Case
 from jaxink.effects.kinds import FinerDiscretisation
-from jaxink.sample.effect_schema import terms_of
-from jaxink.solver.config import SolverConfig
+from jaxink.sample import terms_of
+from jaxink.solver import SolverConfig
 
 # Share of the noise of a point below which no realistic number of points reveals an error.
 _FAR_BELOW = 0.05

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxink.display.brief import brief_repr
-from jaxink.surfaces.body_series import BodySeries, Coefficients, Mirror
-from jaxink.surfaces.relief import Pairs
+from jaxink.surfaces import BodySeries, Coefficients, Mirror, Pairs
 
 
 class Hemisphere(eqx.Module):

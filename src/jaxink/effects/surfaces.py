@@ -9,10 +9,8 @@ from jaxink.effects.case import Case
 from jaxink.effects.kinds import AreaWithOtherSample, Inapplicable, SampleEffect, UnevenSurface
 from jaxink.effects.sample_edits import with_face, with_film, with_parameters
 from jaxink.errors import InputRefusedError
-from jaxink.sample import Parameter, Roughness, Sample
-from jaxink.sample.effect_schema import terms_of
-from jaxink.surfaces.facets import FacetExchange
-from jaxink.surfaces.relief import facet_averages, mirrored_once, reflected_once, regular_share
+from jaxink.sample import Parameter, Roughness, Sample, terms_of
+from jaxink.surfaces import FacetExchange, facet_averages, mirrored_once, reflected_once, regular_share
 
 
 def _plate_ink_contact(sample: Sample) -> int | None:

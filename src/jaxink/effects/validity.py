@@ -8,8 +8,7 @@ import numpy as np
 from jaxink.effects.kinds import Effect
 from jaxink.effects.surfaces import WaveSurface
 from jaxink.sample import Parameter, Sample
-from jaxink.surfaces.spectrum import KCorrelation
-from jaxink.surfaces.wave_power import LARGEST_SLOPE
+from jaxink.surfaces import LARGEST_SLOPE, KCorrelation
 
 # Distance from the end of a range, as a share of the range, that counts as the end.
 _AT_END = 1e-4

@@ -11,8 +11,7 @@ from jaxink.effects.constants import DeclaredConstant
 from jaxink.effects.kinds import DividingEffect, Effect, Inapplicable, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import freed, ink_of, with_changed_layer, with_parameters
 from jaxink.errors import InputRefusedError
-from jaxink.sample import Layer, Parameter, Population, Sample
-from jaxink.sample.effect_schema import terms_of
+from jaxink.sample import Layer, Parameter, Population, Sample, terms_of
 
 _NOT_BY_ALBEDO = "the ink consists of Mie particles, whose phase function follows from their size"
 _LOBE_SLOPE = "depth_gradient.asymmetry_slope"

@@ -10,9 +10,8 @@ from jaxink.effects.fluorescence import Fluorescence
 from jaxink.effects.kinds import AddedLight, Inapplicable, ReadingEffect, SampleEffect
 from jaxink.effects.sample_edits import ink_of, with_parameters
 from jaxink.errors import InputRefusedError
-from jaxink.model.polarised import why_not_polarised
-from jaxink.sample import Dispersion, Parameter, Sample
-from jaxink.sample.effect_schema import terms_of
+from jaxink.model import why_not_polarised
+from jaxink.sample import Dispersion, Parameter, Sample, terms_of
 
 # A goniometer does not resolve the fringes of a thicker film.
 _THICKEST_UM = 10.0

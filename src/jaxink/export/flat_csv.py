@@ -7,8 +7,7 @@ import numpy as np
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import comments
 from jaxink.files.spreadsheet import comment
-from jaxink.ink.hemispherical_totals import diffuse_totals
-from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable, diffuse_totals
 
 
 def write_csv(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:

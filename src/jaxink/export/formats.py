@@ -26,8 +26,7 @@ from jaxink.export.zemax import write_zemax
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.version import installed_version
 from jaxink.files.writing import whole_folder
-from jaxink.ink.foresight import ExpectedTable
-from jaxink.ink.table import InkTable
+from jaxink.ink import ExpectedTable, InkTable
 
 
 class Format(NamedTuple):

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.export.limitations import Loss
-from jaxink.ink.hemispherical_totals import power_sent_out
-from jaxink.ink.table import InkTable
+from jaxink.ink import InkTable, power_sent_out
 
 # Attributes of a table that users must know, and what they are called.
 _REMARKS = {

@@ -8,8 +8,7 @@ from jaxink.export.guide import in_words
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.specular_axes import scattered
 from jaxink.export.text import block, provenance, row, stem, write_lines
-from jaxink.ink.hemispherical_totals import exit_angles_deg
-from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable, exit_angles_deg
 
 _HORIZON_DEG = 90.0
 _REGULAR = "share of the incident power in the specular or refracted direction"

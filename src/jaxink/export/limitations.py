@@ -8,9 +8,16 @@ import numpy as np
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.ink.foresight import NEGLIGIBLE, SAME_INDEX, ExpectedTable
-from jaxink.ink.hemispherical_totals import critical_angle_deg, diffuse_totals, projected_weights
-from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink import (
+    COMPONENTS,
+    NEGLIGIBLE,
+    SAME_INDEX,
+    ExpectedTable,
+    InkTable,
+    critical_angle_deg,
+    diffuse_totals,
+    projected_weights,
+)
 
 # What may be lost, in words.
 _IN_WORDS = {

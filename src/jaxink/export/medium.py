@@ -10,16 +10,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.ink.ink_layers import InkLayers
-from jaxink.model.mie_sizes import mie_sizes
-from jaxink.model.volume import volume_scattering
+from jaxink.ink import InkLayers
+from jaxink.model import mie_sizes, volume_scattering
 from jaxink.numerics.precision import computing
-from jaxink.optics.directions import Directions
-from jaxink.optics.layers import ScatteringLayer
-from jaxink.particles.phase_function import LegendreSeries
-from jaxink.solver.bsdf import diffuse_bsdf, hemispherical_power
-from jaxink.solver.config import SolverConfig
-from jaxink.solver.stack import Stack
+from jaxink.optics import Directions, ScatteringLayer
+from jaxink.particles import LegendreSeries
+from jaxink.solver import SolverConfig, Stack, diffuse_bsdf, hemispherical_power
 
 # Quadrature of the phase function and moments that describe it.
 _NODES, _MOMENTS = 2000, 400

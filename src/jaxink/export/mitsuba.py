@@ -9,9 +9,7 @@ from jaxtyping import Bool, Float
 
 from jaxink.export.limitations import ExportOptions
 from jaxink.files.netcdf import netcdf_bytes
-from jaxink.ink.hemispherical_totals import diffuse_totals
-from jaxink.ink.polar_grid import linear_matrix
-from jaxink.ink.table import InkTable
+from jaxink.ink import InkTable, diffuse_totals, linear_matrix
 
 _PROGRAMS = {
     "jaxink_table.py": "BSDF plug-in `jaxink_table`, which reads the table",

@@ -7,13 +7,14 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.export.limitations import WIDEST_BIN_DEG
-from jaxink.ink.hemispherical_totals import (
+from jaxink.ink import (
+    COMPONENTS,
+    InkTable,
     azimuth_weights,
     excess_of_power,
     exit_angles_deg,
     projected_weights,
 )
-from jaxink.ink.table import COMPONENTS, InkTable
 
 # Negative values smaller than this share of the largest are rounding errors, written as zero.
 _ROUNDING = 1e-6

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, provenance, stem
-from jaxink.ink.table import InkTable
+from jaxink.ink import InkTable
 
 # Radiance's front (theta < 90) is the inside of the plate, which the XML format calls back.
 _DIRECTIONS = {

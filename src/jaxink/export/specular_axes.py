@@ -7,8 +7,7 @@ from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.export.limitations import ExportOptions
-from jaxink.ink.hemispherical_totals import azimuth_weights, diffuse_totals, projected_weights
-from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable, azimuth_weights, diffuse_totals, projected_weights
 
 _RADIAL_DEG = np.concatenate([np.arange(0, 2, 0.25), np.arange(2, 10), np.arange(10, 180.1, 2.5)])
 _AZIMUTH_DEG = np.linspace(0, 180, 37)

@@ -6,8 +6,7 @@ import numpy as np
 
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.text import block, provenance, row, stem, write_lines
-from jaxink.ink.hemispherical_totals import diffuse_totals
-from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable, diffuse_totals
 
 _SIDES = {"I": "inside", "A": "outside"}
 # Half-width of the band of the two spectral entries.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.export.guide import media
-from jaxink.ink.table import InkTable
+from jaxink.ink import InkTable
 
 # Relative rounding error below 1e-8.
 _DIGITS = "%.9g"

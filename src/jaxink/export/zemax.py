@@ -8,8 +8,7 @@ from jaxink.export.guide import in_words
 from jaxink.export.limitations import ExportOptions
 from jaxink.export.specular_axes import scattered
 from jaxink.export.text import block, comments, row, stem, write_lines
-from jaxink.ink.hemispherical_totals import critical_angle_deg, exit_angles_deg
-from jaxink.ink.table import COMPONENTS, InkTable
+from jaxink.ink import COMPONENTS, InkTable, critical_angle_deg, exit_angles_deg
 
 
 def write_zemax(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:

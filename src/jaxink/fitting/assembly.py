@@ -9,16 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.display.brief import counted
-from jaxink.effects import AugmentedModel
-from jaxink.effects.waves import Polarisation
+from jaxink.effects import AugmentedModel, Polarisation
 from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import split, without_values
 from jaxink.fitting.endings import Ending, minima_of, noise_scale
+from jaxink.fitting.figures_of_merit import merit, merit_by_scan, rms
 from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.fitting.joint_objective import FitObjective
-from jaxink.fitting.merit import merit, merit_by_scan, rms
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.options import FitOptions
@@ -35,16 +34,14 @@ from jaxink.fitting.result import (
 )
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData, Readings
-from jaxink.model.forward import ForwardModel
-from jaxink.model.mie_sizes import mie_sizes
-from jaxink.model.polarised import why_not_polarised
+from jaxink.model import ForwardModel, mie_sizes, why_not_polarised
 from jaxink.numerics.compiling import hastily
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
-from jaxink.particles.independent_series import difference_from_miepython
+from jaxink.particles import difference_from_miepython
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.layer_response import layer_method
+from jaxink.solver import layer_method
 
 PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
 

@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.objective import Objective
-from jaxink.model.build import StackBuilder
+from jaxink.model import StackBuilder
 from jaxink.numerics.compiling import LITTLE, NONE, Tiered, hastily
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache

@@ -15,10 +15,10 @@ from jaxink.display.card import Card, CardTable
 from jaxink.display.named_rows import NamedRows
 from jaxink.files.result_folder import PARAMETER_COLUMNS
 from jaxink.files.spreadsheet import cell
-from jaxink.fitting.deviation import Deviation
-from jaxink.fitting.merit import Merit
+from jaxink.fitting.figures_of_merit import Merit
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.relative_deviation import Deviation
 from jaxink.fitting.verdict import FitVerdict
 from jaxink.measurement import GonioData
 from jaxink.numerics.digits import interval, percent, plain, relative_error, rounded, with_uncertainty

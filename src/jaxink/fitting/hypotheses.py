@@ -5,10 +5,8 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from jaxink.measurement import GonioData
-from jaxink.measurement.masks import USER
-from jaxink.sample import Sample
-from jaxink.sample.turning import turned_over
+from jaxink.measurement import USER, GonioData
+from jaxink.sample import Sample, turned_over
 
 # Closer to grazing, a division by the cosine magnifies every error.
 _LEAST_COSINE = 0.02

@@ -28,17 +28,13 @@ from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.scanning import scan
 from jaxink.fitting.verdict import FitVerdictCode, exceeds_noise
-from jaxink.measurement import FitNoise, GonioData, noise_of
-from jaxink.measurement.balance import balances
-from jaxink.measurement.masks import USER
-from jaxink.measurement.point_noise import SIGMA_TOLERANCE
-from jaxink.model.forward import ForwardModel
+from jaxink.measurement import SIGMA_TOLERANCE, USER, FitNoise, GonioData, balances, noise_of
+from jaxink.model import ForwardModel
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import computing
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-from jaxink.solver.config import SolverConfig
-from jaxink.solver.layer_response import layer_method
+from jaxink.solver import SolverConfig, layer_method
 
 # A share beyond this is more than errors of calibration and of the integration explain.
 _MOST_POWER = 1.05

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_kind
-from jaxink.measurement import GonioData, MaskLimits, read
-from jaxink.measurement.table import is_frame, kind_of
+from jaxink.measurement import GonioData, MaskLimits, is_frame, kind_of, read
 from jaxink.numerics.precision import refuse_in_fork
 from jaxink.sample import Sample, load_sample
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.effects.catalogue import CATALOGUE
-from jaxink.effects.declared import declare
+from jaxink.effects import CATALOGUE, declare
 from jaxink.errors import InputRefusedError
 from jaxink.files.version import installed_version
 from jaxink.fitting.agreement import AGREE, Agreement, Comparison, OwnCause, agreement
@@ -34,9 +33,9 @@ from jaxink.fitting.joint_objective import (
 from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.method import search
 from jaxink.fitting.minima import COMPARABLE_RISE, Minima
+from jaxink.fitting.objective_of_readings import noise_of_readings
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Search
-from jaxink.fitting.readings_objective import noise_of_readings
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult
 from jaxink.fitting.searching import minimise
@@ -44,10 +43,9 @@ from jaxink.fitting.uncertainty import Covariance, covariance
 from jaxink.measurement import FitNoise, GonioData, Readings, noise_of
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.progress import Progress
-from jaxink.projects import Measurement, Project
-from jaxink.projects.project import OF
+from jaxink.projects import OF, Measurement, Project
 from jaxink.sample import Sample
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 # Of the lowest of the other minima it is said which measurement excludes them.
 _MOST_DECISIONS = 3

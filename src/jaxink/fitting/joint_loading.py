@@ -28,10 +28,9 @@ from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.readings_result import ReadingsResult
 from jaxink.fitting.result import FitResult, NoiseOrigin, ProfileCurve, SearchSummary
-from jaxink.measurement import Readings
-from jaxink.measurement.readings import Spheres
-from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.solver.config import SolverConfig
+from jaxink.measurement import Readings, Spheres
+from jaxink.sample import NULLS, sample_from_dict
+from jaxink.solver import SolverConfig
 
 
 class _Document(TypedDict):

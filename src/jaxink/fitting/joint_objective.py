@@ -11,12 +11,12 @@ from jaxink.effects import Scene, settled
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.objective import Objective, make_objective, priors_of
-from jaxink.fitting.readings_objective import readings_objective
+from jaxink.fitting.objective_of_readings import readings_objective
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, Readings
 from jaxink.projects import Measurement, Project
 from jaxink.sample import ParameterTable, Sample
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 Resolutions = tuple[SolverConfig, ...]
 

@@ -28,9 +28,8 @@ from jaxink.fitting.objective import OBJECTIVES
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.result import COLUMNS, SCHEMA_VERSION, FitResult, json_fields
 from jaxink.measurement import GonioData
-from jaxink.sample import Sample
-from jaxink.sample.archive import NULLS, sample_from_dict
-from jaxink.solver.config import SolverConfig
+from jaxink.sample import NULLS, Sample, sample_from_dict
+from jaxink.solver import SolverConfig
 
 # null stands for unknown values if a fit did not start or a model is not finite.
 _RULES = Rules({**NULLS, "": math.nan})

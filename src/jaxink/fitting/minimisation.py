@@ -19,7 +19,7 @@ from jaxink.numerics.precision import computing, release_programs
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.projects import Project
 from jaxink.sample import Sample
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 
 @overload

@@ -8,8 +8,7 @@ import numpy as np
 from jaxink.fitting.hypotheses import Hypothesis
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.verdict import exceeds_noise, falls_short_of_noise
-from jaxink.measurement import GonioData
-from jaxink.measurement.point_noise import SIGMA_TOLERANCE
+from jaxink.measurement import SIGMA_TOLERANCE, GonioData
 
 # Statements say what the input reads like; of a rejected one, only what was supposed may be said.
 _SUPPOSED = {

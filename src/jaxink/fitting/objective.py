@@ -14,11 +14,11 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from jaxink.display.brief import brief_repr
 from jaxink.effects import model_at, tabulated
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.fitting.merit import INTENSITIES, factor_of_points
+from jaxink.fitting.figures_of_merit import INTENSITIES, factor_of_points
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic", *INTENSITIES)
 
@@ -98,7 +98,7 @@ class Objective(eqx.Module):
     scan, n_scans, scan_relative
         Scan of each point, their number, and the standard deviation of their common factors.
     weight
-        Square root of the weight of each point, times the factor of `jaxink.fitting.merit`.
+        Square root of the weight of each point, times the factor of `jaxink.fitting.figures_of_merit`.
     scale
         Maps variables in [0, 1] to the free parameters.
     prior_weights, prior_mean, prior_deviation

@@ -7,8 +7,7 @@ from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.limits import Limits
 from jaxink.fitting.method import Method
 from jaxink.fitting.objective import OBJECTIVES
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig, require_accuracy
-from jaxink.solver.layer_response import LAYER_METHODS
+from jaxink.solver import DEFAULT_ACCURACY, LAYER_METHODS, SolverConfig, require_accuracy
 
 
 @dataclasses.dataclass(frozen=True)

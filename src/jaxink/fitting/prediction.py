@@ -10,10 +10,9 @@ from jaxink.effects import forward_model
 from jaxink.errors import InputRefusedError, require_kind
 from jaxink.fitting.inputs import read_inputs
 from jaxink.measurement import GonioData, read
-from jaxink.model.checks import wavelengths_without_values
-from jaxink.model.forward import evaluate
+from jaxink.model import evaluate, wavelengths_without_values
 from jaxink.sample import Sample, load_sample
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 
 def predict(

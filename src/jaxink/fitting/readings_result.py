@@ -13,17 +13,16 @@ from jaxink.display.card import Card, CardTable, Presented
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import READINGS_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
-from jaxink.fitting.deviation import Deviation, deviation
 from jaxink.fitting.fitted_parameters import FittedParameters
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.relative_deviation import Deviation, deviation
 from jaxink.fitting.result import NoiseOrigin
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import Readings
-from jaxink.model.forward import evaluate
-from jaxink.model.readings import ReadingsModel
+from jaxink.model import ReadingsModel, evaluate
 from jaxink.numerics.digits import rounded
 from jaxink.sample import Sample, sample_text, sample_to_dict
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 SCHEMA_VERSION = 1
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, TypedDict, cast
 
 import numpy as np
 
-from jaxink.colour import Arrangement, FittedColours, Geometry, Illuminant
-from jaxink.colour.of_sample import GEOMETRIES
+from jaxink.colour import GEOMETRIES, Arrangement, FittedColours, Geometry, Illuminant
 from jaxink.display.brief import brief_repr
 from jaxink.display.card import Card, Presented
 from jaxink.effects import AugmentedModel, forward_model
@@ -19,8 +18,8 @@ from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.result_folder import FIT_HEAD, PARAMETER_FILE, RESULT_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
-from jaxink.fitting.colours import colours_of_fit, known_of_fit
-from jaxink.fitting.deviation import Deviation, deviation, deviation_of_scan
+from jaxink.fitting.figures_of_merit import Merit, ScanMerit
+from jaxink.fitting.fitted_colours import colours_of_fit, known_of_fit
 from jaxink.fitting.fitted_parameters import (
     FittedCovariance,
     FittedParameter,
@@ -29,18 +28,18 @@ from jaxink.fitting.fitted_parameters import (
     parameter_text,
 )
 from jaxink.fitting.log_density import LogDensity
-from jaxink.fitting.merit import Merit, ScanMerit
 from jaxink.fitting.minima import Minima
 from jaxink.fitting.mistake import Mistake, mistakes_sentence
 from jaxink.fitting.objective import make_objective, weights_of
 from jaxink.fitting.outcome import Outcome
+from jaxink.fitting.relative_deviation import Deviation, deviation, deviation_of_scan
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import GonioData, NoiseLevel
-from jaxink.model.forward import ForwardModel, evaluate
+from jaxink.model import ForwardModel, evaluate
 from jaxink.numerics.digits import percent
 from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
 from jaxink.sample import Sample, sample_text, sample_to_dict
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 if TYPE_CHECKING:
     import pandas

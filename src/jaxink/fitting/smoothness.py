@@ -13,8 +13,7 @@ from jaxink.fitting.exclusion import fit_near, objective_of, solution_of, withou
 from jaxink.fitting.gradient import GradientSearch
 from jaxink.fitting.result import FitResult
 from jaxink.numerics.precision import computing
-from jaxink.sample import Sample
-from jaxink.sample.parameters import ParameterTable
+from jaxink.sample import ParameterTable, Sample
 
 # Of the declared change, in steps of a factor of three.
 FACTORS = (1 / 27, 1 / 9, 1 / 3, 1.0, 3.0, 9.0, 27.0)

@@ -7,8 +7,7 @@ import numpy as np
 
 from jaxink.display.brief import brief_repr
 from jaxink.fitting.outcome import Outcome
-from jaxink.measurement import NoiseLevel
-from jaxink.measurement.point_noise import LEAST_PROBABILITY, SIGMA_TOLERANCE
+from jaxink.measurement import LEAST_PROBABILITY, SIGMA_TOLERANCE, NoiseLevel
 from jaxink.numerics.chi_square import residual_above, residual_below
 
 # Stated standard deviations may include systematic errors; beyond this factor they hide a misfit.

@@ -14,6 +14,7 @@ from jaxink.effects import (
     AreaWithOtherValues,
     DividingEffect,
     Effect,
+    Pinholes,
     SampleEffect,
     as_declared,
     declared_effects,
@@ -21,7 +22,6 @@ from jaxink.effects import (
     undivided,
     with_values,
 )
-from jaxink.effects.geometry import Pinholes
 from jaxink.ink.ink_layers import InkLayers
 from jaxink.sample import Sample
 

@@ -22,11 +22,16 @@ from jaxink.ink.several_facets import several_facets
 from jaxink.ink.stack_lobes import one_facet_lobes
 from jaxink.ink.table import InkTable
 from jaxink.numerics.precision import computing
-from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
-from jaxink.surfaces.slopes import SlopeDensity, law_name
-from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_optics import scattered_bsdf
-from jaxink.surfaces.wave_surface import AMPLITUDES, WaveSurface, regular_power
+from jaxink.optics import fresnel_reflectance, refracted_cosine
+from jaxink.surfaces import (
+    AMPLITUDES,
+    PowerSpectrum,
+    SlopeDensity,
+    WaveSurface,
+    law_name,
+    regular_power,
+    scattered_bsdf,
+)
 
 # Facets less steep than this do not scatter: all light is regular.
 _FLAT_SLOPE = 1e-6

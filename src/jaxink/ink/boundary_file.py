@@ -9,14 +9,32 @@ import jax.numpy as jnp
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
-from jaxink.sample.document import document_of, text_of
-from jaxink.sample.entries import bounded, choice, missing, only, table_of
-from jaxink.sample.heights import read_map
-from jaxink.sample.measurement_schema import WAVELENGTH_NM
-from jaxink.sample.schema import ROUGHNESS, SPECTRA, SURROUNDINGS, Quantity
-from jaxink.surfaces.height_map import HeightMap, TabulatedSlopes
-from jaxink.surfaces.slopes import DENSITIES, SlopeDensity, slope_density
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
+from jaxink.sample import (
+    ROUGHNESS,
+    SPECTRA,
+    SURROUNDINGS,
+    WAVELENGTH_NM,
+    Quantity,
+    bounded,
+    choice,
+    document_of,
+    missing,
+    only,
+    read_map,
+    table_of,
+    text_of,
+)
+from jaxink.surfaces import (
+    DENSITIES,
+    GaussianSpectrum,
+    HeightMap,
+    KCorrelation,
+    PowerSpectrum,
+    SlopeDensity,
+    TabulatedSlopes,
+    TabulatedSpectrum,
+    slope_density,
+)
 
 METHODS = ("facets", "waves")
 INDEX = SURROUNDINGS["index_front"]

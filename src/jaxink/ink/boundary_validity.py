@@ -8,10 +8,7 @@ import jax.numpy as jnp
 
 from jaxink.ink.boundary_file import RoughBoundary
 from jaxink.numerics.precision import computing
-from jaxink.surfaces.height_map import HeightMap
-from jaxink.surfaces.spectrum import PowerSpectrum
-from jaxink.surfaces.wave_power import LARGEST_SLOPE, validity
-from jaxink.surfaces.wave_surface import WaveSurface
+from jaxink.surfaces import LARGEST_SLOPE, HeightMap, PowerSpectrum, WaveSurface, validity
 
 # Angles of incidence at which a surface is checked, from either side.
 INCIDENCES_DEG = (0.0, 30.0, 60.0, 75.0)

@@ -15,11 +15,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.ink.polar_grid import linear_matrix
-from jaxink.optics.channels import ChannelGrid
-from jaxink.optics.fresnel import propagating_cosine
-from jaxink.surfaces.facets import FacetRule
-from jaxink.surfaces.interface import next_facet
-from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.optics import ChannelGrid, propagating_cosine
+from jaxink.surfaces import FacetRule, SlopeDensity, next_facet
 
 # Channels of each block, azimuthal orders, and facets that each channel sees.
 _N_NODES, _N_ORDERS, _RULE = 32, 12, FacetRule(96, 24)

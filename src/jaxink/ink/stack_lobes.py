@@ -6,13 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.ink.lobes import FacetLobes
-from jaxink.optics.fresnel import propagating_cosine
-from jaxink.optics.layers import ScatteringLayer, delta_m
-from jaxink.solver.config import SolverConfig
-from jaxink.solver.specular import regular_fields
-from jaxink.solver.stack import Stack
-from jaxink.surfaces.facets import FacetRule, projected_area
-from jaxink.surfaces.slopes import SlopeDensity
+from jaxink.optics import ScatteringLayer, delta_m, propagating_cosine
+from jaxink.solver import SolverConfig, Stack, regular_fields
+from jaxink.surfaces import FacetRule, SlopeDensity, projected_area
 
 # Steps are equal in arsinh(s / narrowest scale); linear interpolation of P(s) s is then accurate to 1e-4.
 _N_SLOPES = 1024

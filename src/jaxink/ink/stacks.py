@@ -7,11 +7,17 @@ import jax
 import jax.numpy as jnp
 
 from jaxink.ink.ink_layers import BACK, FRONT, InkLayers
-from jaxink.model.forward import ForwardModel
-from jaxink.sample import Layer, Parameter, Sample
-from jaxink.sample.parameters import ParameterTable
-from jaxink.sample.turning import OPPOSITE_FACE, opposite_medium, turned_layers
-from jaxink.solver.stack import Stack
+from jaxink.model import ForwardModel
+from jaxink.sample import (
+    OPPOSITE_FACE,
+    Layer,
+    Parameter,
+    ParameterTable,
+    Sample,
+    opposite_medium,
+    turned_layers,
+)
+from jaxink.solver import Stack
 
 
 def isolated_model(ink: InkLayers, wavelengths_nm: Sequence[float], accuracy: float) -> ForwardModel:

@@ -21,19 +21,15 @@ from jaxink.ink.stack_lobes import facet_lobes
 from jaxink.ink.stacks import ink_stacks, isolated_model, reversed_stack
 from jaxink.ink.table import InkTable
 from jaxink.ink.uncertainty import ParameterCovariance
-from jaxink.model.forward import ForwardModel
+from jaxink.model import ForwardModel
 from jaxink.numerics.compiling import NONE, Tiered
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.precision import computing
 from jaxink.numerics.threads import in_threads
 from jaxink.numerics.weak_cache import WeakCache
-from jaxink.optics.directions import Directions
-from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
+from jaxink.optics import Directions, fresnel_reflectance, refracted_cosine
 from jaxink.sample import Sample
-from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
-from jaxink.solver.plan import ChannelPlan
-from jaxink.solver.stack import Stack
+from jaxink.solver import DEFAULT_ACCURACY, ChannelPlan, SolverConfig, Stack, diffuse_bsdf, regular_power
 
 # Pairs of directions times azimuthal orders and derivatives in one solve: 160 MB for each array.
 _MOST_TERMS = 20_000_000

@@ -10,7 +10,7 @@ from jaxink.fitting import FitResult
 from jaxink.ink.sheet import sheets
 from jaxink.ink.stacks import reversed_sample
 from jaxink.ink.table import InkTable
-from jaxink.model.forward import ForwardModel, evaluate
+from jaxink.model import ForwardModel, evaluate
 from jaxink.sample import Sample
 
 _AWAY_FROM_GRAZING_DEG = 75.0

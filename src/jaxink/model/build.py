@@ -13,17 +13,25 @@ from jaxtyping import Array, Float
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.model.checks import Points, require_not_negative
-from jaxink.model.mie_sizes import MieSizes, mie_sizes
+from jaxink.model.size_classes import MieSizes, mie_sizes
 from jaxink.model.volume import LayerCoefficients, layer_optics, scattering_matrix
 from jaxink.numerics.batches import at_each
-from jaxink.optics.scattering_matrix import ScatteringMatrix
+from jaxink.optics import ScatteringMatrix
 from jaxink.sample import Roughness, Sample
-from jaxink.solver.lateral import LateralField
-from jaxink.solver.stack import Stack
-from jaxink.surfaces.height_map import TabulatedSlopes
-from jaxink.surfaces.slopes import LAWS, SlopeDensity, SlopeLaw, SlopeMixture, slope_density
-from jaxink.surfaces.spectrum import GaussianSpectrum, KCorrelation, PowerSpectrum, TabulatedSpectrum
-from jaxink.surfaces.wave_face import WaveFace
+from jaxink.solver import LateralField, Stack
+from jaxink.surfaces import (
+    LAWS,
+    GaussianSpectrum,
+    KCorrelation,
+    PowerSpectrum,
+    SlopeDensity,
+    SlopeLaw,
+    SlopeMixture,
+    TabulatedSlopes,
+    TabulatedSpectrum,
+    WaveFace,
+    slope_density,
+)
 
 
 class Media(NamedTuple):

@@ -9,8 +9,8 @@ from jaxtyping import Array, Float, Int
 
 from jaxink.display.brief import brief_repr
 from jaxink.model.volume import layer_optics
-from jaxink.optics.directions import Directions
-from jaxink.solver.fluence import DEPTH_WEIGHTS, fluence
+from jaxink.optics import Directions
+from jaxink.solver import DEPTH_WEIGHTS, fluence
 
 
 class DepthProfiles(eqx.Module):

@@ -20,11 +20,15 @@ from jaxink.model.tables import rough_tables
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
 from jaxink.sample import Sample
-from jaxink.solver.bsdf import diffuse_bsdf, regular_power
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
-from jaxink.solver.lateral import N_FREQUENCIES
-from jaxink.solver.plan import plan_media
-from jaxink.solver.stack import Stack
+from jaxink.solver import (
+    DEFAULT_ACCURACY,
+    N_FREQUENCIES,
+    SolverConfig,
+    Stack,
+    diffuse_bsdf,
+    plan_media,
+    regular_power,
+)
 
 
 class ForwardModel(SampleModel):

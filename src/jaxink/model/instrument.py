@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.display.brief import brief_repr
-from jaxink.optics.directions import Directions
+from jaxink.optics import Directions
 
 
 class Cones(eqx.Module):

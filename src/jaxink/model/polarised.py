@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from jaxtyping import Array, Float
 
 from jaxink.model.build import StackBuilder
-from jaxink.optics.directions import Directions
+from jaxink.optics import Directions
 from jaxink.sample import Sample
-from jaxink.solver.two_orders import polarised_excess
+from jaxink.solver import polarised_excess
 
 _KNOWN = ("mie", "rayleigh")
 

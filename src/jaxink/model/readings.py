@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.readings import QUANTITIES, Readings
+from jaxink.measurement import QUANTITIES, Readings
 from jaxink.model.build import media_at, stack_builder
 from jaxink.model.checks import require_determined, require_not_negative
 from jaxink.model.resolution import model_sizes
@@ -18,13 +18,17 @@ from jaxink.model.tables import rough_tables
 from jaxink.model.volume import check_phase_table
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import require_float64
-from jaxink.optics.directions import Directions
+from jaxink.optics import Directions
 from jaxink.sample import Sample
-from jaxink.solver.bsdf import regular_power
-from jaxink.solver.collected import CollectedLight, collected_light
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
-from jaxink.solver.plan import plan_media
-from jaxink.solver.stack import Stack
+from jaxink.solver import (
+    DEFAULT_ACCURACY,
+    CollectedLight,
+    SolverConfig,
+    Stack,
+    collected_light,
+    plan_media,
+    regular_power,
+)
 
 
 class SphereGain(eqx.Module):

@@ -8,9 +8,7 @@ import jax.numpy as jnp
 from jaxink.model.build import StackBuilder
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing
-from jaxink.solver.config import SolverConfig, require_accuracy
-from jaxink.solver.plan import ChannelPlan
-from jaxink.solver.resolution import demand, require_resolvable, sizes_for
+from jaxink.solver import ChannelPlan, SolverConfig, demand, require_accuracy, require_resolvable, sizes_for
 
 
 def model_sizes(

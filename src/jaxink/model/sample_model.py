@@ -13,9 +13,7 @@ from jaxink.model.tables import Table, index_tables, tabulated_interface
 from jaxink.model.volume import LayerCoefficients
 from jaxink.numerics.precision import require_float64
 from jaxink.sample import Sample
-from jaxink.solver.config import SolverConfig
-from jaxink.solver.plan import ChannelPlan
-from jaxink.solver.stack import Stack
+from jaxink.solver import ChannelPlan, SolverConfig, Stack
 
 ModelT = TypeVar("ModelT", bound="SampleModel")
 

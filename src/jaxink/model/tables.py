@@ -14,10 +14,8 @@ from jaxink.numerics.batches import at_each
 from jaxink.numerics.own_derivatives import by_own_inputs
 from jaxink.numerics.precision import computing
 from jaxink.sample import Parameter, Roughness
-from jaxink.solver.config import SolverConfig
-from jaxink.solver.plan import ChannelPlan
-from jaxink.surfaces.interface import RoughInterface, RoughSizes
-from jaxink.surfaces.table import (
+from jaxink.solver import ChannelPlan, SolverConfig
+from jaxink.surfaces import (
     FINE,
     QUICK,
     AngleTable,
@@ -25,6 +23,8 @@ from jaxink.surfaces.table import (
     IndexTable,
     MixtureTable,
     Piece,
+    RoughInterface,
+    RoughSizes,
     mixture_table,
     pieces_of,
     rough_table,

@@ -10,26 +10,26 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.model.mie_sizes import MieSizes
+from jaxink.model.size_classes import MieSizes
 from jaxink.numerics.precision import computing
-from jaxink.optics.layers import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer
-from jaxink.optics.scattering_matrix import ScatteringMatrix
-from jaxink.particles.mie import MieCoefficients, mie_coefficients
-from jaxink.particles.mixture import (
-    MixtureCoefficients,
-    Population,
-    mixture_coefficients,
-    mixture_matrix,
-)
-from jaxink.particles.phase_function import (
+from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer, ScatteringMatrix
+from jaxink.particles import (
     HenyeyGreenstein,
+    MieCoefficients,
+    MixtureCoefficients,
     PhaseFunction,
+    Population,
     Rayleigh,
     TabulatedByAngle,
     TabulatedByMoments,
     TwoTermHenyeyGreenstein,
+    discrete,
+    log_normal,
+    mie_coefficients,
+    mixture_coefficients,
+    mixture_matrix,
+    monodisperse,
 )
-from jaxink.particles.size_distribution import discrete, log_normal, monodisperse
 from jaxink.sample import Layer
 
 _SMALL = MieSizes()

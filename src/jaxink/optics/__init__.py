@@ -1,1 +1,37 @@
 """Directions, channels, refractive indices, smooth interfaces and the optics of a layer."""
+
+from jaxink.optics.channels import CLOSE, ChannelGrid
+from jaxink.optics.directions import Directions, scattering_cosines
+from jaxink.optics.fresnel import (
+    fresnel_reflectance,
+    polarised_reflectance,
+    propagating_cosine,
+    refracted_cosine,
+)
+from jaxink.optics.layers import (
+    OPAQUE_OPTICAL_THICKNESS,
+    ClearLayer,
+    ScatteringLayer,
+    TruncatedOptics,
+    delta_m,
+)
+from jaxink.optics.phase_function import PhaseFunction
+from jaxink.optics.scattering_matrix import ScatteringMatrix
+
+__all__ = [
+    "CLOSE",
+    "ChannelGrid",
+    "ClearLayer",
+    "Directions",
+    "OPAQUE_OPTICAL_THICKNESS",
+    "PhaseFunction",
+    "ScatteringLayer",
+    "ScatteringMatrix",
+    "TruncatedOptics",
+    "delta_m",
+    "fresnel_reflectance",
+    "polarised_reflectance",
+    "propagating_cosine",
+    "refracted_cosine",
+    "scattering_cosines",
+]

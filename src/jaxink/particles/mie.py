@@ -15,7 +15,7 @@ from jaxtyping import Array, Complex, Float
 
 from jaxink.numerics.legendre import moments_of_function
 from jaxink.numerics.validity import require
-from jaxink.optics.phase_function import PhaseFunction
+from jaxink.optics import PhaseFunction
 from jaxink.particles.mie_series import angular_functions, angular_quadrature, mie_orders, mie_series
 
 DEFAULT_MAX_SIZE_PARAMETER = 40.0

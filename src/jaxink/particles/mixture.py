@@ -11,7 +11,7 @@ from jaxtyping import Array, Complex, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known, require
-from jaxink.optics.scattering_matrix import ScatteringMatrix
+from jaxink.optics import ScatteringMatrix
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MAX_RELATIVE_INDEX, mie_sphere
 from jaxink.particles.mie_series import angular_quadrature, mie_orders
 from jaxink.particles.phase_function import LegendreSeries

@@ -13,8 +13,7 @@ from jaxtyping import Array, Float
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.legendre import legendre_series, moments_of_function
 from jaxink.numerics.validity import is_known, require
-from jaxink.optics.phase_function import PhaseFunction
-from jaxink.optics.scattering_matrix import ScatteringMatrix
+from jaxink.optics import PhaseFunction, ScatteringMatrix
 
 
 def _as_float(value) -> Array:

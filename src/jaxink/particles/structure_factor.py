@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.legendre import legendre_series
 from jaxink.numerics.validity import require
-from jaxink.optics.phase_function import PhaseFunction
+from jaxink.optics import PhaseFunction
 
 # Below this squared phase the closed forms suffer from cancellation and series are summed instead.
 _SMALL = 4.0

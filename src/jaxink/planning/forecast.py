@@ -6,14 +6,18 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting import make_objective, readings_objective
-from jaxink.fitting.compiled import CompiledObjective
-from jaxink.fitting.joint_objective import without_priors
-from jaxink.fitting.objective import Objective, whiten_scans
+from jaxink.fitting import (
+    CompiledObjective,
+    Objective,
+    make_objective,
+    readings_objective,
+    whiten_scans,
+    without_priors,
+)
 from jaxink.measurement import FitNoise, Readings
 from jaxink.planning.known import Known
 from jaxink.planning.menu import Candidate
-from jaxink.solver.config import DEFAULT_ACCURACY
+from jaxink.solver import DEFAULT_ACCURACY
 
 _ACCURACY = 10 * DEFAULT_ACCURACY
 

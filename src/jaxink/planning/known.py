@@ -7,9 +7,14 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
-from jaxink.fitting import FitResult, JointResult, ReadingsResult
-from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
-from jaxink.fitting.minima import Minima
+from jaxink.fitting import (
+    CompiledJointObjective,
+    FitResult,
+    JointObjective,
+    JointResult,
+    Minima,
+    ReadingsResult,
+)
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.projects import Measurement, Project
 

@@ -8,8 +8,7 @@ import numpy as np
 from jaxink.display.brief import brief_repr
 from jaxink.measurement import GonioData, Readings
 from jaxink.projects import Measurement, Project
-from jaxink.sample import Backing, Parameter, ParameterTable, Sample
-from jaxink.sample.turning import opposite_medium, turned_over
+from jaxink.sample import Backing, Parameter, ParameterTable, Sample, opposite_medium, turned_over
 
 NEXT = "next"
 # Reflectances of usual cards, and the index of an immersion liquid on glass.

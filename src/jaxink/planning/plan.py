@@ -10,14 +10,18 @@ from jaxink.display.brief import brief_repr
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.errors import InputRefusedError, require_integer
 from jaxink.files.encoding import plain
-from jaxink.fitting import FitResult, JointResult
-from jaxink.fitting.gradient import Descent
-from jaxink.fitting.joint_objective import CompiledJointObjective, JointObjective
-from jaxink.fitting.method import search
-from jaxink.fitting.minima import COMPARABLE_RISE
-from jaxink.fitting.objective import Objective
-from jaxink.fitting.outcome import Search
-from jaxink.fitting.uncertainty import covariance
+from jaxink.fitting import (
+    COMPARABLE_RISE,
+    CompiledJointObjective,
+    Descent,
+    FitResult,
+    JointObjective,
+    JointResult,
+    Objective,
+    Search,
+    covariance,
+    search,
+)
 from jaxink.numerics.digits import percent, rounded
 from jaxink.numerics.failures import Failure, Failures
 from jaxink.numerics.precision import computing

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from jaxink.diagnosis import CandidateRow, Diagnosis, Summary
-    from jaxink.ink.comparison import TableComparison
+    from jaxink.ink import TableComparison
 
 
 # Residuals after a correction are also drawn on their own scale if it is finer by this factor.

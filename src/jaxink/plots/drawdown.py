@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from jaxink.colour.hiding import HIDING, Drawdown
+from jaxink.colour import HIDING, Drawdown
 from jaxink.plots.figure import PageFigure, blank_figure
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from jaxink.fitting import FitResult
-    from jaxink.plots.pictures import Page
+    from jaxink.plots.picture_files import Page
 
 FIGURE_FOLDER = "figures"
 FORMATS = ("png", "pdf", "svg")
@@ -242,7 +242,7 @@ def _misfit_words(result: "FitResult") -> str:
         return ""
     if not result.sample.weights:
         return f", reduced χ² {merit.reduced_chi_square:.4g} over all scans"
-    from jaxink.fitting.objective import weights_of
+    from jaxink.fitting import weights_of
 
     weight = weights_of(result.data, result.sample)
     freedom = np.count_nonzero(weight) - (merit.points - merit.degrees_of_freedom)

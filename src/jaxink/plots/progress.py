@@ -14,8 +14,7 @@ from jaxink.plots.naming import named_results
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from jaxink.fitting import FitResult
-    from jaxink.fitting.result import SearchSummary
+    from jaxink.fitting import FitResult, SearchSummary
 
 _WIDE, _TALL, _LEFT, _BETWEEN, _RIGHT, _BOTTOM, _TOP = 3.6, 2.9, 0.8, 0.75, 0.2, 0.95, 0.55
 # Of the legend: the line with the gaps beside it, a letter, and a row, inches.

@@ -1,6 +1,17 @@
 """Projects: several measurements of one ink, and what differs between them."""
 
-from jaxink.projects.project import Measurement, Project
+from jaxink.projects.draft import first_measurements, project_text
+from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.reading import load_project, parse_project
+from jaxink.projects.splitting import conditions_in
 
-__all__ = ["Measurement", "Project", "load_project", "parse_project"]
+__all__ = [
+    "Measurement",
+    "OF",
+    "Project",
+    "conditions_in",
+    "first_measurements",
+    "load_project",
+    "parse_project",
+    "project_text",
+]

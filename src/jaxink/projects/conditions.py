@@ -13,10 +13,8 @@ from enum import Enum
 from typing import Any
 
 from jaxink.errors import InputRefusedError
-from jaxink.measurement.columns import listed
-from jaxink.measurement.rows import BACKING, LIT_SIDE, SAMPLE, THICKNESS, Condition
-from jaxink.measurement.table import is_number, refusal
-from jaxink.sample.layer_reading import layer_tables
+from jaxink.measurement import BACKING, LIT_SIDE, SAMPLE, THICKNESS, Condition, is_number, listed, refusal
+from jaxink.sample import layer_tables
 
 _NO_BACKING = ("none", "no backing", "no")
 # What a thickness may be, if the file states it: a start and a range, but nothing that fits one value only.

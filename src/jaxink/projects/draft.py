@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxink.measurement.reader import overrides_of_files
-from jaxink.measurement.readings_file import is_readings_file
-from jaxink.measurement.rows import BACKING, LIT_SIDE, SAMPLE, THICKNESS
+from jaxink.measurement import BACKING, LIT_SIDE, SAMPLE, THICKNESS, is_readings_file, overrides_of_files
 from jaxink.projects.conditions import Value, explains_itself, short, toml_key
 from jaxink.projects.schema import PROJECT_VERSION
 from jaxink.projects.splitting import conditions_in, several_of

@@ -13,13 +13,18 @@ from jaxink.projects.conditions import Known, Part
 from jaxink.projects.project import OF, Measurement, Project
 from jaxink.projects.schema import INSTRUMENT, MEASUREMENT, PROJECT_VERSION, READING, TOP
 from jaxink.projects.splitting import Combinations, conditions_in, several_of, split
-from jaxink.sample import Sample
-from jaxink.sample.document import document_of, text_of
-from jaxink.sample.entries import only, table_of
-from jaxink.sample.layer_reading import layer_tables
-from jaxink.sample.measurement_schema import TOP as SAMPLE_TOP
-from jaxink.sample.reading import sample_of_document
-from jaxink.sample.turning import opposite_medium, turned_over
+from jaxink.sample import TOP as SAMPLE_TOP
+from jaxink.sample import (
+    Sample,
+    document_of,
+    layer_tables,
+    only,
+    opposite_medium,
+    sample_of_document,
+    table_of,
+    text_of,
+    turned_over,
+)
 
 # What measurements have in common by name: the tables of the file, and the key of a measurement.
 _SHARED = {"instruments": "instrument", "specimens": "specimen"}

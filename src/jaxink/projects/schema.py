@@ -3,8 +3,8 @@
 `docs/manual/tables.py` generates the tables of docs/manual/projects.md from these.
 """
 
-from jaxink.sample.measurement_schema import TOP as SAMPLE_TOP
-from jaxink.sample.schema import Entry
+from jaxink.sample import TOP as SAMPLE_TOP
+from jaxink.sample import Entry
 
 PROJECT_VERSION = 1
 TOP = {

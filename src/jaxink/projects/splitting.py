@@ -13,9 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from jaxink.measurement.reader import ONE_A_FILE, overrides_of_files, read_conditions
-from jaxink.measurement.rows import LIT_SIDE, SAMPLE, THICKNESS, Conditions, same_cell
-from jaxink.measurement.table import refusal
+from jaxink.measurement import (
+    LIT_SIDE,
+    ONE_A_FILE,
+    SAMPLE,
+    THICKNESS,
+    Conditions,
+    overrides_of_files,
+    read_conditions,
+    refusal,
+    same_cell,
+)
 from jaxink.projects.conditions import Known, Part, Role, Value, explained, short
 
 # Values by condition that occur together, and the positions of the files that have them.

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 from jaxink.files.result_folder import PAGE_FILE
 from jaxink.files.writing import whole_folder
 from jaxink.numerics.failures import Failures
-from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.fit_figures import fit_pages
-from jaxink.plots.pictures import Page, pictures
-from jaxink.report.fit_page import OVERVIEW, fit_page
-from jaxink.report.next_steps import fit_next_steps
+from jaxink.plots import FIGURE_FOLDER, Page, fit_pages, pictures
+from jaxink.report.fit_html import OVERVIEW, fit_page
+from jaxink.report.suggestions import fit_next_steps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,7 +97,7 @@ def fit_drawings(
 
 def _pages(result: "FitResult", wavelengths_nm: Sequence[float] | None) -> Iterator[Page]:
     def overview() -> "Figure":
-        from jaxink.plots.overview import overview_figure
+        from jaxink.plots import overview_figure
 
         return overview_figure(result)
 

@@ -3,11 +3,11 @@
 import dataclasses
 from typing import TYPE_CHECKING, NamedTuple
 
-from jaxink.diagnosis.findings.hidden import HiddenEffect
+from jaxink.diagnosis import HiddenEffect
 from jaxink.effects import with_values
 from jaxink.errors import InputRefusedError
-from jaxink.ink.comparison import compare_tables
-from jaxink.plots.scan_views import drawn_wavelengths
+from jaxink.ink import compare_tables
+from jaxink.plots import drawn_wavelengths
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis

@@ -102,7 +102,7 @@ def bullets(lines: Iterable[str]) -> str:
 def figure(png: bytes, caption: str) -> str:
     """A figure embedded in the page."""
     # Takes matplotlib, which a page without figures can do without.
-    from jaxink.plots.figure import DPI
+    from jaxink.plots import DPI
 
     data = base64.b64encode(png).decode("ascii")
     words = escape(caption, quote=True)

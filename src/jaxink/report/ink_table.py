@@ -5,11 +5,9 @@ from typing import TYPE_CHECKING
 
 from jaxink.effects import Effect
 from jaxink.errors import InputRefusedError
-from jaxink.ink.areas import apart_from_the_ink
-from jaxink.ink.comparison import TableComparison, compare_tables
-from jaxink.plots.scan_views import drawn_wavelengths
-from jaxink.sample import Sample
-from jaxink.sample.effect_schema import EFFECTS
+from jaxink.ink import TableComparison, apart_from_the_ink, compare_tables
+from jaxink.plots import drawn_wavelengths
+from jaxink.sample import EFFECTS, Sample
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis

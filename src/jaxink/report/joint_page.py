@@ -10,14 +10,13 @@ from jaxink.files.writing import whole_folder
 from jaxink.fitting import FitResult, JointResult, ReadingsResult
 from jaxink.numerics.digits import rounded, with_uncertainty
 from jaxink.numerics.failures import Failure, Failures
-from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.scan_views import overview_words
+from jaxink.plots import FIGURE_FOLDER, overview_words
 from jaxink.report import html
-from jaxink.report.fit_page import OVERVIEW, fit_page
+from jaxink.report.fit_html import OVERVIEW, fit_page
 from jaxink.report.fit_writing import fit_drawings
 from jaxink.report.layer_sketch import layer_sketch
-from jaxink.report.next_steps import NextStep, joint_next_steps
 from jaxink.report.sections import missing_parts
+from jaxink.report.suggestions import NextStep, joint_next_steps
 
 _NUMBERS = 5
 _CODES_THAT_FIT = ("consistent", "not_judged")

@@ -3,8 +3,7 @@
 from html import escape
 
 from jaxink.numerics.digits import rounded
-from jaxink.sample import Sample
-from jaxink.sample.description import Layer
+from jaxink.sample import Layer, Sample
 
 _WIDTH, _LAYER, _TEXT, _LEFT = 150, 44, 330, 10
 _ABOVE, _BACKING, _GAP = 40, 16, 8

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from jaxink.diagnosis.findings.judgement import TESTS
+from jaxink.diagnosis import TESTS
 from jaxink.display.html import paragraph, table
-from jaxink.effects.kinds import Inapplicable
-from jaxink.ink.comparison import LARGEST_THETA_DEG, TableComparison
+from jaxink.effects import Inapplicable
+from jaxink.ink import LARGEST_THETA_DEG, TableComparison
 from jaxink.measurement import mask_sentences
 from jaxink.numerics.digits import plain, with_uncertainty
 from jaxink.numerics.failures import Failure
-from jaxink.plots.scan_views import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
+from jaxink.plots import FROM_INSIDE, is_simulated, measurement_name, used_wavelengths
 from jaxink.report.hidden import HiddenChange
 from jaxink.report.html import (
     NONE,
@@ -29,8 +29,7 @@ from jaxink.report.ink_table import inside_sentences
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import CandidateRow, Diagnosis, Figures
-    from jaxink.fitting import FitResult
-    from jaxink.fitting.deviation import Deviation
+    from jaxink.fitting import Deviation, FitResult
 
 T = TypeVar("T")
 _UNCONSTRAINED = "The data do not constrain these effects:"

@@ -5,25 +5,22 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jaxink.diagnosis.findings.diagnosis import Diagnosis
+from jaxink.diagnosis import Diagnosis
 from jaxink.display.html import paragraph, table
 from jaxink.files.netcdf import netcdf_bytes
 from jaxink.files.result_folder import PAGE_FILE
 from jaxink.files.writing import whole_folder
-from jaxink.ink.comparison import TableComparison
-from jaxink.ink.table import InkTable
+from jaxink.ink import InkTable, TableComparison
 from jaxink.numerics.digits import with_uncertainty
 from jaxink.numerics.failures import Failures
-from jaxink.plots import FIGURE_FOLDER
-from jaxink.plots.pictures import Page, pictures
-from jaxink.plots.scan_views import overview_words
+from jaxink.plots import FIGURE_FOLDER, Page, overview_words, pictures
 from jaxink.report import html, sections
-from jaxink.report.fit_page import OVERVIEW, SPECTRUM
+from jaxink.report.fit_html import OVERVIEW, SPECTRUM
 from jaxink.report.hidden import HiddenChange, hidden_changes
 from jaxink.report.html import Section, chance, number, section, share, tables
 from jaxink.report.ink_table import inside_change
 from jaxink.report.layer_sketch import layer_sketch
-from jaxink.report.next_steps import next_steps
+from jaxink.report.suggestions import next_steps
 
 if TYPE_CHECKING:
     from jaxink.diagnosis import Diagnosis
@@ -130,8 +127,7 @@ def _files_in(folder: Path) -> list[Path]:
 
 def _pages(diagnosis: Diagnosis, tables: TableComparison | None, captions: dict[str, str]) -> Iterator[Page]:
     """The figures, whose captions are put down in passing."""
-    from jaxink.plots.diagnosis_pages import diagnosis_figures
-    from jaxink.plots.overview import overview_figure
+    from jaxink.plots import diagnosis_figures, overview_figure
 
     which = "The corrected model. " if diagnosis.steps else ""
     captions[OVERVIEW] = f"{which}{overview_words(diagnosis.corrected)}"

@@ -7,7 +7,6 @@ from typing import Any
 
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
-from jaxink.optics.refractive_index import cauchy_index, sellmeier_index, tabulated_index
 from jaxink.sample import schema
 from jaxink.sample.entries import (
     choice,
@@ -19,6 +18,7 @@ from jaxink.sample.entries import (
     require_equally_many,
 )
 from jaxink.sample.parameters import Parameter, ParameterTable
+from jaxink.sample.refractive_index import cauchy_index, sellmeier_index, tabulated_index
 from jaxink.sample.schema import Quantity
 
 

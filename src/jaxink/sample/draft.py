@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.measurement import GonioData, estimate_noise
-from jaxink.measurement.diffuse_reflectance import diffuse_reflectance
-from jaxink.measurement.noise import MINIMUM_PAIRS
-from jaxink.measurement.scans import SAME
+from jaxink.measurement import MINIMUM_PAIRS, SAME, GonioData, diffuse_reflectance, estimate_noise
 from jaxink.sample.measurement_schema import SCHEMA_VERSION
 from jaxink.sample.schema import OPAQUE
 
@@ -101,7 +98,7 @@ def lit_order(data: GonioData) -> str | None:
     return {"plate": ORDERS[0], "ink": ORDERS[1]}.get(sides.pop()) if len(sides) == 1 else None
 
 
-def sample_text(data: GonioData, draft: Draft, assumed: Collection[str] = ()) -> str:
+def draft_text(data: GonioData, draft: Draft, assumed: Collection[str] = ()) -> str:
     """Text of a sample file with comments, which a fit can start from.
 
     Parameters

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxink.errors import InputRefusedError
 from jaxink.materials import material
-from jaxink.measurement.spectrum_file import read_spectrum
+from jaxink.measurement import read_spectrum
 from jaxink.sample.dispersion import Dispersion, read_dispersion
 from jaxink.sample.entries import (
     is_list_of_numbers,

@@ -123,7 +123,7 @@ def _nodes(given: dict[str, Any], where: str, folder: Path, by_waves: bool):
     """Slope density or power spectrum of a measured map, and its pitch."""
     # Imported late: reading a sample needs JAX only if there is a map.
     from jaxink.numerics.precision import computing
-    from jaxink.surfaces.height_map import HeightMap
+    from jaxink.surfaces import HeightMap
 
     heights, pitch = read_map(given.get("heights_um"), given.get("pitch_um"), where, folder)
     try:

@@ -12,8 +12,7 @@ from scipy.special import gammaln
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.validity import is_known
-from jaxink.optics.directions import Directions
-from jaxink.optics.fresnel import propagating_cosine
+from jaxink.optics import Directions, propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
 from jaxink.solver.resolution import choose_sizes

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.precision import require_float64
-from jaxink.optics.directions import Directions
+from jaxink.optics import Directions
 from jaxink.solver.bsdf import bsdf_of_response, kappa_of, power_of_response, raised_to_zero
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan

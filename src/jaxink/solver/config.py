@@ -1,13 +1,12 @@
-"""Resolution of the solver, and the accuracy that it is chosen for."""
+"""Resolution of the solver."""
 
 import dataclasses
-from numbers import Real
 from typing import Any
 
 import equinox as eqx
 
 from jaxink.display.brief import brief_repr
-from jaxink.errors import InputRefusedError, require_integer, shown
+from jaxink.errors import require_integer
 
 _SIZES = ("nodes_escaping", "nodes_trapped", "n_moments", "n_orders")
 # Far beyond what any accuracy needs, while matrices of this size still fit into memory.
@@ -54,23 +53,3 @@ class SolverConfig(eqx.Module):
         """The larger of the two in every number, with this one's layer method."""
         sizes: dict[str, Any] = {s: max(getattr(self, s), getattr(other, s)) for s in _SIZES}
         return dataclasses.replace(self, **sizes)
-
-
-# Largest relative error of the BSDF.
-DEFAULT_ACCURACY = 1e-4
-BEST_ACCURACY, WORST_ACCURACY = 1e-8, 0.1
-
-
-def require_accuracy(accuracy: float) -> None:
-    """Reject an accuracy for which no resolution can be chosen.
-
-    Raises
-    ------
-    InputRefusedError
-        If the largest relative error of the BSDF is not between 1e-8 and 0.1.
-    """
-    if not (isinstance(accuracy, Real) and BEST_ACCURACY <= accuracy <= WORST_ACCURACY):
-        raise InputRefusedError(
-            f"accuracy is {shown(accuracy)}; "
-            f"give a relative error between {BEST_ACCURACY:g} and {WORST_ACCURACY:g}."
-        )

@@ -25,7 +25,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.own_derivatives import point_by_point
-from jaxink.optics.fresnel import propagating_cosine
+from jaxink.optics import propagating_cosine
 
 # Frequencies times the radius of the field. The sum is exact without displacement. Elsewhere it is accurate
 # to some thousandths if displacements are spread by a third or more, as those of scattered light are.

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxink.numerics.legendre import associated_legendre
-from jaxink.optics.layers import TruncatedOptics
+from jaxink.optics import TruncatedOptics
 
 
 class PhaseMatrices(NamedTuple):

@@ -8,10 +8,10 @@ from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known
-from jaxink.optics.channels import ChannelGrid
+from jaxink.optics import ChannelGrid
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.stack import Stack
-from jaxink.surfaces.interface import RoughInterface
+from jaxink.surfaces import RoughInterface
 
 # Relative difference below which two fixed indices count as equal.
 _EQUAL = 1e-5

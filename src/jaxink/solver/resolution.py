@@ -15,8 +15,9 @@ from jaxtyping import Array, Float
 
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.validity import is_known
-from jaxink.optics.layers import ScatteringLayer
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig, require_accuracy
+from jaxink.optics import ScatteringLayer
+from jaxink.solver.accuracy import DEFAULT_ACCURACY, require_accuracy
+from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan, plan_channels
 from jaxink.solver.stack import Stack
 

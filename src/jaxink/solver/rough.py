@@ -6,19 +6,29 @@ from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import transpose
 from jaxink.numerics.own_derivatives import by_own_inputs, differentiable_once
-from jaxink.optics.channels import ChannelGrid
-from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
+from jaxink.optics import ChannelGrid, fresnel_reflectance, propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.plan import ChannelPlan
 from jaxink.solver.specular import RegularFields, RegularPaths
 from jaxink.solver.stack import Stack
 from jaxink.solver.star_product import Diagonal, RoughElement
-from jaxink.surfaces.facets import FacetRule, mean_transmittance, projected_area
-from jaxink.surfaces.interface import RoughInterface, RoughSizes, WaveInterface, WaveLobes, rough_interface
-from jaxink.surfaces.lobes import reflected_lobe, transmitted_lobe
-from jaxink.surfaces.slopes import SlopeDensity
-from jaxink.surfaces.spectrum import BroadenedSpectrum
-from jaxink.surfaces.wave_face import WaveFace, wave_interface, wave_lobes
+from jaxink.surfaces import (
+    BroadenedSpectrum,
+    FacetRule,
+    RoughInterface,
+    RoughSizes,
+    SlopeDensity,
+    WaveFace,
+    WaveInterface,
+    WaveLobes,
+    mean_transmittance,
+    projected_area,
+    reflected_lobe,
+    rough_interface,
+    transmitted_lobe,
+    wave_interface,
+    wave_lobes,
+)
 
 
 class FacetsOnChannels(eqx.Module):

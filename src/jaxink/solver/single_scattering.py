@@ -4,8 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.optics.directions import Directions, scattering_cosines
-from jaxink.optics.layers import ScatteringLayer, TruncatedOptics
+from jaxink.optics import Directions, ScatteringLayer, TruncatedOptics, scattering_cosines
 from jaxink.solver.phase_matrices import PhaseMatrices
 from jaxink.solver.rough import WavesOnChannels, met_facet, met_waves
 from jaxink.solver.specular import RegularFields, RegularPaths

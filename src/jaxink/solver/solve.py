@@ -12,7 +12,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.optics.fresnel import propagating_cosine
+from jaxink.optics import propagating_cosine
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.lateral import LateralWave
 from jaxink.solver.plan import ChannelPlan

@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxink.numerics.linear_algebra import at_least_tiny
-from jaxink.optics.directions import Directions
-from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
+from jaxink.optics import Directions, fresnel_reflectance, propagating_cosine
 
 
 class RegularFields(eqx.Module):

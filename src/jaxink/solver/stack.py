@@ -8,11 +8,9 @@ from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.validity import known_array
-from jaxink.optics.fresnel import propagating_cosine
-from jaxink.optics.layers import ClearLayer, ScatteringLayer
+from jaxink.optics import ClearLayer, ScatteringLayer, propagating_cosine
 from jaxink.solver.lateral import LateralField
-from jaxink.surfaces.slopes import SlopeDensity
-from jaxink.surfaces.wave_face import WaveFace, kept_regular
+from jaxink.surfaces import SlopeDensity, WaveFace, kept_regular
 
 
 class Stack(eqx.Module):

@@ -7,8 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxink.optics.channels import ChannelGrid
-from jaxink.optics.layers import ScatteringLayer, TruncatedOptics, delta_m
+from jaxink.optics import ChannelGrid, ScatteringLayer, TruncatedOptics, delta_m
 from jaxink.solver.config import SolverConfig
 from jaxink.solver.layer_response import respond
 from jaxink.solver.phase_matrices import PhaseMatrices, phase_matrices

@@ -7,10 +7,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.quadrature import gauss_legendre_unit
-from jaxink.optics.directions import Directions
-from jaxink.optics.fresnel import polarised_reflectance, propagating_cosine
-from jaxink.optics.layers import ScatteringLayer
-from jaxink.optics.scattering_matrix import ScatteringMatrix
+from jaxink.optics import (
+    Directions,
+    ScatteringLayer,
+    ScatteringMatrix,
+    polarised_reflectance,
+    propagating_cosine,
+)
 from jaxink.solver.single_scattering import mean_attenuation, single_scattering_kernels
 from jaxink.solver.specular import attenuation
 from jaxink.solver.stack import Stack

@@ -6,8 +6,7 @@ from jaxtyping import Array, Float
 
 from jaxink.numerics.chebyshev import chebyshev
 from jaxink.numerics.quadrature import gauss_legendre_unit
-from jaxink.optics.channels import ChannelGrid
-from jaxink.optics.fresnel import propagating_cosine
+from jaxink.optics import ChannelGrid, propagating_cosine
 
 
 def block_polynomials(

@@ -20,7 +20,7 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
 from jaxink.numerics.quadrature import barycentric_matrix, gauss_legendre_unit
-from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
+from jaxink.optics import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.body_series import Coefficients, Mirror, legendre
 from jaxink.surfaces.relief import Facets, Pairs, facet_averages, reflected_once, seen_from_both
 from jaxink.surfaces.slopes import SlopeDensity

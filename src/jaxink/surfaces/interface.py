@@ -21,8 +21,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.linear_algebra import inverse
-from jaxink.optics.channels import ChannelGrid
-from jaxink.optics.fresnel import propagating_cosine
+from jaxink.optics import ChannelGrid, propagating_cosine
 from jaxink.surfaces.channel_rows import rows_of_samples
 from jaxink.surfaces.facets import FacetRule, views
 from jaxink.surfaces.slopes import SlopeDensity

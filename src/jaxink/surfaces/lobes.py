@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
+from jaxink.optics import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.slopes import SlopeDensity
 
 

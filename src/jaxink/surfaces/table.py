@@ -14,7 +14,7 @@ from jaxink.numerics.chebyshev import chebyshev_nodes, node_weights
 from jaxink.numerics.compiling import hastily
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
-from jaxink.optics.channels import CLOSE, ChannelGrid
+from jaxink.optics import CLOSE, ChannelGrid
 from jaxink.surfaces.facets import FacetRule
 from jaxink.surfaces.interface import (
     CoarseChannels,

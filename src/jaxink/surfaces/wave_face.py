@@ -23,8 +23,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.numerics.chebyshev import chebyshev_moments
 from jaxink.numerics.quadrature import gauss_legendre_unit
-from jaxink.optics.channels import ChannelGrid
-from jaxink.optics.fresnel import fresnel_reflectance, propagating_cosine
+from jaxink.optics import ChannelGrid, fresnel_reflectance, propagating_cosine
 from jaxink.surfaces.channel_rows import block_polynomials, node_coefficients
 from jaxink.surfaces.interface import RoughResponse, WaveInterface, WaveLobes
 from jaxink.surfaces.spectrum import BroadenedSpectrum, PowerSpectrum

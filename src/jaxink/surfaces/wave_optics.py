@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.numerics.precision import require_float64
-from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
+from jaxink.optics import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.spectrum import broadened
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_frequency
 

@@ -6,7 +6,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from jaxink.numerics.precision import require_float64
 from jaxink.numerics.quadrature import gauss_legendre_unit
-from jaxink.optics.fresnel import propagating_cosine, refracted_cosine
+from jaxink.optics import propagating_cosine, refracted_cosine
 from jaxink.surfaces.wave_optics import scattered_bsdf
 from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, regular_power
 

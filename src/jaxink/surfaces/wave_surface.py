@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from jaxink.errors import require_one_of
-from jaxink.optics.fresnel import fresnel_reflectance, refracted_cosine
+from jaxink.optics import fresnel_reflectance, refracted_cosine
 from jaxink.surfaces.spectrum import PowerSpectrum
 
 AMPLITUDES = ("perturbation", "fresnel")

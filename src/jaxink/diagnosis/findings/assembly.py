@@ -32,18 +32,23 @@ from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.display.named_rows import NamedRows
 from jaxink.effects import declare, invalidity, settled
-from jaxink.fitting import FitResult, fit
-from jaxink.fitting.assembly import Found, assemble
-from jaxink.fitting.endings import Ending
-from jaxink.fitting.inputs import prepare_data
-from jaxink.fitting.mistake import Mistake, mistakes_sentence
-from jaxink.fitting.objective import Objective, make_objective
-from jaxink.fitting.outcome import Search
-from jaxink.fitting.uncertainty import covariance
+from jaxink.fitting import (
+    Ending,
+    FitResult,
+    Found,
+    Mistake,
+    Objective,
+    Search,
+    assemble,
+    covariance,
+    fit,
+    make_objective,
+    mistakes_sentence,
+    prepare_data,
+)
 from jaxink.measurement import noise_of
 from jaxink.numerics.progress import Progress
-from jaxink.residual import ResidualPoints, ResidualShape, residual_shape
-from jaxink.residual.modes import modes_for
+from jaxink.residual import ResidualPoints, ResidualShape, modes_for, residual_shape
 
 # What failed if there is only the fit of the declared model.
 _CORRECTED = "the result of the corrected model, for which that of the declared one stands,"

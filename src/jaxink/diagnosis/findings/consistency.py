@@ -5,8 +5,14 @@ import dataclasses
 import numpy as np
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
-from jaxink.measurement import FitNoise, GonioData, estimate_noise
-from jaxink.measurement.pairs import reciprocal_differences, repeat_differences, without_copies
+from jaxink.measurement import (
+    FitNoise,
+    GonioData,
+    estimate_noise,
+    reciprocal_differences,
+    repeat_differences,
+    without_copies,
+)
 from jaxink.numerics.chi_square import probability_above
 
 _WORDS = {

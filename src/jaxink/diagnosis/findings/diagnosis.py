@@ -21,13 +21,11 @@ from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.display.named_rows import NamedRows
-from jaxink.effects import CATALOGUE_VERSION, Effect
-from jaxink.effects.kinds import Inapplicable
+from jaxink.effects import CATALOGUE_VERSION, Effect, Inapplicable
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import CORRECTED, DECLARED, DIAGNOSIS_HEAD, REPORT_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
-from jaxink.fitting import FitResult
-from jaxink.fitting.deviation import Deviation
+from jaxink.fitting import Deviation, FitResult
 from jaxink.measurement import GonioData
 from jaxink.numerics.digits import percent, rounded, with_uncertainty
 from jaxink.numerics.failures import Failure

@@ -15,7 +15,7 @@ from jaxink.diagnosis.search.allowance import TimeLimit
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
-from jaxink.fitting.verdict import level_in_doubt
+from jaxink.fitting import level_in_doubt
 from jaxink.measurement import NoiseLevel
 from jaxink.numerics.failures import Failure
 from jaxink.residual import ResidualShape

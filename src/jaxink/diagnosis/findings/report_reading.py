@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from jaxink.effects.kinds import Inapplicable
+from jaxink.effects import Inapplicable
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import described, read_json
 from jaxink.files.reading import shown_path

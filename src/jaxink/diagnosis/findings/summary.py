@@ -10,10 +10,8 @@ from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.display.brief import brief_repr
-from jaxink.fitting.deviation import Deviation, deviation
-from jaxink.fitting.merit import merit
-from jaxink.measurement import GonioData
-from jaxink.measurement.masks import USER
+from jaxink.fitting import Deviation, deviation, merit
+from jaxink.measurement import USER, GonioData
 
 
 @dataclasses.dataclass(frozen=True)

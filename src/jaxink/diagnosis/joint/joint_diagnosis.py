@@ -7,7 +7,7 @@ from jaxink.display.brief import brief_repr, counted
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import CORRECTED, DECLARED
-from jaxink.fitting.joint_result import JointResult
+from jaxink.fitting import JointResult
 from jaxink.numerics.digits import rounded
 from jaxink.numerics.failures import Failure
 

@@ -14,31 +14,30 @@ from jaxink.diagnosis.search.stage import by_program
 from jaxink.diagnosis.search.workbench import Place
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.display.brief import brief_repr
-from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene, declare, with_values
-from jaxink.effects.telling import in_numbers
+from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene, declare, in_numbers, with_values
 from jaxink.errors import InputRefusedError
-from jaxink.fitting.compiled import Point
-from jaxink.fitting.gradient import Descent
-from jaxink.fitting.joint_fit import fit_project, noises_of
-from jaxink.fitting.joint_objective import (
+from jaxink.fitting import (
     CompiledJointObjective,
+    Descent,
+    FitOptions,
     JointObjective,
+    JointResult,
+    Limits,
+    Point,
+    Search,
+    fit_project,
+    noises_of,
+    search,
     with_settled_effects,
     without_priors,
 )
-from jaxink.fitting.joint_result import JointResult
-from jaxink.fitting.limits import Limits
-from jaxink.fitting.method import search
-from jaxink.fitting.options import FitOptions
-from jaxink.fitting.outcome import Search
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.chi_square import probability_above
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.precision import release_programs
 from jaxink.numerics.progress import Progress, StepOf
-from jaxink.projects import Measurement, Project
-from jaxink.projects.project import OF
-from jaxink.solver.config import SolverConfig
+from jaxink.projects import OF, Measurement, Project
+from jaxink.solver import SolverConfig
 
 INSTRUMENT = "instrument"
 

@@ -13,10 +13,7 @@ from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage, by_program
 from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Effect
-from jaxink.fitting.bounded import DECREMENT
-from jaxink.fitting.exclusion import require_slope
-from jaxink.fitting.outcome import Outcome
-from jaxink.fitting.scaling import UnitScale
+from jaxink.fitting import DECREMENT, Outcome, UnitScale, require_slope
 from jaxink.numerics.threads import in_threads
 
 _LOG = logging.getLogger("jaxink")

@@ -17,7 +17,7 @@ from jaxink.diagnosis.statistics.predictive_density import (
     scan_folds,
 )
 from jaxink.effects import Effect
-from jaxink.fitting.objective import weights_of
+from jaxink.fitting import weights_of
 from jaxink.numerics.progress import StepOf
 
 

@@ -34,14 +34,12 @@ from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
 from jaxink.effects import Effect, Scene, invalidity, model_at
-from jaxink.fitting import FitResult
-from jaxink.fitting.exclusion import require_slope
-from jaxink.fitting.scaling import UnitScale
+from jaxink.fitting import FitResult, UnitScale, require_slope
 from jaxink.measurement import noise_of
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.progress import Progress, StepOf
 from jaxink.sample import Sample
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
 # Minima closer than this share of the scanned range are the same one.

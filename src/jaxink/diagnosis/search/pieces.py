@@ -17,9 +17,7 @@ import jax
 import jaxlib
 import numpy as np
 
-from jaxink.fitting.compiled import Point, program_of
-from jaxink.fitting.objective import Objective
-from jaxink.fitting.outcome import Outcome, Search, SearchPath
+from jaxink.fitting import Objective, Outcome, Point, Search, SearchPath, program_of
 from jaxink.numerics.fingerprint import fingerprint, source_fingerprint
 from jaxink.numerics.named_files import read_named, write_named
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.display.brief import brief_repr
 from jaxink.effects import Effect
-from jaxink.fitting.uncertainty import covariance
+from jaxink.fitting import covariance
 
 
 class Estimate(NamedTuple):

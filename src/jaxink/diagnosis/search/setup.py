@@ -28,7 +28,7 @@ from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.sample import Sample
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 # Slots beyond those of the declared sample's free parameters, so that all stages share a program.
 _FURTHER_SLOTS = 6

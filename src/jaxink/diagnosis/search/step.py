@@ -9,8 +9,7 @@ from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.statistics.candidate import ScreenResult
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.display.brief import brief_repr
-from jaxink.effects import Effect, in_numbers
-from jaxink.effects.constants import DeclaredConstant
+from jaxink.effects import DeclaredConstant, Effect, in_numbers
 
 
 @dataclasses.dataclass(frozen=True)

@@ -15,8 +15,7 @@ from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
 from jaxink.files.reading import shown_path
 from jaxink.files.writing import written_whole
-from jaxink.fitting import FitResult, load_result
-from jaxink.fitting.inputs import read_inputs
+from jaxink.fitting import FitResult, load_result, read_inputs
 from jaxink.measurement import GonioData
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.named_files import read_named, write_named

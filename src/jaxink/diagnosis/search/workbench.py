@@ -15,17 +15,22 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxink.diagnosis.search.pieces import ARRAY, POINT, SEARCH, Pieces
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene, carriers
-from jaxink.fitting.bounded import DECREMENT
-from jaxink.fitting.colouring import colours, points_affected
-from jaxink.fitting.compiled import Point
-from jaxink.fitting.exclusion import fit_near, without
-from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.objective import Objective, compose
-from jaxink.fitting.outcome import Search
-from jaxink.fitting.scaling import UnitScale
+from jaxink.fitting import (
+    DECREMENT,
+    GradientSearch,
+    Objective,
+    Point,
+    Search,
+    UnitScale,
+    colours,
+    compose,
+    fit_near,
+    points_affected,
+    without,
+)
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.sample import Parameter, Sample
-from jaxink.solver.config import SolverConfig
+from jaxink.solver import SolverConfig
 
 _UNUSED = Parameter("unused", 0.5, True, 0.0, 1.0)
 

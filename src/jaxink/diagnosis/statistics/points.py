@@ -10,8 +10,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from jaxink.display.brief import brief_repr
-from jaxink.measurement import GonioData
-from jaxink.measurement.masks import angular_distance_deg
+from jaxink.measurement import GonioData, angular_distance_deg
 
 # Azimuths closer than this belong to one plane.
 _PLANE_DEG = 0.1

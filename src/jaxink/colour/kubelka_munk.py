@@ -12,7 +12,7 @@ from jaxink.colour.geometry import Geometry
 from jaxink.colour.of_sample import SampleSpectra
 from jaxink.display.card import Card, CardTable, Presented
 from jaxink.numerics.precision import computing
-from jaxink.optics.fresnel import fresnel_reflectance
+from jaxink.optics import fresnel_reflectance
 from jaxink.sample import Sample
 
 # Nodes of Gauss and Legendre over the squared sine, for diffuse light.

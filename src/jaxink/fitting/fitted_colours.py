@@ -11,10 +11,11 @@ from jaxink.colour import (
     FittedColours,
     Geometry,
     Illuminant,
+    Known,
     colours_at_points,
     fitted_colours,
+    wavelengths_of,
 )
-from jaxink.colour.of_sample import Known, wavelengths_of
 from jaxink.errors import InputRefusedError
 from jaxink.fitting.fitted_parameters import FittedCovariance, FittedParameters
 from jaxink.measurement import GonioData

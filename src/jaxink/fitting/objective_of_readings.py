@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxink.errors import InputRefusedError, require_one_of
-from jaxink.fitting.merit import INTENSITIES
+from jaxink.fitting.figures_of_merit import INTENSITIES
 from jaxink.fitting.objective import (
     OBJECTIVES,
     Objective,
@@ -15,9 +15,9 @@ from jaxink.fitting.objective import (
 )
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, Noise, Readings
-from jaxink.model.readings import ReadingsModel
+from jaxink.model import ReadingsModel
 from jaxink.sample import Sample
-from jaxink.solver.config import DEFAULT_ACCURACY, SolverConfig
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 
 def readings_objective(

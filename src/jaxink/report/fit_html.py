@@ -4,16 +4,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from jaxink.colour.at_points import ColoursAtPoints
-from jaxink.colour.cie import display_code
-from jaxink.colour.shown import colours_if_any, shown_colour
+from jaxink.colour import ColoursAtPoints, colours_if_any, display_code, shown_colour
 from jaxink.display.html import paragraph, table
-from jaxink.fitting.fitted_parameters import merit_table
-from jaxink.fitting.minima import OVER_MINIMA
-from jaxink.fitting.mistake import rejected, rejection
+from jaxink.fitting import OVER_MINIMA, merit_table, rejected, rejection
 from jaxink.numerics.digits import percent, plain, rounded, with_uncertainty
 from jaxink.numerics.failures import Failure
-from jaxink.plots.scan_views import (
+from jaxink.plots import (
     SIDES,
     measurement_name,
     overview_words,
@@ -24,12 +20,11 @@ from jaxink.plots.scan_views import (
 )
 from jaxink.report import html
 from jaxink.report.layer_sketch import layer_sketch
-from jaxink.report.next_steps import NextStep
 from jaxink.report.sections import measured_words, missing_parts
+from jaxink.report.suggestions import NextStep
 
 if TYPE_CHECKING:
-    from jaxink.fitting import FitResult
-    from jaxink.fitting.minima import Minima
+    from jaxink.fitting import FitResult, Minima
 
 
 OVERVIEW = "overview"

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.colour.cie import illuminant_spectrum, matching_functions
+from jaxink.colour import illuminant_spectrum, matching_functions
 from jaxink.errors import InputRefusedError
 from jaxink.measurement import GonioData
 from jaxink.numerics.chi_square import residual_above

@@ -4,8 +4,7 @@ import dataclasses
 import math
 
 from jaxink.errors import InputRefusedError
-from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER
-from jaxink.particles.size_distribution import REACH, sizes_needed
+from jaxink.particles import DEFAULT_MAX_SIZE_PARAMETER, REACH, sizes_needed
 from jaxink.sample import Sample
 
 # Largest size parameters that compiled programs are made for.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.fitting.merit import ScanMerit, rms
+from jaxink.fitting.figures_of_merit import ScanMerit, rms
 from jaxink.measurement import GonioData
 
 # Of angles in degrees and wavelengths in nm.
