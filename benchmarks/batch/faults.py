@@ -12,10 +12,10 @@ import time
 from benchmarks.batch.sheets import DIES, EATS, FEW_STEPS, HANGS, RAISES
 from jaxink.batches.folder import Done
 from jaxink.batches.measure import measure
-from jaxink.batches.task import Task
+from jaxink.batches.task import MeasurementTask
 
 
-def measure_with_faults(task: Task) -> Done:
+def measure_with_faults(task: MeasurementTask) -> Done:
     """As `measure`, apart from sheets named after a fault."""
     if task.name.endswith(HANGS):
         while True:

@@ -20,14 +20,14 @@ from benchmarks.optimisers.problems import problems
 from benchmarks.optimisers.searches import N_STARTS, SEED, Bench
 from benchmarks.pages import REPOSITORY, table
 from jaxink.fitting.comparison_methods import METHODS
-from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import search
 from jaxink.numerics.precision import computing
 
 KEPT = Path(__file__).with_suffix(".json")
 MODULE = "benchmarks.optimisers.agreement"
 # Of a search; no limit of time, so that both make the same number.
-LIMITS = Limits(evaluations=2000)
+LIMITS = SearchLimits(evaluations=2000)
 # Of the starts, to see what rounding does to a search.
 _ROUNDING = 1e-15
 

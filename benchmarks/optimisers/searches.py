@@ -9,14 +9,14 @@ from benchmarks.optimisers.problems import Posed
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import GradientSearch, starts
-from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import search
 from jaxink.fitting.outcome import Search
 from jaxink.fitting.uncertainty import covariance
 
 SEED, N_STARTS = 23, 20
 # Of every search, together with the scan that precedes it; a Jacobian counts as one evaluation.
-BUDGET = Limits(evaluations=2000, seconds=60.0)
+BUDGET = SearchLimits(evaluations=2000, seconds=60.0)
 # No program is compiled again with more optimisation while methods are compared.
 _NEVER = -(10**9)
 

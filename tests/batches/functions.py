@@ -8,10 +8,10 @@ import time
 
 from jaxink.batches.folder import Done, trouble
 from jaxink.batches.row import RowOutcome, RowParameter
-from jaxink.batches.task import Task
+from jaxink.batches.task import MeasurementTask
 
 
-def answered(task: Task) -> Done:
+def answered(task: MeasurementTask) -> Done:
     """A result whose one parameter is the number in the file."""
     value = float(task.contents[0])
     row = trouble(task, RowOutcome.DONE, "it is fitted.").row
@@ -21,7 +21,7 @@ def answered(task: Task) -> Done:
     return Done(row, {"fit.html": b"<p>page</p>", "figures/cut.png": b"png"})
 
 
-def with_faults(task: Task) -> Done:
+def with_faults(task: MeasurementTask) -> Done:
     """As `answered`, apart from files that say what goes wrong."""
     match task.contents[0]:
         case b"hang":
@@ -47,18 +47,18 @@ def with_faults(task: Task) -> Done:
     return answered(task)
 
 
-def interrupted_at_three(task: Task) -> Done:
+def interrupted_at_three(task: MeasurementTask) -> Done:
     """As `answered`, and Ctrl-C at the sheet with the number 3."""
     if task.contents[0] == b"3":
         raise KeyboardInterrupt
     return answered(task)
 
 
-def never(task: Task) -> Done:
+def never(task: MeasurementTask) -> Done:
     raise AssertionError(f"{task.name} was done already")
 
 
-def slowly(task: Task) -> Done:
+def slowly(task: MeasurementTask) -> Done:
     """As `answered`, after half a second."""
     time.sleep(0.5)
     return answered(task)

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from jaxink.batches.child import Child, EndedError, Limits
+from jaxink.batches.child import Child, EndedError, ProcessLimits
 from jaxink.batches.plan import load_plan
 from jaxink.batches.row import RowOutcome
 from jaxink.batches.task import task_of
@@ -29,7 +29,7 @@ def task(folder):
 
 @pytest.fixture
 def child():
-    child = Child(Limits(20.0, 0.5), FUNCTION)
+    child = Child(ProcessLimits(20.0, 0.5), FUNCTION)
     yield child
     child.close()
 
@@ -62,7 +62,7 @@ def test_too_much_memory_ends_it(child, task):
 
 
 def test_a_hang_ends_at_the_limit_of_time(task):
-    child = Child(Limits(3.0), FUNCTION)
+    child = Child(ProcessLimits(3.0), FUNCTION)
     try:
         assert value(child.ask(task("1"))[0]) == 1.0
         start = time.monotonic()
@@ -80,8 +80,8 @@ def test_a_hang_ends_at_the_limit_of_time(task):
 
 ORPHAN = """
 import sys
-from jaxink.batches.child import Child, Limits
-child = Child(Limits(9.0), "tests.batches.functions:with_faults")
+from jaxink.batches.child import Child, ProcessLimits
+child = Child(ProcessLimits(9.0), "tests.batches.functions:with_faults")
 child.start()
 print(child._process.pid, flush=True)
 sys.stdin.read()

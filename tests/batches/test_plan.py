@@ -4,7 +4,7 @@ import pytest
 
 import jaxink
 from jaxink.batches.plan import load_plan
-from jaxink.batches.task import Task, Unreadable, task_of
+from jaxink.batches.task import MeasurementTask, Unreadable, task_of
 
 
 def test_files_are_listed_by_name_and_options_kept(folder):
@@ -110,7 +110,7 @@ def test_a_value_beyond_the_physical_range_is_refused_for_its_row_only(folder):
     plan = load_plan(tabled(folder, "file,plate.thickness_mm\nsheet_1.csv,-1\nsheet_2.csv,1\n"))
     bad, good = (task_of(one, plan) for one in plan.measurements)
     assert isinstance(bad, Unreadable)
-    assert isinstance(good, Task)
+    assert isinstance(good, MeasurementTask)
     assert "plate.thickness_mm" in bad.sentence
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from jaxink.batches.figures import trend_figures
-from jaxink.batches.listing import Listed
+from jaxink.batches.listing import ListedMeasurement
 from jaxink.batches.page import outlying, report_page
 from jaxink.batches.result import Batch
 from jaxink.batches.row import Inputs, Row, RowParameter
@@ -30,9 +30,11 @@ def batch():
         rows.append(
             Row(f"s{i}", ("f",), INPUTS, "done", "", "consistent", points=9, parameters=found, page=page)
         )
-        listed.append(Listed(f"s{i}", (Path("f"),), {}, {"x_mm": i % 6, "y_mm": i // 6, "shift": "late"}))
+        listed.append(
+            ListedMeasurement(f"s{i}", (Path("f"),), {}, {"x_mm": i % 6, "y_mm": i // 6, "shift": "late"})
+        )
     rows.append(Row("lost", ("f",), INPUTS, "refused", "f: there is <no> file."))
-    listed.append(Listed("lost", (Path("f"),)))
+    listed.append(ListedMeasurement("lost", (Path("f"),)))
     return Batch("Line <3>", tuple(rows), tuple(listed), Path("out"))
 
 
@@ -99,7 +101,9 @@ def test_figures_have_plain_numbers_and_nothing_is_cut_off(chi_squares):
         )
         for i, value in enumerate(chi_squares)
     ]
-    batch = Batch("title", tuple(rows), tuple(Listed(row.name, (Path("f"),)) for row in rows), Path("out"))
+    batch = Batch(
+        "title", tuple(rows), tuple(ListedMeasurement(row.name, (Path("f"),)) for row in rows), Path("out")
+    )
     for _, figure in trend_figures(batch, {}):
         figure.canvas.draw()
         (axes,) = figure.axes

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.setup import SearchProblem
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.measurement import FitNoise, GonioData
 from jaxink.numerics.precision import computing
@@ -38,7 +38,7 @@ def setup():
     noise = FitNoise(0.01 * data.bsdf_per_sr, 0.0, "declared")
     options = jaxink.DiagnosisOptions()
     scene = Scene.of(*data.directions, row=data.reading_order)
-    return Setup(sample, data, noise, CONFIG, scene, CATALOGUE, options.screen)
+    return SearchProblem(sample, data, noise, CONFIG, scene, CATALOGUE, options.screen)
 
 
 def test_declared_effects_are_not_looked_for(setup):

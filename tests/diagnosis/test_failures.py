@@ -12,7 +12,7 @@ import pytest
 from jaxink.cli.diagnosis_tables import show_diagnosis
 from jaxink.cli.fit_tables import console
 from jaxink.diagnosis import VerdictCode, diagnose, load_diagnosis
-from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective
 from jaxink.effects import AreaWithOtherSample, FinerDiscretisation, ReadingEffect
 from jaxink.effects.instrument import Drift, StrayLight
 from jaxink.report import write_report
@@ -207,12 +207,12 @@ def test_a_candidate_that_no_fold_can_test_is_not_accepted(lit):
 def test_numerical_errors_of_a_fit_cost_what_it_was_for(lit, monkeypatch):
     """As of a factorisation that does not converge, wherever it is."""
 
-    def fit(self, *args, original=Workbench.fit, **kwargs):
+    def fit(self, *args, original=CandidateObjective.fit, **kwargs):
         if Now.task == "refit with drift":
             raise np.linalg.LinAlgError("SVD did not converge")
         return original(self, *args, **kwargs)
 
-    monkeypatch.setattr(Workbench, "fit", fit)
+    monkeypatch.setattr(CandidateObjective, "fit", fit)
     found = diagnosed(lit, Own)
     require_right_name(found)
     (failure,) = found.failures
@@ -220,12 +220,12 @@ def test_numerical_errors_of_a_fit_cost_what_it_was_for(lit, monkeypatch):
 
 
 def test_detection_limits_that_cannot_be_verified_are_those_of_the_screen(monkeypatch):
-    def fit_near(self, *args, original=Workbench.fit_near, **kwargs):
+    def fit_near(self, *args, original=CandidateObjective.fit_near, **kwargs):
         if Now.task == "detection limit, drift":
             raise FloatingPointError
         return original(self, *args, **kwargs)
 
-    monkeypatch.setattr(Workbench, "fit_near", fit_near)
+    monkeypatch.setattr(CandidateObjective, "fit_near", fit_near)
     found = diagnosed(drawn((), {}, 11), Own)
     assert found.verdict.code is VerdictCode.NO_MISFIT
     (failure,) = found.failures

@@ -12,14 +12,14 @@ from jaxink.diagnosis.findings.assembly import beside_mistakes, explains_all
 from jaxink.diagnosis.findings.summary import Figures
 from jaxink.diagnosis.findings.verdict import Verdict
 from jaxink.diagnosis.search import loop
-from jaxink.diagnosis.search.allowance import Allowance
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
+from jaxink.diagnosis.search.checkpoint import Checkpoint
 from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.deadline import Deadline
 from jaxink.diagnosis.search.loop import rival_minima, search_effects, single_cause
-from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Screening, Step
-from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.predictive_density import HeldOutGain
 from jaxink.effects.geometry import ThinPatches
 from jaxink.effects.instrument import AngleOffset, Gain, Nonlinearity, StrayLight
@@ -109,7 +109,7 @@ def test_several_effects_give_way_to_one_that_explains_as_much():
     how, sample = options(AngleOffset, StrayLight, ThinPatches), parse_sample(SAMPLE)
     fitted = jaxink.fit(measured, sample, FIT)
     with computing():
-        found = search_effects(fitted, sample, how, lambda *_: None, Allowance(None), Failures(), Pieces())
+        found = search_effects(fitted, sample, how, lambda *_: None, Deadline(None), Failures(), Checkpoint())
         setup, points = found.setup, Points.of(fitted.data)
         forms = (AngleOffset(), StrayLight())
         pair = Stage(setup, forms, found.first.solution.values)
@@ -132,7 +132,7 @@ def test_several_effects_give_way_to_one_that_explains_as_much():
 
 
 def test_a_nonlinearity_must_explain_more_than_another_effect():
-    found, bench = Solution({}, (), 100.0, np.zeros(1), Mock(Search)), Mock(Workbench)
+    found, bench = Solution({}, (), 100.0, np.zeros(1), Mock(Search)), Mock(CandidateObjective)
     many, few = (Refit(effect, found, bench, 30.0) for effect in (Nonlinearity(1.0), StrayLight()))
     assert few.penalised(500) == pytest.approx(many.penalised(500) + Nonlinearity.handicap)
     # The data do not tell them apart all the same.

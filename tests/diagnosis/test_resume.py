@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis import DiagnosisOptions, Origin, Unfinished, diagnose
-from jaxink.diagnosis.search.pieces import SEARCH
+from jaxink.diagnosis import DiagnosisOptions, FolderState, Unfinished, diagnose
+from jaxink.diagnosis.search.checkpoint import SEARCH
 from jaxink.effects import ReadingEffect
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.sample import Parameter, parse_sample
@@ -62,7 +62,7 @@ def test_what_was_finished_is_not_done_again(complete, tmp_path, linearised):
         diagnose(data, SMALL, OPTIONS, until, unfinished=Unfinished(folder, data, SMALL, OPTIONS))
     before = len(linearised)
     again = Unfinished(folder, data, SMALL, OPTIONS)
-    assert again.origin is Origin.SAME
+    assert again.origin is FolderState.SAME
     found = diagnose(data, SMALL, OPTIONS, unfinished=again)
     assert same_report(found, complete)
     after = len(linearised) - before
@@ -78,27 +78,27 @@ def test_what_was_finished_is_not_done_again(complete, tmp_path, linearised):
 
 def test_pieces_of_another_input_are_not_used_and_the_user_is_told(complete, tmp_path, told):
     data, folder = complete.declared.data, tmp_path / "unfinished"
-    assert Unfinished(folder, data, SMALL, OPTIONS).origin is Origin.EMPTY
+    assert Unfinished(folder, data, SMALL, OPTIONS).origin is FolderState.EMPTY
     Unfinished(folder, data, SMALL, OPTIONS).begin(complete.declared)
     longer = dataclasses.replace(OPTIONS, time_limit_s=7.0)
-    assert Unfinished(folder, data, SMALL, longer).origin is Origin.SAME
+    assert Unfinished(folder, data, SMALL, longer).origin is FolderState.SAME
     assert Unfinished(folder, data, SMALL, longer).fitted().values == complete.declared.values
     brighter = data.replace(bsdf_per_sr=data.bsdf_per_sr * 1.01)
     other = Unfinished(folder, brighter, SMALL, OPTIONS)
     stricter = dataclasses.replace(OPTIONS, level=0.01)
-    assert Unfinished(folder, data, SMALL, stricter).origin is Origin.OTHER_INPUT
-    assert other.origin is Origin.OTHER_INPUT
+    assert Unfinished(folder, data, SMALL, stricter).origin is FolderState.OTHER_INPUT
+    assert other.origin is FolderState.OTHER_INPUT
     assert other.fitted() is None
     told(other.sentence)
     about = folder / "about.json"
     about.write_text(json.dumps(json.loads(about.read_text()) | {"code": "older"}))
     older = Unfinished(folder, data, SMALL, OPTIONS)
-    assert older.origin is Origin.OTHER_CODE
+    assert older.origin is FolderState.OTHER_CODE
     told(older.sentence)
     (folder / "x.npz").write_bytes(b"of the older version")
     older.begin(complete.declared)
     assert not (folder / "x.npz").exists()
-    assert Unfinished(folder, data, SMALL, OPTIONS).origin is Origin.SAME
+    assert Unfinished(folder, data, SMALL, OPTIONS).origin is FolderState.SAME
 
 
 def test_a_damaged_piece_is_made_again(complete, tmp_path):
@@ -152,7 +152,7 @@ def test_the_fit_of_another_measurement_is_not_gone_on_from(complete, tmp_path):
     for file in other.folder.iterdir():
         if file.name.startswith("declared"):
             (shutil.copytree if file.is_dir() else shutil.copy)(file, own.folder / file.name)
-    assert Unfinished(own.folder, data, SMALL, OPTIONS).origin is Origin.SAME
+    assert Unfinished(own.folder, data, SMALL, OPTIONS).origin is FolderState.SAME
     assert Unfinished(own.folder, data, SMALL, OPTIONS).fitted() is None
 
 
@@ -178,7 +178,7 @@ def test_an_effect_of_ones_own_has_no_name_in_another_process(complete, tmp_path
     data, folder = complete.declared.data, tmp_path / "unfinished"
     for own in (Own, Rounding):
         unfinished = Unfinished(folder, data, SMALL, DiagnosisOptions(catalogue=(own,)))
-        assert unfinished.origin is Origin.UNKNOWN
+        assert unfinished.origin is FolderState.UNKNOWN
         assert unfinished.begin(complete.declared).folder is None
         assert not folder.exists()
     told(unfinished.sentence)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.diagnosis import Task, VerdictCode, diagnose, load_diagnosis
-from jaxink.diagnosis.search.allowance import Allowance
+from jaxink.diagnosis import OptionalTask, VerdictCode, diagnose, load_diagnosis
+from jaxink.diagnosis.search.deadline import Deadline
 from jaxink.effects.instrument import AngleOffset, StrayLight
 from jaxink.errors import InputRefusedError
 from jaxink.report import write_report
@@ -32,10 +32,10 @@ class Ticks:
 
 def ending_after(data, seconds, clock=None):
     """A diagnosis that ends after so many looks at its clock."""
-    allowance = functools.partial(Allowance, clock=clock or Ticks())
+    deadline = functools.partial(Deadline, clock=clock or Ticks())
     options = dataclasses.replace(OPTIONS, time_limit_s=float(seconds))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxink.diagnosis.procedure.Allowance", allowance)
+        patch.setattr("jaxink.diagnosis.procedure.Allowance", deadline)
         return diagnose(data, parse_sample(SAMPLE), options)
 
 
@@ -73,7 +73,7 @@ def test_wherever_it_ends_the_verdict_claims_no_more_than_was_done(complete, sha
     assert found.declared.converged
     assert found.declared.values == pytest.approx(whole.declared.values)
     assert found.verdict.code is VerdictCode.UNFINISHED
-    assert not found.verdict.code.is_met
+    assert not found.verdict.code.fits_noise
     assert found.structure_remains == (found.after.fitted.probability < 1e-3)
     # What is stated is true: the effects of both runs are accepted by the same tests.
     assert {step.effect for step in found.steps} <= {step.effect for step in whole.steps}
@@ -95,8 +95,8 @@ def test_without_misfit_an_early_end_says_so_only_after_all_tests(complete_witho
 def test_at_once_only_the_fit_is_done(complete, tmp_path, told):
     found = ending_after(complete[0].declared.data, 1.0)
     left_out = {omission.task: omission.names for omission in found.time_limit.not_done}
-    assert set(left_out) == {Task.INPUT_CHECK, Task.SCREEN, Task.HELD_OUT}
-    assert set(left_out[Task.SCREEN]) == {row.effect for row in complete[0].candidates}
+    assert set(left_out) == {OptionalTask.INPUT_CHECK, OptionalTask.SCREEN, OptionalTask.HELD_OUT}
+    assert set(left_out[OptionalTask.SCREEN]) == {row.effect for row in complete[0].candidates}
     assert found.candidates == ()
     assert found.before.held_out is None
     told(found.verdict.sentence)
@@ -117,7 +117,7 @@ def test_unverified_detection_limits_are_named(complete_without_misfit, told):
     whole, looks = complete_without_misfit
     found = ending_after(whole.declared.data, looks - 3)
     (left_out,) = found.time_limit.not_done
-    assert left_out.task is Task.LIMIT
+    assert left_out.task is OptionalTask.LIMIT
     assert set(left_out.names) < {row.effect for row in found.candidates}
     assert found.verdict.code is VerdictCode.NO_MISFIT
     told(found.verdict.sentence)

@@ -22,7 +22,13 @@ from jaxink.diagnosis import (
 )
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, menu_of
-from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, judge, significant_tests
+from jaxink.diagnosis.findings.judgement import (
+    Evidence,
+    fits_noise,
+    judge,
+    significant_tests,
+    tightened_by_repeats,
+)
 from jaxink.diagnosis.findings.location import NOWHERE
 from jaxink.diagnosis.policy import DEFAULT_POLICY
 from jaxink.effects import invalidity
@@ -116,19 +122,19 @@ def test_no_more_points_than_parameters_is_not_testable():
 
 
 def test_noise_that_is_stated_a_little_too_small_is_no_misfit():
-    assert is_met(summary(1.15, 1e-5), structure(0.3))
-    assert not is_met(summary(1.3, 1e-9), structure(0.3))
-    assert not is_met(summary(1.25, 0.01, 40), structure(4e-4))
-    assert is_met(summary(1.25, 0.01, 40), structure(0.3))
+    assert fits_noise(summary(1.15, 1e-5), structure(0.3))
+    assert not fits_noise(summary(1.3, 1e-9), structure(0.3))
+    assert not fits_noise(summary(1.25, 0.01, 40), structure(4e-4))
+    assert fits_noise(summary(1.25, 0.01, 40), structure(0.3))
 
 
 def test_an_order_within_the_noise_is_no_misfit_but_the_code_shows_it(told):
     small = (summary(1.15, 1e-5), structure(4e-4))
-    assert is_met(*small)
+    assert fits_noise(*small)
     found = verdict([], small, small[0])
     assert found.code is VerdictCode.ORDER_REMAINS
     assert not found.code.structure_remains
-    assert not found.code.is_met
+    assert not found.code.fits_noise
     told(found.sentence, LOCATION.sentence)
     added = verdict([step(StrayLight())], small, LEFT[0])
     assert (added.code, added.effects) == (VerdictCode.ORDER_REMAINS, ("stray_light",))
@@ -174,12 +180,12 @@ def pairs(count, relative, expected):
 
 def test_pairs_that_tell_the_noise_well_leave_less_tolerance():
     many, few = pairs(1800, 0.01, 0.01), pairs(12, 0.01, 0.01)
-    assert in_view_of((many,)).sigma_tolerance == pytest.approx(1 + 2 / 60)
-    assert in_view_of((few,)).sigma_tolerance == DEFAULT_POLICY.sigma_tolerance
+    assert tightened_by_repeats((many,)).sigma_tolerance == pytest.approx(1 + 2 / 60)
+    assert tightened_by_repeats((few,)).sigma_tolerance == DEFAULT_POLICY.sigma_tolerance
     # Noise that is stated too small, by the pairs, is tolerated as before.
-    assert in_view_of((pairs(1800, 0.02, 0.01),)).sigma_tolerance == DEFAULT_POLICY.sigma_tolerance
-    assert not is_met(summary(1.15, 1e-5), structure(0.3), in_view_of((many,)))
-    assert is_met(summary(1.15, 1e-5), structure(0.3), in_view_of((few,)))
+    assert tightened_by_repeats((pairs(1800, 0.02, 0.01),)).sigma_tolerance == DEFAULT_POLICY.sigma_tolerance
+    assert not fits_noise(summary(1.15, 1e-5), structure(0.3), tightened_by_repeats((many,)))
+    assert fits_noise(summary(1.15, 1e-5), structure(0.3), tightened_by_repeats((few,)))
 
 
 def test_values_that_mean_nothing_are_called_an_imitation(told):

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective
 from jaxink.effects import (
     CATALOGUE,
     AugmentedModel,
@@ -80,7 +80,7 @@ def bench(sample, scene, effects, columns=None):
     data = GonioData(*columns, predicted(sample, columns))
     noise = FitNoise(0.005 * data.bsdf_per_sr, 0.002, "declared")
     with computing():
-        return Workbench(sample, tuple(effects), data, noise, SIZES, scene, 5)
+        return CandidateObjective(sample, tuple(effects), data, noise, SIZES, scene, 5)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.objective import Objective, compose, make_objective
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import GonioData, noise_of
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.sample import Parameter, parse_sample
 from jaxink.solver.config import SolverConfig
 
@@ -48,7 +48,7 @@ def data():
 
 
 def by_each_parameter(objective, unit):
-    return np.asarray(hastily(jax.jacfwd(lambda u: objective.residual(u)[0]))(jnp.asarray(unit)))
+    return np.asarray(jit_unoptimised(jax.jacfwd(lambda u: objective.residual(u)[0]))(jnp.asarray(unit)))
 
 
 SMOOTH = SAMPLE.replace("max = 400 }", "max = 400, smoothness = { change = 5, over_nm = 50 } }")

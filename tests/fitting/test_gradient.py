@@ -5,7 +5,7 @@ import pytest
 
 from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.gradient import Descent, Gradient
-from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import search
 from jaxink.fitting.outcome import Outcome
 
@@ -59,7 +59,7 @@ def test_a_minimum_at_a_bound_is_kept_whatever_the_limits():
     at_bound = Curve(lambda u: 1 + u, lambda u: 1.0)
     alone = search(Descent(), at_bound, START)
     for limit in (None, alone.jacobians + 1):
-        found = search(Gradient(), at_bound, START, Budget(Limits(evaluations=limit)))
+        found = search(Gradient(), at_bound, START, Budget(SearchLimits(evaluations=limit)))
         assert found.unit == pytest.approx([0.0, 0.4], abs=1e-3)
         assert found.outcome is Outcome.CONVERGED
         assert found.triangle is not None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxink.fitting.gradient import GradientSearch
-from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.searching import index_beside, scan_grid
 from jaxink.sample import Parameter
 from tests.fitting.test_scanning import Residual
@@ -55,7 +55,7 @@ def test_starts_are_apart_and_lowest_first():
 
 def test_a_limit_ends_the_grid_with_what_was_found():
     engine = made_engine()
-    found = scan_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1), within=Budget(Limits(evaluations=60)))
+    found = scan_grid(engine, np.array([0.1, 0.1, 0.9]), (0, 1), within=Budget(SearchLimits(evaluations=60)))
     assert engine.compiled.runs <= 60
     assert np.isfinite(found.whole.loss)
 

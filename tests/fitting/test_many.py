@@ -7,7 +7,7 @@ import jaxink
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.gradient import Descent, starts
 from jaxink.fitting.inputs import prepare_data
-from jaxink.fitting.limits import Limits
+from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.many import searches_at_once
 from jaxink.fitting.method import search
 from jaxink.fitting.outcome import Outcome
@@ -46,7 +46,7 @@ def test_searches_at_once_are_those_made_alone(compiled):
 def test_each_search_has_its_limit_of_steps(compiled):
     points = starts(np.array([0.5, 0.1, 0.2]), 3, seed=4)
     with computing():
-        alone = [search(Descent(), compiled, start, own=Limits(steps=3)) for start in points]
+        alone = [search(Descent(), compiled, start, own=SearchLimits(steps=3)) for start in points]
         together = searches_at_once(compiled, points, 3, most_steps=3)
     assert {one.outcome for one in together} == {Outcome.MAX_STEPS}
     assert [one.jacobians for one in together] == [3, 3, 3]

@@ -8,13 +8,13 @@ import typer
 
 from jaxink.cli.app import app
 from jaxink.measurement.formats.catalogue import FORMATS
-from jaxink.measurement.formats.choices import STATED_BY, Choices
+from jaxink.measurement.formats.exchange_options import STATED_BY, ExchangeOptions
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "manual" / "formats-in.md").read_text(encoding="utf-8")
 
 
 def test_every_choice_has_an_option_and_is_on_the_page():
-    names = {field.name for field in dataclasses.fields(Choices)}
+    names = {field.name for field in dataclasses.fields(ExchangeOptions)}
     assert names == set(STATED_BY)
     parameters = typer.main.get_command(app).commands["convert"].params
     options = {option for parameter in parameters for option in parameter.opts + parameter.secondary_opts}

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics.compiling import Tiered, _options, hastily
+from jaxink.numerics.compiling import Tiered, _options, jit_unoptimised
 
 
 def decay(a, x):
@@ -25,7 +25,7 @@ def problem(monkeypatch):
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_a_hasty_program_computes_the_same(problem, level):
-    hasty = hastily(decay, level)(*problem)
+    hasty = jit_unoptimised(decay, level)(*problem)
     np.testing.assert_allclose(hasty, jax.jit(decay)(*problem), rtol=1e-12)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from jaxink.numerics import compiling
-from jaxink.numerics.compiling import LoadedPrograms, keeping
+from jaxink.numerics.compiling import LoadedPrograms, stored_jit
 from jaxink.numerics.precision import release_programs
 
 
@@ -49,7 +49,7 @@ def counted(tmp_path, monkeypatch):
         traces.append(x.shape)
         return 2 * x
 
-    return keeping(doubled, "doubled"), traces
+    return stored_jit(doubled, "doubled"), traces
 
 
 def test_a_dropped_program_is_loaded_again_without_being_traced(counted):
@@ -64,7 +64,7 @@ def test_small_programs_of_unlike_work_do_not_pile_up(tmp_path, monkeypatch):
     """Each shape makes a program of every one of JAX's functions that is called outside compiled ones."""
     monkeypatch.setenv("JAXINK_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(compiling, "LOADED", LoadedPrograms(most=2, drops=3))
-    program, traces = keeping(lambda x: 2 * x, "doubled"), []
+    program, traces = stored_jit(lambda x: 2 * x, "doubled"), []
 
     def of_the_user(x):
         traces.append(x)

@@ -10,8 +10,8 @@ from jaxink.numerics import named_files, program_store
 from jaxink.numerics.program_store import (
     COMPILED,
     bound_store,
+    cached_by_jax,
     clear_store,
-    kept_by_jax,
     read_program,
     store_folder,
     stored,
@@ -141,7 +141,7 @@ def test_a_store_that_others_can_write_to_is_not_used(folder, part, mode, logged
         assert read_program("a", kind) is None
         write_program("b", b"program", kind)
     assert stored() == (None, 0, 0)
-    with kept_by_jax():
+    with cached_by_jax():
         jax.jit(lambda x: x * 13 + 1)(1.0).block_until_ready()
     assert sum(path.is_file() for path in folder.rglob("*")) == 2
     assert logged.messages == [why_not_stored()]
@@ -223,7 +223,7 @@ def squared(x):
 @pytest.mark.parametrize("damage", ["exchanged", "cut", "other"])
 def test_what_jax_has_compiled_is_tied_to_its_name(folder, without_own_cache, damage):
     jax.clear_caches()
-    with kept_by_jax():
+    with cached_by_jax():
         assert [jax.jit(f)(4.0) for f in (tripled, squared)] == [13, 17]
         (one,) = (folder / "compiled").glob("*tripled*")
         (two,) = (folder / "compiled").glob("*squared*")
@@ -243,14 +243,14 @@ def test_a_jax_that_takes_no_cache_compiles_all_the_same(folder, without_own_cac
 
     monkeypatch.delattr(compilation_cache, "_cache")
     monkeypatch.setattr(compilation_cache, "is_cache_used", lambda backend: False)
-    with kept_by_jax():
+    with cached_by_jax():
         assert jax.jit(lambda x: x * 7 + 1)(1.0) == 8
     assert stored().files == 0
 
 
 def test_jax_is_left_as_it_was(folder, without_own_cache):
     seconds = jax.config.jax_persistent_cache_min_compile_time_secs
-    with kept_by_jax():
+    with cached_by_jax():
         # JAX would read a folder of its own without checking.
         assert jax.config.jax_compilation_cache_dir is None
         jax.jit(lambda x: x * 3 + 1)(1.0).block_until_ready()
@@ -270,7 +270,7 @@ def test_a_cache_of_the_users_own_is_the_one_used(folder, without_own_cache):
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     compilation_cache.reset_cache()
     try:
-        with kept_by_jax():
+        with cached_by_jax():
             jax.jit(lambda x: x * 9 + 1)(1.0).block_until_ready()
         assert jax.config.jax_compilation_cache_dir == str(mine)
         assert stored().files == 0

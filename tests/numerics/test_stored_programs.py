@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.numerics.compiling import keeping
+from jaxink.numerics.compiling import stored_jit
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +39,7 @@ def test_a_stored_program_is_not_traced_again_and_gives_the_same():
     first, second = Counted(), Counted()
     expected = first(*arguments())
     for function, traces in ((first, 2), (second, 0)):
-        found = keeping(function, "key")(*arguments())
+        found = stored_jit(function, "key")(*arguments())
         assert function.traces == traces
         for a, b in zip(found, expected, strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-13, atol=1e-14)
@@ -47,20 +47,20 @@ def test_a_stored_program_is_not_traced_again_and_gives_the_same():
 
 def test_other_keys_shapes_and_precisions_are_other_programs():
     counted = Counted()
-    keeping(counted, "key")(*arguments())
-    keeping(counted, "other")(*arguments())
-    keeping(counted, "key")(*arguments(5))
+    stored_jit(counted, "key")(*arguments())
+    stored_jit(counted, "other")(*arguments())
+    stored_jit(counted, "key")(*arguments(5))
     assert counted.traces == 3
     with jax.enable_x64(False):
         tree, shift = jax.tree.map(lambda x: x.astype("float32"), arguments())
-        result = keeping(counted, "key")(tree, shift)
+        result = stored_jit(counted, "key")(tree, shift)
     assert counted.traces == 4
     assert result[0].dtype == "float32"
 
 
 def test_two_threads_that_need_one_program_make_it_once():
     counted, both_here = Counted(), threading.Barrier(2)
-    program = keeping(counted, "shared")
+    program = stored_jit(counted, "shared")
 
     def work(_):
         both_here.wait()
@@ -74,65 +74,65 @@ def test_two_threads_that_need_one_program_make_it_once():
 
 
 def test_without_a_key_nothing_is_stored(folder):
-    keeping(Counted(), None)(*arguments())
+    stored_jit(Counted(), None)(*arguments())
     assert not (folder / "traced").exists()
 
 
 def test_a_single_array_stays_one():
-    assert keeping(lambda x: x + 1, "key")(jnp.zeros(3)).shape == (3,)
+    assert stored_jit(lambda x: x + 1, "key")(jnp.zeros(3)).shape == (3,)
 
 
 @pytest.mark.parametrize("content", [b"", b"no program", None])
 def test_a_foreign_file_is_thrown_away(folder, content):
-    keeping(Counted(), "key")(*arguments())
+    stored_jit(Counted(), "key")(*arguments())
     (file,) = (folder / "traced").iterdir()
     other = file.read_bytes()[:-10] if content is None else content
     file.write_bytes(other)
     counted = Counted()
-    keeping(counted, "key")(*arguments())
+    stored_jit(counted, "key")(*arguments())
     assert counted.traces == 1
     assert file.read_bytes() != other
 
 
 def test_a_program_of_other_shapes_under_this_name_is_not_run(folder):
-    keeping(Counted(), "key")(*arguments())
+    stored_jit(Counted(), "key")(*arguments())
     (file,) = (folder / "traced").iterdir()
-    keeping(Counted(), "key")(*arguments(5))
+    stored_jit(Counted(), "key")(*arguments(5))
     (other,) = set((folder / "traced").iterdir()) - {file}
     file.write_bytes(other.read_bytes())
     counted = Counted()
-    keeping(counted, "key")(*arguments())
+    stored_jit(counted, "key")(*arguments())
     assert counted.traces == 1
 
 
 def test_exchanged_programs_are_not_run(folder):
     functions = {"doubled": lambda x: 2 * x, "tripled": lambda x: 3 * x}
     for name, function in functions.items():
-        keeping(function, name)(jnp.ones(3))
+        stored_jit(function, name)(jnp.ones(3))
     one, two = (folder / "traced").iterdir()
     content = one.read_bytes()
     one.write_bytes(two.read_bytes())
     two.write_bytes(content)
     for name, factor in (("doubled", 2.0), ("tripled", 3.0)):
-        np.testing.assert_array_equal(keeping(functions[name], name)(jnp.ones(3)), factor)
+        np.testing.assert_array_equal(stored_jit(functions[name], name)(jnp.ones(3)), factor)
 
 
 def test_under_a_transformation_nothing_is_stored(folder):
-    found = jax.vmap(keeping(lambda x: 2 * x, "key"))(jnp.arange(3.0))
+    found = jax.vmap(stored_jit(lambda x: 2 * x, "key"))(jnp.arange(3.0))
     np.testing.assert_array_equal(found, [0, 2, 4])
     assert not (folder / "traced").exists()
 
 
 FRESH = """
 import jax, jax.numpy as jnp
-from jaxink.numerics.compiling import keeping
+from jaxink.numerics.compiling import stored_jit
 
 def function(matrix):
     print("traced")
     return jnp.linalg.eigvalsh(matrix), jnp.linalg.inv(matrix)
 
 with jax.enable_x64(True):
-    print(float(keeping(function, "key")(jnp.eye(3) * 2)[0].sum()))
+    print(float(stored_jit(function, "key")(jnp.eye(3) * 2)[0].sum()))
 """
 
 

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import jaxink
 from jaxink.cli.app import app
 from jaxink.data import simulated_example
-from jaxink.diagnosis import Omission, Task, TimeLimit, Verdict, VerdictCode, read_report
+from jaxink.diagnosis import Omission, OptionalTask, TimeLimit, Verdict, VerdictCode, read_report
 from jaxink.diagnosis.findings.candidates import inner_of_refit
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
@@ -497,7 +497,7 @@ def test_an_interrupted_diagnosis_goes_on_and_cleans_up(run, found, tmp_path, to
     assert done.exit_code == 130
     told(done.stderr, "--resume")
     assert (out / "unfinished").is_dir()
-    limit = TimeLimit(1.0, 2.0, (Omission(Task.LIMIT, ("gain",)),))
+    limit = TimeLimit(1.0, 2.0, (Omission(OptionalTask.LIMIT, ("gain",)),))
     run.outcome = dataclasses.replace(found, time_limit=limit)
     done = run(out, "--no-figures", "--resume", "--time-limit", "1")
     told(done.stderr.splitlines()[0], "unfinished")

@@ -13,10 +13,10 @@ import pytest
 from jaxink.errors import InputRefusedError
 from jaxink.solver.layer_response import layer_response
 from jaxink.solver.star_product import (
-    FromBehind,
+    BackingResponse,
     Nothing,
-    Pile,
     RoughElement,
+    StackAssembly,
     add_diagonal,
     add_layer,
     add_rough,
@@ -169,7 +169,7 @@ def test_light_between_the_elements_is_in_balance(elements):
 
 @pytest.mark.parametrize("elements", STACKS.values(), ids=STACKS)
 def test_a_pile_gives_the_same(elements):
-    pile = Pile(NOBODY)
+    pile = StackAssembly(NOBODY)
     for element in reversed(elements):
         if isinstance(element, RoughElement):
             pile = pile.with_rough(element)
@@ -185,7 +185,7 @@ def test_a_pile_gives_the_same(elements):
 @pytest.mark.parametrize("elements", STACKS.values(), ids=STACKS)
 def test_light_from_behind_comes_out_in_front_and_back(elements):
     light = jnp.asarray(np.random.default_rng(7).uniform(size=N))
-    nothing_yet = FromBehind.of(jnp.asarray(0.5), light)
+    nothing_yet = BackingResponse.of(jnp.asarray(0.5), light)
     found = together(elements, NOBODY._replace(from_behind=nothing_yet)).from_behind
     reflection, transmission = between_elements(elements, from_below=True)
     np.testing.assert_allclose(found.passed, transmission @ light, rtol=1e-11)
@@ -273,7 +273,7 @@ def test_light_trapped_without_loss_is_not_divided_by_zero():
 
 
 def with_ways(elements, ways, damping):
-    pile = Pile(NOBODY, damping)
+    pile = StackAssembly(NOBODY, damping)
     for element, way in zip(reversed(elements), reversed(ways), strict=True):
         pile = (
             pile.with_diagonal(element, way)
@@ -302,7 +302,7 @@ def test_light_between_two_faces_is_damped_by_its_way_to_and_fro():
     # Weak reflections: only the first way to and fro counts, 2 for light from above.
     weak = tuple(jnp.full(N, value) for value in (1e-4, 2e-4, 0.9))
     first, second = jnp.full(N, 0.4), jnp.full(N, 1.5)
-    pile = Pile(NOBODY, lambda w: jnp.exp(-w)).with_diagonal(weak, first).with_diagonal(weak, second)
+    pile = StackAssembly(NOBODY, lambda w: jnp.exp(-w)).with_diagonal(weak, first).with_diagonal(weak, second)
     above, under, through = pile.run
     # From either side the light goes through the element that it meets first, and back.
     np.testing.assert_allclose(above, weak[0] + weak[2] ** 2 * np.exp(-2 * second) * weak[0], rtol=1e-6)
@@ -313,15 +313,15 @@ def test_light_between_two_faces_is_damped_by_its_way_to_and_fro():
 
 def test_clear_elements_alone_are_no_whole_stack():
     with pytest.raises(InputRefusedError, match="no layer of the stack scatters"):
-        Pile(NOBODY).with_diagonal(FACE).whole()
+        StackAssembly(NOBODY).with_diagonal(FACE).whole()
 
 
 def test_light_that_a_layer_sends_through_a_plate_is_damped_unless_the_plate_is_in_front():
     way = jnp.full(N, 0.7)
     ink = add_layer(*INK, NOBODY)
-    pile = Pile(ink, lambda w: jnp.exp(-w), regular=(jnp.zeros(N), jnp.zeros(N), jnp.ones(N))).with_diagonal(
-        PLATE, way
-    )
+    pile = StackAssembly(
+        ink, lambda w: jnp.exp(-w), regular=(jnp.zeros(N), jnp.zeros(N), jnp.ones(N))
+    ).with_diagonal(PLATE, way)
     above, under, through = PLATE
     for is_front, damping in ((True, 1.0), (False, np.exp(-0.7))):
         reflected = jnp.zeros(N) if is_front else above

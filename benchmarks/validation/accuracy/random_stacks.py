@@ -23,7 +23,7 @@ from jaxink import (
     hemispherical_power,
     plan_channels,
 )
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.particles.phase_function import HenyeyGreenstein
 from jaxink.solver.plan import ChannelPlan
 
@@ -185,7 +185,9 @@ def examined(structure: str, n_stacks: int, seed: int) -> dict[str, np.ndarray]:
     plan = plan_channels(stack_of(structure, numbers[0]), range(len(structure) + 2))
     faults = _faults(structure, numbers, _of_each(jax.jit(partial(_checks, structure, plan)), numbers))
     some = slice(None, None, DERIVATIVES_OF_EVERY)
-    derivatives = _of_each(hastily(partial(_derivatives, structure, plan)), numbers[some], along[some])
+    derivatives = _of_each(
+        jit_unoptimised(partial(_derivatives, structure, plan)), numbers[some], along[some]
+    )
     return faults | derivatives | {"numbers": numbers}
 
 

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink import ClearLayer, Directions, ScatteringLayer, SolverConfig, Stack, diffuse_bsdf, plan_channels
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.particles.mie import mie_coefficients
 from jaxink.particles.mixture import Population, mixture_coefficients
 from jaxink.particles.phase_function import (
@@ -252,7 +252,7 @@ def errors(kind: Kind) -> dict[str, float]:
 
     reverse = jax.grad(value)
 
-    @hastily
+    @jit_unoptimised
     def all_modes(x):
         units = jnp.eye(x.size)
         slope = jax.vmap(lambda unit: jax.jvp(lambda y: jax.jvp(value, (y,), (unit,))[1], (x,), (along,))[1])
@@ -263,7 +263,7 @@ def errors(kind: Kind) -> dict[str, float]:
             jax.grad(lambda y: reverse(y) @ along)(x),
         )
 
-    first = hastily(jax.jacfwd(value))
+    first = jit_unoptimised(jax.jacfwd(value))
     steps, coefficients = STEPS, COEFFICIENTS
     if sides.any():
         # One-sided, of fourth order.

@@ -15,7 +15,7 @@ import jaxink
 from benchmarks.validation.measured.diagnosis import SAMPLES, declared, save
 from benchmarks.validation.measured.diagnosis_page import REPORTS, write
 from jaxink.diagnosis import Points, locate, read_report
-from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.setup import SearchProblem
 from jaxink.effects import Scene
 from jaxink.files.encoding import plain
 from jaxink.fitting import prepare_data
@@ -35,7 +35,7 @@ def relocate(name: str) -> None:
     with computing():
         config = ForwardModel(sample, *directions, None, accuracy).config
         scene = Scene.of(*directions, data.row[data.used])
-        setup = Setup(
+        setup = SearchProblem(
             sample,
             data,
             noise_of(data, sample.noise),

@@ -20,7 +20,7 @@ def is_right(case: Case, found: dict) -> bool:
 
 def is_wrong(case: Case, found: dict) -> bool:
     """Whether a cause is stated that is none, and not offered as one of several with the true one."""
-    if not (found["effects"] and VerdictCode(found["code"]).is_met):
+    if not (found["effects"] and VerdictCode(found["code"]).fits_noise):
         return False
     # Each step names one effect; its class may hold the true one.
     return len(found["effects"]) > len(case.effects) or not set(case.effects) & set(found["class"])

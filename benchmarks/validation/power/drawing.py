@@ -8,7 +8,7 @@ import jaxink
 from benchmarks.validation.power.cases import ACCURACY, case_of
 from jaxink.diagnosis import Candidate, ScreenOptions, prepare_screen
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
-from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.setup import SearchProblem
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.effects import CATALOGUE, Scene
 from jaxink.fitting import prepare_data
@@ -33,7 +33,7 @@ class Case:
         accuracy = ACCURACY.get(name, DEFAULT_ACCURACY)
         result = jaxink.fit(self.data, self.sample, jaxink.FitOptions(profile="none", accuracy=accuracy))
         noise = noise_of(self.data, self.sample.noise)
-        self.setup = Setup(
+        self.setup = SearchProblem(
             self.sample,
             self.data,
             noise,

@@ -31,7 +31,7 @@ _GIB = 2**30
 
 
 @dataclasses.dataclass(frozen=True)
-class Limits:
+class ProcessLimits:
     """Limits of one measurement: seconds, and memory of its process in GiB, None for no limit."""
 
     seconds: float
@@ -59,7 +59,7 @@ class Child:
         Its graphics processor, as in ``CUDA_VISIBLE_DEVICES``; None: as this process.
     """
 
-    def __init__(self, limits: Limits, function: str = MEASURE, device: str | None = None):
+    def __init__(self, limits: ProcessLimits, function: str = MEASURE, device: str | None = None):
         self.limits, self.function, self._device = limits, function, device
         self.is_over, self._is_new = False, True
         self._process: subprocess.Popen[bytes] | None = None

@@ -15,7 +15,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
-from jaxink.numerics.program_store import lend_to_jax
+from jaxink.numerics.program_store import share_cache_with_jax
 
 _LOOK_S = 1.0
 # Linux ends this process rather than others if the machine runs out of memory.
@@ -31,7 +31,7 @@ def main() -> None:
         file.write(_OOM_SCORE)
     function = named(sys.argv[1])
     if "jax" in sys.modules:
-        lend_to_jax()
+        share_cache_with_jax()
     _answer(answers, "ready")
     while True:
         try:

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from jaxink.batches.row import RESULTS, Row, RowOutcome, row_from_dict
-from jaxink.batches.task import Task, Unreadable
+from jaxink.batches.task import MeasurementTask, Unreadable
 from jaxink.errors import InputRefusedError
 from jaxink.files.decoding import read_json
 from jaxink.files.encoding import json_text
@@ -27,7 +27,11 @@ class Done:
 
 
 def trouble(
-    task: Task | Unreadable, outcome: RowOutcome, sentence: str, seconds: float = 0.0, attempts: int = 1
+    task: MeasurementTask | Unreadable,
+    outcome: RowOutcome,
+    sentence: str,
+    seconds: float = 0.0,
+    attempts: int = 1,
 ) -> Done:
     """Answer without a result."""
     row = Row(task.name, task.paths, task.inputs, outcome, sentence, seconds=round(seconds, 3))

@@ -24,7 +24,7 @@ _LONGEST_NAME = 100
 
 
 @dataclasses.dataclass(frozen=True)
-class Listed:
+class ListedMeasurement:
     """One measurement of a batch.
 
     Parameters
@@ -45,7 +45,7 @@ class Listed:
     columns: Mapping[str, str | float] = dataclasses.field(default_factory=dict)
 
 
-def listed_files(patterns: Any, folder: Path) -> tuple[Listed, ...]:
+def listed_files(patterns: Any, folder: Path) -> tuple[ListedMeasurement, ...]:
     """One measurement for each file that matches a pattern, in the order of their paths.
 
     Parameters
@@ -71,7 +71,7 @@ def listed_files(patterns: Any, folder: Path) -> tuple[Listed, ...]:
         shared = Path(*_shared_parts(files))
         names = _safe_names([str(file.relative_to(shared)).replace("/", "_") for file in files])
     _require_unique(names, "measurements.files")
-    return tuple(Listed(name, (file,)) for name, file in zip(names, files, strict=True))
+    return tuple(ListedMeasurement(name, (file,)) for name, file in zip(names, files, strict=True))
 
 
 def _matching(pattern: str, folder: Path) -> list[Path]:
@@ -93,7 +93,7 @@ def _shared_parts(files: Sequence[Path]) -> list[str]:
     return shared
 
 
-def listed_rows(path: Path, sample: Sample) -> tuple[Listed, ...]:
+def listed_rows(path: Path, sample: Sample) -> tuple[ListedMeasurement, ...]:
     """One measurement for each row of a CSV table.
 
     Parameters
@@ -147,7 +147,7 @@ def _cells(row: list[str], heads: list[str], number: int, path: Path):
     return zip(heads, (cell.strip() for cell in row), strict=True)
 
 
-def _listed(cells: dict[str, str], parameters: list[str], number: int, path: Path) -> Listed:
+def _listed(cells: dict[str, str], parameters: list[str], number: int, path: Path) -> ListedMeasurement:
     named = [part.strip() for part in cells.pop(FILE).split(AND)]
     if not all(named):
         raise InputRefusedError(f"{path}, row {number}, column {FILE}: is empty; name a file.")
@@ -161,7 +161,7 @@ def _listed(cells: dict[str, str], parameters: list[str], number: int, path: Pat
     values = {key: value for key, value in numbers.items() if key in parameters}
     at: dict[str, str | float] = {key: value for key, value in numbers.items() if key in POSITION}
     rest = {key: cell for key, cell in cells.items() if key not in (*parameters, *POSITION)}
-    return Listed(name, files, values, at | rest)
+    return ListedMeasurement(name, files, values, at | rest)
 
 
 def _number(cell: str, where: str) -> float:

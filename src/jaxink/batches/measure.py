@@ -11,7 +11,7 @@ from pathlib import Path
 import jaxink
 from jaxink.batches.folder import Done, now, trouble
 from jaxink.batches.row import RESULTS, Row, RowColour, RowOutcome, RowParameter
-from jaxink.batches.task import Task
+from jaxink.batches.task import MeasurementTask
 from jaxink.colour import colours_if_any, shown_colour
 from jaxink.diagnosis import Diagnosis, DiagnosisOptions
 from jaxink.errors import JaxinkError
@@ -26,7 +26,7 @@ DIAGNOSIS = "diagnosis"
 FIT_PAGE, DIAGNOSIS_PAGE = "fit.html", "report.html"
 
 
-def measure(task: Task) -> Done:
+def measure(task: MeasurementTask) -> Done:
     """Fit or diagnose one measurement; whatever goes wrong is a row with its sentence."""
     start = time.perf_counter()
     try:
@@ -46,7 +46,7 @@ def _line(problem: BaseException) -> str:
     return " ".join(str(problem).split())[:200]
 
 
-def _worked(task: Task) -> Done:
+def _worked(task: MeasurementTask) -> Done:
     data, sample = _read(task), sample_from_dict(task.sample)
     sample.parameters.require_ranges()
     result, files = None, dict[str, bytes]()
@@ -65,7 +65,7 @@ def _worked(task: Task) -> Done:
     return Done(_row_of_diagnosis(task, found, f"{inside}{DIAGNOSIS_PAGE}"), files)
 
 
-def _read(task: Task) -> GonioData:
+def _read(task: MeasurementTask) -> GonioData:
     """The measurement; sentences name the files where the user has them."""
     with _in_folder(task) as (folder, files):
         try:
@@ -78,7 +78,7 @@ def _read(task: Task) -> GonioData:
 
 
 @contextmanager
-def _in_folder(task: Task) -> Iterator[tuple[Path, list[Path]]]:
+def _in_folder(task: MeasurementTask) -> Iterator[tuple[Path, list[Path]]]:
     """The files of a task with their own names, for readers that open files."""
     with tempfile.TemporaryDirectory(prefix="jaxink-batch-") as folder:
         files, names = [], [Path(path).name for path in task.paths]
@@ -92,7 +92,7 @@ def _in_folder(task: Task) -> Iterator[tuple[Path, list[Path]]]:
         yield Path(folder), files
 
 
-def _fit_files(result: FitResult, task: Task) -> dict[str, bytes]:
+def _fit_files(result: FitResult, task: MeasurementTask) -> dict[str, bytes]:
     """Files of a fit as ``jaxink fit --out`` writes them, and its page."""
     files = dict(result.files())
     failures = Failures()
@@ -102,7 +102,7 @@ def _fit_files(result: FitResult, task: Task) -> dict[str, bytes]:
     return files | {FIT_PAGE: text.encode()}
 
 
-def _diagnosis_files(found: Diagnosis, task: Task, place: str) -> dict[str, bytes]:
+def _diagnosis_files(found: Diagnosis, task: MeasurementTask, place: str) -> dict[str, bytes]:
     """Files of a diagnosis as ``jaxink diagnose --out`` writes them; ``place`` is from the batch's folder."""
     from jaxink.report import write_report
 
@@ -125,7 +125,7 @@ def _known(value: float | None) -> float | None:
     return value if value is not None and abs(value) < float("inf") else None
 
 
-def _row(task: Task, result: FitResult, verdict: str, sentence: str, page: str) -> Row:
+def _row(task: MeasurementTask, result: FitResult, verdict: str, sentence: str, page: str) -> Row:
     outcome = RowOutcome.DONE if result.outcome.is_as_asked else RowOutcome.NOT_CONVERGED
     merit = result.merit
     return Row(
@@ -152,10 +152,10 @@ def _colour(result: FitResult) -> RowColour | None:
     return None if one is None else RowColour(one.direction, one.light, *one.fitted_lab)
 
 
-def _row_of_fit(task: Task, result: FitResult) -> Row:
+def _row_of_fit(task: MeasurementTask, result: FitResult) -> Row:
     return _row(task, result, result.verdict.code, result.verdict.sentence, FIT_PAGE)
 
 
-def _row_of_diagnosis(task: Task, found: Diagnosis, page: str) -> Row:
+def _row_of_diagnosis(task: MeasurementTask, found: Diagnosis, page: str) -> Row:
     row = _row(task, found.corrected, found.verdict.code, found.verdict.sentence, page)
     return dataclasses.replace(row, effects=tuple(step.effect for step in found.steps))

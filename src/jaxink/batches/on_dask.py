@@ -10,10 +10,10 @@ from importlib.metadata import version
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from jaxink.batches.child import Child, EndedError, Limits
+from jaxink.batches.child import Child, EndedError, ProcessLimits
 from jaxink.batches.folder import Done, trouble
 from jaxink.batches.row import RowOutcome
-from jaxink.batches.task import Task
+from jaxink.batches.task import MeasurementTask
 from jaxink.errors import InputRefusedError, JaxinkError
 
 if TYPE_CHECKING:
@@ -107,7 +107,11 @@ def _require_same_version(client: "Client") -> None:
 
 
 def measured_by(
-    client: "Client", tasks: Iterable[Task], limits: Limits, function: str, devices: Sequence[str] = ()
+    client: "Client",
+    tasks: Iterable[MeasurementTask],
+    limits: ProcessLimits,
+    function: str,
+    devices: Sequence[str] = (),
 ) -> Iterator[Done]:
     """Answers to tasks, in the order in which they end.
 
@@ -132,7 +136,7 @@ def measured_by(
     """
     from distributed import as_completed, wait
 
-    tasks, sent = iter(tasks), dict[str, Task]()
+    tasks, sent = iter(tasks), dict[str, MeasurementTask]()
     how = limits, function, tuple(devices)
 
     def submitted(count: int) -> list[Any]:
@@ -179,7 +183,7 @@ def _room(client: "Client") -> int:
     return max(_FOR_EACH_THREAD * sum(client.nthreads().values()), _LEAST)
 
 
-def _answer(future: Any, task: Task) -> Done:
+def _answer(future: Any, task: MeasurementTask) -> Done:
     from distributed import KilledWorker
 
     # Cancelled or lost, by nobody here.
@@ -208,7 +212,7 @@ def _clear(client: "Client") -> None:
     _end_all()
 
 
-def _ask(task: Task, limits: Limits, function: str, devices: Sequence[str]) -> Done:
+def _ask(task: MeasurementTask, limits: ProcessLimits, function: str, devices: Sequence[str]) -> Done:
     """In a thread of a worker: the answer of its process."""
     start = time.perf_counter()
     try:
@@ -218,12 +222,12 @@ def _ask(task: Task, limits: Limits, function: str, devices: Sequence[str]) -> D
     return Done(dataclasses.replace(done.row, attempts=attempts), done.files)
 
 
-def _start(limits: Limits, function: str, devices: Sequence[str]) -> None:
+def _start(limits: ProcessLimits, function: str, devices: Sequence[str]) -> None:
     with suppress(EndedError):
         _mine(limits, function, devices).start()
 
 
-def _mine(limits: Limits, function: str, devices: Sequence[str]) -> Child:
+def _mine(limits: ProcessLimits, function: str, devices: Sequence[str]) -> Child:
     """The process of this thread."""
     child = getattr(_MINE, "child", None)
     if child is None or child.is_over or (child.limits, child.function) != (limits, function):

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from jaxink.batches.listing import Listed, listed_files, listed_rows
+from jaxink.batches.listing import ListedMeasurement, listed_files, listed_rows
 from jaxink.diagnosis import DiagnosisOptions
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import FitOptions
@@ -138,7 +138,7 @@ class Plan:
     """
 
     title: str
-    measurements: tuple[Listed, ...]
+    measurements: tuple[ListedMeasurement, ...]
     sample: Sample
     work: str = WORK[0]
     fit: dict[str, Any] = dataclasses.field(default_factory=dict)
@@ -268,7 +268,7 @@ def _tables_named(table: dict[str, Any], path: Path) -> tuple[Path, ...]:
     return (_file_named(table, "table", path.parent, "sheets"),) if "table" in table else ()
 
 
-def _measurements(table: dict[str, Any], path: Path, sample: Sample) -> tuple[Listed, ...]:
+def _measurements(table: dict[str, Any], path: Path, sample: Sample) -> tuple[ListedMeasurement, ...]:
     if "table" in table:
         try:
             (named,) = _tables_named(table, path)

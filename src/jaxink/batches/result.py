@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jaxink.batches.listing import POSITION, Listed
+from jaxink.batches.listing import POSITION, ListedMeasurement
 from jaxink.batches.row import Row, RowOutcome
 from jaxink.batches.verdicts import is_misfit, verdict_meaning, what_to_do
 from jaxink.colour import difference
@@ -56,7 +56,7 @@ class Batch(Presented):
 
     title: str
     rows: tuple[Row, ...]
-    measurements: tuple[Listed, ...]
+    measurements: tuple[ListedMeasurement, ...]
     folder: Path
     kept: int = 0
     again: tuple[str, ...] = ()

@@ -5,7 +5,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
-from jaxink.batches.child import MEASURE, MOST_TRIES, Limits
+from jaxink.batches.child import MEASURE, MOST_TRIES, ProcessLimits
 from jaxink.batches.child_main import named
 from jaxink.batches.folder import BatchFolder, Done, trouble
 from jaxink.batches.on_dask import LostSchedulerError, local_client, measured_by, remote_client
@@ -13,7 +13,7 @@ from jaxink.batches.page import write_batch
 from jaxink.batches.plan import Plan, load_plan
 from jaxink.batches.result import Batch, UnfinishedBatchError
 from jaxink.batches.row import ABSENT, Row, RowOutcome
-from jaxink.batches.task import Absent, Task, Unreadable, task_of
+from jaxink.batches.task import Absent, MeasurementTask, Unreadable, task_of
 from jaxink.errors import InputRefusedError, require_integer
 
 # Called with a row, the number of measurements that have one, and the number of all.
@@ -109,7 +109,7 @@ class _Listing:
         self.absent: dict[str, str] = {}
         self.kept = 0
 
-    def left(self) -> Iterator[Task | Unreadable]:
+    def left(self) -> Iterator[MeasurementTask | Unreadable]:
         """What has no row of the same inputs; those whose process ended without one come last."""
         tries = self.folder.tries()
         for one in sorted(self.plan.measurements, key=lambda one: tries.get(one.name, 0)):
@@ -168,7 +168,7 @@ class _Listing:
 
 def _answers(
     listing: _Listing,
-    left: Iterator[Task | Unreadable],
+    left: Iterator[MeasurementTask | Unreadable],
     workers: int | None,
     scheduler: str | None,
     devices: Sequence[str],
@@ -181,9 +181,9 @@ def _answers(
             answers = _in_order(tasks, listing.folder, function)
         else:
             n_workers = workers or _n_cores()
-            limits = Limits(plan.seconds, plan.memory_gib)
+            limits = ProcessLimits(plan.seconds, plan.memory_gib)
             if scheduler is None:
-                limits = Limits(plan.seconds, plan.memory_gib or _memory_gib(n_workers))
+                limits = ProcessLimits(plan.seconds, plan.memory_gib or _memory_gib(n_workers))
                 first = tasks.peek()
                 client = stack.enter_context(local_client(n_workers)) if first else None
             else:
@@ -195,18 +195,18 @@ def _answers(
         yield from (trouble(each, refused, each.sentence) for each in tasks.unreadable())
 
 
-class _Readable(Iterator[Task]):
+class _Readable(Iterator[MeasurementTask]):
     """The tasks that can travel; the others wait until they are asked for."""
 
-    def __init__(self, tasks: Iterator[Task | Unreadable]):
+    def __init__(self, tasks: Iterator[MeasurementTask | Unreadable]):
         self._tasks, self._unreadable = tasks, list[Unreadable]()
-        self._first: list[Task] = []
+        self._first: list[MeasurementTask] = []
 
-    def __next__(self) -> Task:
+    def __next__(self) -> MeasurementTask:
         if self._first:
             return self._first.pop()
         for task in self._tasks:
-            if isinstance(task, Task):
+            if isinstance(task, MeasurementTask):
                 return task
             self._unreadable.append(task)
         raise StopIteration
@@ -222,7 +222,7 @@ class _Readable(Iterator[Task]):
         return iter(passed)
 
 
-def _in_order(tasks: Iterator[Task], folder: BatchFolder, function: str) -> Iterator[Done]:
+def _in_order(tasks: Iterator[MeasurementTask], folder: BatchFolder, function: str) -> Iterator[Done]:
     """One after the other in this process; one that ends it twice is not begun a third time."""
     measure = named(function)
     tries = folder.tries()

@@ -5,7 +5,7 @@ import hashlib
 import json
 from typing import TYPE_CHECKING, Any
 
-from jaxink.batches.listing import Listed
+from jaxink.batches.listing import ListedMeasurement
 from jaxink.batches.row import ABSENT, Inputs
 from jaxink.errors import InputRefusedError
 from jaxink.files.reading import read_bounded
@@ -19,7 +19,7 @@ _MOST_BYTES = 200_000_000
 
 
 @dataclasses.dataclass(frozen=True)
-class Task:
+class MeasurementTask:
     """What a worker needs for one measurement; it sees neither the plan nor its files.
 
     Parameters
@@ -64,7 +64,7 @@ class Absent(Unreadable):
     """A measurement whose files cannot be read now, which says nothing about an earlier result."""
 
 
-def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
+def task_of(listed: ListedMeasurement, plan: "Plan") -> MeasurementTask | Unreadable:
     """Read the files of a measurement, and put its values into the sample."""
     options = {
         key: getattr(plan, key)
@@ -89,10 +89,10 @@ def task_of(listed: Listed, plan: "Plan") -> Task | Unreadable:
         wrong = Inputs(read.hexdigest(), _sample_digest(listed, plan), said)
         return Unreadable(listed.name, paths, wrong, str(problem))
     inputs = Inputs(read.hexdigest(), _digest(sample), said)
-    return Task(listed.name, paths, contents, sample, inputs=inputs, **options)
+    return MeasurementTask(listed.name, paths, contents, sample, inputs=inputs, **options)
 
 
-def _with_values(sample: Sample, listed: Listed) -> Sample:
+def _with_values(sample: Sample, listed: ListedMeasurement) -> Sample:
     """The sample with the values that the table states; a free parameter starts there."""
     parameters = sample.parameters
     for name, value in listed.values.items():
@@ -106,7 +106,7 @@ def _with_values(sample: Sample, listed: Listed) -> Sample:
     return dataclasses.replace(sample, parameters=parameters)
 
 
-def _sample_digest(listed: Listed, plan: "Plan") -> str:
+def _sample_digest(listed: ListedMeasurement, plan: "Plan") -> str:
     """Digest of the sample as for a task, whatever else is wrong; of the values if these are refused."""
     try:
         return _digest(sample_to_dict(_with_values(plan.sample, listed)))

@@ -185,9 +185,9 @@ def draw_to_files() -> None:
 
 def prepare_jax() -> None:
     """Import JAX and keep its compiled programs on disk between commands."""
-    from jaxink.numerics.program_store import lend_to_jax
+    from jaxink.numerics.program_store import share_cache_with_jax
 
-    lend_to_jax()
+    share_cache_with_jax()
 
 
 def import_meanwhile(*modules: str) -> None:

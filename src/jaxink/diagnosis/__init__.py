@@ -17,11 +17,11 @@ from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
 from jaxink.diagnosis.policy import SearchPolicy
 from jaxink.diagnosis.procedure import diagnose
-from jaxink.diagnosis.search.allowance import Omission, Task, TimeLimit
+from jaxink.diagnosis.search.deadline import Omission, OptionalTask, TimeLimit
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.step import Step
-from jaxink.diagnosis.search.unfinished import Origin, Unfinished
+from jaxink.diagnosis.search.unfinished import FolderState, Unfinished
 from jaxink.diagnosis.statistics.candidate import (
     Candidate,
     ScreenedCandidate,
@@ -52,6 +52,7 @@ from jaxink.diagnosis.statistics.variance_analysis import Factor
 from jaxink.numerics.failures import Failure
 
 __all__ = [
+    "TESTS",
     "Candidate",
     "CandidateRow",
     "Diagnosis",
@@ -67,7 +68,7 @@ __all__ = [
     "Location",
     "Observations",
     "Omission",
-    "Origin",
+    "FolderState",
     "Points",
     "PreparedScreen",
     "PreparedStructure",
@@ -82,9 +83,8 @@ __all__ = [
     "StructureResult",
     "StructureStatistic",
     "Summary",
-    "TESTS",
     "TangentCone",
-    "Task",
+    "OptionalTask",
     "Testability",
     "TimeLimit",
     "Transfer",

@@ -11,9 +11,9 @@ from jaxink.diagnosis.findings.assembly import diagnosis_of, explains_all
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis
 from jaxink.diagnosis.joint.search import diagnose_project
-from jaxink.diagnosis.search.allowance import Allowance, Task
+from jaxink.diagnosis.search.checkpoint import Checkpoint
+from jaxink.diagnosis.search.deadline import Deadline, OptionalTask
 from jaxink.diagnosis.search.loop import search_effects
-from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.diagnosis.search.unfinished import Unfinished
 from jaxink.errors import InputRefusedError, require_kind
@@ -90,21 +90,21 @@ def diagnose(
         )
     data, sample = read_inputs(data, sample)
     follow = progress or log_progress
-    allowance, failures = Allowance(options.time_limit_s), Failures()
+    deadline, failures = Deadline(options.time_limit_s), Failures()
     if fitted is None and unfinished is not None:
         fitted = unfinished.fitted()
     if fitted is None:
         data = _without_weightless(data, sample)
         fitted = fit(data, sample, options.fit, progress)
-    pieces = Pieces() if unfinished is None else unfinished.begin(fitted)
-    result = fitted if fitted.mistakes else _checked(fitted, allowance, failures, follow)
+    checkpoint = Checkpoint() if unfinished is None else unfinished.begin(fitted)
+    result = fitted if fitted.mistakes else _checked(fitted, deadline, failures, follow)
     if unfinished is not None and result.mistakes:
         unfinished.keep(result)
     if explains_all(result.mistakes, options.policy):
         # Effects would only imitate the mistake.
         options = dataclasses.replace(options, catalogue=(), max_effects=0)
     with computing():
-        found = search_effects(result, sample, options, follow, allowance, failures, pieces)
+        found = search_effects(result, sample, options, follow, deadline, failures, checkpoint)
         return diagnosis_of(found, follow)
 
 
@@ -112,20 +112,20 @@ class _TimeIsUp(Exception):  # noqa: N818 - it ends a task, and is no error
     pass
 
 
-def _checked(fitted: FitResult, allowance: Allowance, failures: Failures, follow: Progress) -> FitResult:
+def _checked(fitted: FitResult, deadline: Deadline, failures: Failures, follow: Progress) -> FitResult:
     """The fit with mistakes in its input, or as it is if there is no time to look for them."""
 
     def follow_in_time(what: str, step: int, misfit: float) -> None:
         follow(what, step, misfit)
-        if allowance.is_over:
+        if deadline.is_over:
             raise _TimeIsUp
 
-    if not allowance.permits(Task.INPUT_CHECK):
+    if not deadline.permits(OptionalTask.INPUT_CHECK):
         return fitted
     try:
         return check_input(fitted, follow_in_time, failures)
     except _TimeIsUp:
-        allowance.permits(Task.INPUT_CHECK)
+        deadline.permits(OptionalTask.INPUT_CHECK)
         return fitted
 
 

@@ -34,12 +34,12 @@ from jaxink.effects.validity import invalidity, own_error
 from jaxink.effects.waves import Polarisation
 
 __all__ = [
+    "CATALOGUE",
+    "CATALOGUE_VERSION",
     "AddedLight",
     "AreaWithOtherSample",
     "AreaWithOtherValues",
     "AugmentedModel",
-    "CATALOGUE",
-    "CATALOGUE_VERSION",
     "Case",
     "DeclaredConstant",
     "DividingEffect",

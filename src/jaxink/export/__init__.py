@@ -8,11 +8,11 @@ from jaxink.export.preparation import least_bin_deg
 from jaxink.export.volume import VOLUME_FORMATS, write_volume
 
 __all__ = [
-    "ExportOptions",
     "FORMATS",
     "LOSSES",
-    "LossRefusedError",
     "VOLUME_FORMATS",
+    "ExportOptions",
+    "LossRefusedError",
     "least_bin_deg",
     "medium_of",
     "refuse_expected",

@@ -23,7 +23,7 @@ from jaxink.fitting.joint_objective import (
 )
 from jaxink.fitting.joint_result import JointResult
 from jaxink.fitting.levenberg_marquardt import BoundedLevenbergMarquardt
-from jaxink.fitting.limits import Limits
+from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.loading import load_result
 from jaxink.fitting.log_density import LogDensity
 from jaxink.fitting.method import search
@@ -43,12 +43,15 @@ from jaxink.fitting.uncertainty import covariance
 from jaxink.fitting.verdict import FitVerdict, FitVerdictCode, level_in_doubt
 
 __all__ = [
+    "COMPARABLE_RISE",
+    "DECREMENT",
+    "METHODS",
+    "OBJECTIVES",
+    "OVER_MINIMA",
     "Agreement",
     "BoundedLevenbergMarquardt",
-    "COMPARABLE_RISE",
     "CompiledJointObjective",
     "CompiledObjective",
-    "DECREMENT",
     "Descent",
     "Deviation",
     "Ending",
@@ -63,13 +66,10 @@ __all__ = [
     "GradientSearch",
     "JointObjective",
     "JointResult",
-    "Limits",
+    "SearchLimits",
     "LogDensity",
-    "METHODS",
     "Minima",
     "Mistake",
-    "OBJECTIVES",
-    "OVER_MINIMA",
     "Objective",
     "Outcome",
     "Point",

@@ -35,7 +35,7 @@ from jaxink.fitting.result import (
 from jaxink.fitting.uncertainty import Covariance, Profile
 from jaxink.measurement import FitNoise, GonioData, Readings
 from jaxink.model import ForwardModel, mie_sizes, why_not_polarised
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.numerics.failures import Failures
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
@@ -462,4 +462,4 @@ def _program(treedef, leaves):
         return objective.model.polarised_excess(objective.given(objective.scale.to_physical(unit)))
 
     key = fingerprint(static)
-    return hastily(excess, key=key and fingerprint(key, "polarised excess"))
+    return jit_unoptimised(excess, key=key and fingerprint(key, "polarised excess"))

@@ -22,11 +22,11 @@ from jaxink.fitting.compiled import CompiledObjective, CompiledPrograms, Point
 from jaxink.fitting.differentiable import differentiable
 from jaxink.fitting.gradient import Gradient
 from jaxink.fitting.joint_objective import CompiledFit
-from jaxink.fitting.limits import Limits
+from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.method import Method, WithJacobian, WithoutDerivatives
 from jaxink.fitting.outcome import Outcome
 from jaxink.fitting.watched import WatchedObjective
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.numerics.weak_cache import WeakCache
 
 # A start is at least so far from the bounds, as a share of the ranges.
@@ -64,7 +64,7 @@ class _Programs:
             done, _ = solver.terminate(function, x, given, {}, state, _NO_TAGS)
             return x, eqx.partition(state, eqx.is_array)[0], done
 
-        self.initial, self.advance = hastily(initial), hastily(advance, 1)
+        self.initial, self.advance = jit_unoptimised(initial), jit_unoptimised(advance, 1)
 
 
 _programs = WeakCache(_Programs)
@@ -83,7 +83,7 @@ class OptimistixMethod(Method, abc.ABC):
 
     is_least_squares = False
     has_jacobian = True
-    usual_limits = Limits(steps=200)
+    usual_limits = SearchLimits(steps=200)
 
     @abc.abstractmethod
     def solver(self):
@@ -185,7 +185,7 @@ class OptimistixNelderMead(OptimistixMethod):
 
     name, title = "optimistix_nelder_mead", "Nelder-Mead method of optimistix"
     has_jacobian = False
-    usual_limits = Limits(evaluations=2000)
+    usual_limits = SearchLimits(evaluations=2000)
 
     def solver(self):
         """The solver itself."""

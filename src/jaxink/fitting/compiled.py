@@ -16,7 +16,7 @@ from jaxtyping import Float
 from jaxink.fitting.colouring import Colouring
 from jaxink.fitting.objective import Objective
 from jaxink.model import StackBuilder
-from jaxink.numerics.compiling import LITTLE, NONE, Tiered, hastily
+from jaxink.numerics.compiling import LITTLE, NONE, Tiered, jit_unoptimised
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 
@@ -166,7 +166,7 @@ class CompiledPrograms:
         self.with_slopes = Tiered(with_slopes, _MANY_JACOBIANS, keys[0], (evaluate,))
         self.alone = Tiered(alone, _MANY_RESIDUALS, keys[1], (evaluate,))
         level = LITTLE if structure.n_stacks > _MANY_STACKS else NONE
-        self.once = hastily(alone, level, keys[1], (evaluate,))
+        self.once = jit_unoptimised(alone, level, keys[1], (evaluate,))
 
 
 _programs = WeakCache(CompiledPrograms)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from jaxink.fitting.bounded import DECREMENT
 from jaxink.fitting.compiled import CompiledObjective, Point
 from jaxink.fitting.joint_objective import CompiledFit, FitObjective, compile_objective
-from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.method import WithJacobian, search
 from jaxink.fitting.objective import Objective
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
@@ -167,7 +167,7 @@ class GradientSearch:
         damping
             Of the first step.
         """
-        own = Limits(steps=max_jacobians or self.max_jacobians)
+        own = SearchLimits(steps=max_jacobians or self.max_jacobians)
         method = Descent(decrement=decrement, damping=damping)
         return search(method, self.compiled, start, within, progress, held, own)
 

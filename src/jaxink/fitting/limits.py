@@ -6,7 +6,7 @@ from jaxink.fitting.outcome import Outcome
 
 
 @dataclasses.dataclass(frozen=True)
-class Limits:
+class SearchLimits:
     """Where searches end before they have found a minimum; None: no limit.
 
     Parameters
@@ -41,7 +41,7 @@ class Budget:
         The limits.
     """
 
-    def __init__(self, limits: Limits):
+    def __init__(self, limits: SearchLimits):
         self.limits = limits
         self.evaluations = 0
         self.seconds = 0.0
@@ -64,7 +64,7 @@ class Budget:
         self.evaluations += evaluations
         self.seconds += seconds
 
-    def narrowed(self, own: Limits) -> "Budget":
+    def narrowed(self, own: SearchLimits) -> "Budget":
         """What is left for one search that has limits of its own, besides the ones of the fit."""
         evaluations = None if own.evaluations is None else self.evaluations + own.evaluations
         of_fit = self.limits

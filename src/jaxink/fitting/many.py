@@ -15,7 +15,7 @@ from jaxink.fitting.differentiable import differentiable
 from jaxink.fitting.levenberg_marquardt import BoundedLevenbergMarquardt
 from jaxink.fitting.outcome import Outcome, Search, SearchPath
 from jaxink.fitting.search_state import Status
-from jaxink.numerics.compiling import LITTLE, hastily
+from jaxink.numerics.compiling import LITTLE, jit_unoptimised
 from jaxink.numerics.weak_cache import WeakCache
 
 _OUTCOMES = {
@@ -68,7 +68,7 @@ class _Programs:
                 "status": search.status,
             }
 
-        self.run = hastily(jax.vmap(one, (None, 0, None)), LITTLE)
+        self.run = jit_unoptimised(jax.vmap(one, (None, 0, None)), LITTLE)
 
 
 _programs = WeakCache(_Programs)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from jaxink.fitting.bounded import DECREMENT, Box, Reduced, reduced
 from jaxink.fitting.joint_objective import CompiledFit
-from jaxink.fitting.limits import Budget, Limits
+from jaxink.fitting.limits import Budget, SearchLimits
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.watched import LimitReached, WatchedObjective
 
@@ -33,7 +33,7 @@ class Method(abc.ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     # Limits of a search where the user sets none.
-    usual_limits: ClassVar[Limits]
+    usual_limits: ClassVar[SearchLimits]
     # Whether it computes Jacobians, so that its result has standard errors.
     has_jacobian: ClassVar[bool]
 
@@ -58,14 +58,14 @@ class WithJacobian(Method):
     """A method that uses derivatives; its result is tested by the first-order conditions."""
 
     has_jacobian = True
-    usual_limits = Limits(steps=200)
+    usual_limits = SearchLimits(steps=200)
 
 
 class WithoutDerivatives(Method):
     """A method that only compares values; it ends by its own criterion."""
 
     has_jacobian = False
-    usual_limits = Limits(evaluations=2000)
+    usual_limits = SearchLimits(evaluations=2000)
 
 
 def search(
@@ -75,7 +75,7 @@ def search(
     budget: Budget | None = None,
     progress: Callable[[int, float], None] | None = None,
     held: Mapping[int, float] | None = None,
-    own: Limits | None = None,
+    own: SearchLimits | None = None,
 ) -> Search:
     """One search from one start.
 
@@ -96,9 +96,9 @@ def search(
     own
         Limits of this search alone; None for the usual ones of the method unless the fit has limits.
     """
-    budget = Budget(Limits()) if budget is None else budget
+    budget = Budget(SearchLimits()) if budget is None else budget
     if own is None:
-        own = method.usual_limits if budget.limits.is_open else Limits()
+        own = method.usual_limits if budget.limits.is_open else SearchLimits()
     lower, upper = np.zeros_like(start, float), np.ones_like(start, float)
     at = np.clip(np.asarray(start, float), lower, upper)
     for position, value in (held or {}).items():

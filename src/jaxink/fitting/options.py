@@ -4,7 +4,7 @@ import dataclasses
 
 from jaxink.errors import InputRefusedError, require_integer, require_kind, require_number, require_one_of
 from jaxink.fitting.comparison_methods import METHODS
-from jaxink.fitting.limits import Limits
+from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.method import Method
 from jaxink.fitting.objective import OBJECTIVES
 from jaxink.solver import DEFAULT_ACCURACY, LAYER_METHODS, SolverConfig, require_accuracy
@@ -97,7 +97,7 @@ class FitOptions:
         """Whether a scan precedes the searches if a free parameter calls for it."""
         return self.method == "gradient" if self.scan is None else self.scan
 
-    def limits(self, n_points: int) -> Limits:
+    def limits(self, n_points: int) -> SearchLimits:
         """Limits of the searches of a fit.
 
         Parameters
@@ -108,7 +108,7 @@ class FitOptions:
         goal_loss = None
         if self.goal is not None:
             goal_loss = self.goal**2 * (n_points if self.objective == "chi_square" else 1)
-        return Limits(self.max_steps, self.max_evaluations, self.max_seconds, goal_loss)
+        return SearchLimits(self.max_steps, self.max_evaluations, self.max_seconds, goal_loss)
 
 
 def _require_positive(name: str, value: object) -> None:

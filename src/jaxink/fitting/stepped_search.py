@@ -25,7 +25,7 @@ from jaxink.fitting.search_state import (
     advanced,
     begun,
 )
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.numerics.fingerprint import fingerprint
 
 _OUTCOMES = {
@@ -141,7 +141,7 @@ def _program() -> Callable:
         state = advanced(state, Reduced(*numbers))
         return _packed(state), jnp.concatenate([jnp.stack([state.status, state.taken]), state.proposal])
 
-    return hastily(advance, key=key)
+    return jit_unoptimised(advance, key=key)
 
 
 def _packed(state: SearchState) -> Any:

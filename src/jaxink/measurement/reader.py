@@ -13,14 +13,14 @@ from jaxink.files.reading import open_bounded
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import FILE_COLUMN, GonioData
 from jaxink.measurement.formats.catalogue import HEAD_BYTES, format_of, read_exchange
-from jaxink.measurement.formats.choices import STATED_BY
+from jaxink.measurement.formats.exchange_options import STATED_BY
 from jaxink.measurement.netcdf import MOST_BYTES
 from jaxink.measurement.pairs import direction_groups
 from jaxink.measurement.rows import Conditions
 from jaxink.measurement.sheets import Wanted, wanted_of
 from jaxink.measurement.table import AS_CSV, TextTable, is_frame, kind_of, refusal, table_of
 from jaxink.measurement.text_file import FROM_ITS_SOURCE, FROM_PYTHON, read_table, remedy_for
-from jaxink.measurement.tidy import Stated, measurement_of, stated_conditions
+from jaxink.measurement.tidy import ReadOptions, measurement_of, stated_conditions
 from jaxink.measurement.workbook import EXCEL_SUFFIXES, OPENDOCUMENT_SUFFIXES, read_sheets
 
 _CSV_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc")
@@ -71,8 +71,8 @@ def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
         DataFrame or a dict of columns, is read as a text table; its rows are counted from 0, as by ``iloc``.
     **overrides
         Keyword arguments of ``read_csv`` or ``read_workbook``; for other formats the fields of
-        `jaxink.measurement.formats.choices.Choices`; none for a netCDF file. With several files, ``side`` and
-        ``theta_i_deg`` may be lists with one entry for each.
+        `jaxink.measurement.formats.exchange_options.ExchangeOptions`; none for a netCDF file. With several
+        files, ``side`` and ``theta_i_deg`` may be lists with one entry for each.
 
     Raises
     ------
@@ -187,8 +187,8 @@ def _read_frame(frame: Any, called: str, **overrides: Any) -> GonioData:
     return measurement_of(table_of(frame, called), stated)
 
 
-def _stated(overrides: Mapping[str, Any]) -> Stated:
-    return Stated(**{name: value for name, value in overrides.items() if value is not None})
+def _stated(overrides: Mapping[str, Any]) -> ReadOptions:
+    return ReadOptions(**{name: value for name, value in overrides.items() if value is not None})
 
 
 def _refuse_options_of_exchange(path: Path, overrides: Mapping[str, Any]) -> None:
@@ -299,7 +299,7 @@ def read_csv(
     InputRefusedError
         If the file is invalid; the message names file, row and column.
     """
-    stated = Stated(
+    stated = ReadOptions(
         wavelength_nm,
         side,
         sample,
@@ -342,7 +342,7 @@ def _read_sheets(path: Path, sheet: Any = None, **overrides: Any) -> list[GonioD
     return [measurement_of(*each) for each in _sheet_tables(path, sheet, **overrides)]
 
 
-def _sheet_tables(path: Path, sheet: Any = None, **overrides: Any) -> list[tuple[TextTable, Stated]]:
+def _sheet_tables(path: Path, sheet: Any = None, **overrides: Any) -> list[tuple[TextTable, ReadOptions]]:
     """The wanted sheets, and what is stated about each."""
     stated = _stated(overrides)
     sheets = read_sheets(path, wanted_of(sheet), stated.columns.values(), stated.edges)

@@ -29,7 +29,7 @@ from jaxink.measurement.table import TextTable, refusal
 
 
 @dataclass(frozen=True)
-class Stated:
+class ReadOptions:
     """What the caller states about all rows of a table.
 
     Parameters
@@ -72,7 +72,7 @@ class Stated:
         """The quantities of ``matrix`` one by one."""
         return self.matrix.split(",") if isinstance(self.matrix, str) else self.matrix
 
-    def of_side(self, side: str, source: str) -> "Stated":
+    def of_side(self, side: str, source: str) -> "ReadOptions":
         """The same with the side of a sheet; one that is stated already must be equal."""
         if self.side not in (None, side):
             raise refusal(
@@ -88,7 +88,7 @@ class Stated:
         return tuple(name for name, here in given.items() if here)
 
 
-def measurement_of(table: TextTable, stated: Stated) -> GonioData:
+def measurement_of(table: TextTable, stated: ReadOptions) -> GonioData:
     """The measurement that a table contains; parameters and errors as for `jaxink.measurement.read_csv`."""
     table, known, extra, notes = _understood(table, stated)
     table, chosen = with_rows_of(table, stated.rows, notes)
@@ -120,14 +120,14 @@ def measurement_of(table: TextTable, stated: Stated) -> GonioData:
     return data.replace(notes=notes)
 
 
-def stated_conditions(table: TextTable, stated: Stated) -> Conditions:
+def stated_conditions(table: TextTable, stated: ReadOptions) -> Conditions:
     """The columns of a table that say what was changed between its rows."""
     table, *_ = _understood(table, stated)
     return conditions_of(table, stated.rows, stated.sample)
 
 
 def _understood(
-    table: TextTable, stated: Stated
+    table: TextTable, stated: ReadOptions
 ) -> tuple[TextTable, dict[str, int], dict[str, int], list[str]]:
     """The table without its units and decimal commas, its known and other columns, and notes."""
     if {name.lower() for name in table.names} >= {"quantity", "value"}:
@@ -143,7 +143,7 @@ def _understood(
     return with_decimal_points(table, known, extra, notes), known, extra, notes
 
 
-def _with_constants(table: TextTable, stated: Stated) -> tuple[TextTable, list[str]]:
+def _with_constants(table: TextTable, stated: ReadOptions) -> tuple[TextTable, list[str]]:
     """The table with a column for each angle that the caller states."""
     notes: list[str] = []
     for name in ("theta_i_deg", "phi_deg", "phi_o_deg"):

@@ -51,15 +51,15 @@ def _options(level: int) -> dict[str, Any] | None:
     return None
 
 
-def hastily(
+def jit_unoptimised(
     function: Callable, level: int = NONE, key: str | None = None, calls: tuple[Callable, ...] = ()
 ) -> Callable:
     """`jax.jit` with a low level of optimisation, for a function that runs a few times.
 
     The result is not for use within other compiled functions. With a key, its traced form is stored; `key`
-    and `calls` are as of `keeping`.
+    and `calls` are as of `stored_jit`.
     """
-    return keeping(function, key, _options(level), calls)
+    return stored_jit(function, key, _options(level), calls)
 
 
 class Tiered:
@@ -72,7 +72,7 @@ class Tiered:
     runs
         Number of runs after which full optimisation pays off.
     key, calls
-        As of `keeping`: with a key, the traced form of the function is stored.
+        As of `stored_jit`: with a key, the traced form of the function is stored.
     level
         Level of optimisation at first.
     """
@@ -85,7 +85,7 @@ class Tiered:
         calls: tuple[Callable, ...] = (),
         level: int = LITTLE,
     ):
-        self._tiers = hastily(function, level, key, calls), keeping(function, key, calls=calls)
+        self._tiers = jit_unoptimised(function, level, key, calls), stored_jit(function, key, calls=calls)
         self._left = runs
 
     def now(self, runs: int = 0) -> Callable:
@@ -94,7 +94,7 @@ class Tiered:
         return self._tiers[self._left <= 0]
 
 
-def keeping(
+def stored_jit(
     function: Callable,
     key: str | None,
     options: dict[str, Any] | None = None,

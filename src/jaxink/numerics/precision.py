@@ -11,7 +11,7 @@ import jaxlib
 
 from jaxink.errors import ForkedProcessError, PlatformError, PrecisionError, UnsafeVersionError
 from jaxink.numerics.compiling import LOADED
-from jaxink.numerics.program_store import kept_by_jax
+from jaxink.numerics.program_store import cached_by_jax
 
 _LOG = logging.getLogger("jaxink")
 
@@ -142,7 +142,7 @@ def computing() -> Iterator[None]:
         jax.numpy_rank_promotion("allow"),
         jax.disable_jit(False),
         jax.transfer_guard("allow"),
-        kept_by_jax(),
+        cached_by_jax(),
         threadpool_limits(limits=1, user_api="blas"),
     ):
         yield

@@ -171,7 +171,7 @@ class _Compiled:
         write_program(key, value, COMPILED)
 
 
-def lend_to_jax() -> float | None:
+def share_cache_with_jax() -> float | None:
     """Let JAX keep what it compiles in the store, unless the process has a cache of its own.
 
     JAX has no public function for it. A version that does it in another way compiles everything anew: it is
@@ -217,13 +217,13 @@ def limit_xla_log(level: int) -> None:
 
 
 @contextmanager
-def kept_by_jax() -> Iterator[None]:
-    """As `lend_to_jax`, and restored afterwards.
+def cached_by_jax() -> Iterator[None]:
+    """As `share_cache_with_jax`, and restored afterwards.
 
     Meanwhile XLA logs fatal errors only, unless the process has chosen a level: loading a stored program logs
     what its loader does not know, at length and without consequence; real failures are raised.
     """
-    seconds = lend_to_jax()
+    seconds = share_cache_with_jax()
     silences = seconds is not None and os.environ.get(LOG_LEVEL, JAX_LOG_LEVEL) == JAX_LOG_LEVEL
     if silences:
         limit_xla_log(FATAL_ONLY)

@@ -20,10 +20,10 @@ from jaxink.optics.scattering_matrix import ScatteringMatrix
 
 __all__ = [
     "CLOSE",
+    "OPAQUE_OPTICAL_THICKNESS",
     "ChannelGrid",
     "ClearLayer",
     "Directions",
-    "OPAQUE_OPTICAL_THICKNESS",
     "PhaseFunction",
     "ScatteringLayer",
     "ScatteringMatrix",

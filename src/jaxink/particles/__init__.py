@@ -16,13 +16,13 @@ from jaxink.particles.size_distribution import REACH, discrete, log_normal, mono
 
 __all__ = [
     "DEFAULT_MAX_SIZE_PARAMETER",
+    "REACH",
     "HenyeyGreenstein",
     "LegendreSeries",
     "MieCoefficients",
     "MixtureCoefficients",
     "PhaseFunction",
     "Population",
-    "REACH",
     "Rayleigh",
     "TabulatedByAngle",
     "TabulatedByMoments",

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import Complex, Float
 
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, mie_sphere
 
@@ -65,7 +65,7 @@ def difference_from_miepython(
 @cache
 def _program(max_size_parameter: float) -> Callable:
     key = fingerprint("spheres beside miepython", max_size_parameter)
-    return hastily(lambda x, n, k: _spheres(x, n, k, max_size_parameter), key=key)
+    return jit_unoptimised(lambda x, n, k: _spheres(x, n, k, max_size_parameter), key=key)
 
 
 def _spheres(x, n, k, max_size_parameter: float):

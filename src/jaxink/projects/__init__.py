@@ -6,8 +6,8 @@ from jaxink.projects.reading import load_project, parse_project
 from jaxink.projects.splitting import conditions_in
 
 __all__ = [
-    "Measurement",
     "OF",
+    "Measurement",
     "Project",
     "conditions_in",
     "first_measurements",

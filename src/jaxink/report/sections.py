@@ -53,7 +53,7 @@ def report_title(diagnosis: "Diagnosis") -> str:
 def top(diagnosis: "Diagnosis", missing: Sequence[Failure] = ()) -> str:
     """The verdict, the measurement, whether the fit converged, and what is missing here."""
     result, found = diagnosis.declared, diagnosis.verdict
-    parts = [verdict(found.sentence, found.code, found.code.is_met)]
+    parts = [verdict(found.sentence, found.code, found.code.fits_noise)]
     if not result.converged:
         parts.append(paragraph(f"The fit of the declared model {result.outcome.value}.", "verdict"))
     limit = diagnosis.time_limit

@@ -21,7 +21,7 @@ from jaxink.solver.single_scattering import scattered_between_channels
 from jaxink.solver.specular import FURTHEST, attenuation
 from jaxink.solver.stack import Stack
 from jaxink.solver.stack_channels import StackChannels, put_on_channels
-from jaxink.solver.star_product import FromBehind, Nothing, Pile
+from jaxink.solver.star_product import BackingResponse, Nothing, StackAssembly
 
 
 class StackResponse(eqx.Module):
@@ -112,9 +112,9 @@ def _add_layers(stack: Stack, channels: StackChannels, wave: LateralWave | None)
     diffuse = None
     if stack.backing is not None:
         light = jnp.where(channels.grid.squared_cosine(stack.index_back) > 0, jnp.sqrt(etendue), 0.0)
-        diffuse = FromBehind.of(stack.backing, light)
+        diffuse = BackingResponse.of(stack.backing, light)
     # Elements diagonal in the channels are joined first.
-    pile = Pile(Nothing(diffuse), None if wave is None else wave.damping)
+    pile = StackAssembly(Nothing(diffuse), None if wave is None else wave.damping)
     ways = [0.0] * len(stack.layers) if wave is None else wave.displacements(fields.cosines)
     for k in reversed(range(len(stack.layers) + 1)):
         if k in channels.rough:

@@ -48,7 +48,7 @@ class RoughElement(eqx.Module):
     regular: Diagonal | None = None
 
 
-class FromBehind(NamedTuple):
+class BackingResponse(NamedTuple):
     """Ideally diffuse light from a backing, and what becomes of it (azimuthal order 0, basis of fluxes).
 
     ``reflectance`` is that of the backing, and ``light``, v, is what it sends. ``passed`` is T^T v, which
@@ -62,11 +62,11 @@ class FromBehind(NamedTuple):
     returned: Array | float
 
     @classmethod
-    def of(cls, reflectance, light) -> "FromBehind":
+    def of(cls, reflectance, light) -> "BackingResponse":
         """With nothing in front of the backing."""
         return cls(reflectance, light, light, 0.0)
 
-    def after(self, under, resolved, between) -> "FromBehind":
+    def after(self, under, resolved, between) -> "BackingResponse":
         """The same with one more element in front, which reflects light from below by ``under``.
 
         With R the reflection of what is below, ``resolved`` is (1 - under R)^-1 and ``between`` gives the
@@ -92,7 +92,7 @@ def _transpose_of(element):
 class Nothing(NamedTuple):
     """No element below; here and beside, ``from_behind`` is None if it is not needed."""
 
-    from_behind: FromBehind | None = None
+    from_behind: BackingResponse | None = None
 
 
 class DiagonalBelow(NamedTuple):
@@ -100,7 +100,7 @@ class DiagonalBelow(NamedTuple):
 
     reflection: Float[Array, " channels"]
     transmission: Float[Array, " channels"]
-    from_behind: FromBehind | None = None
+    from_behind: BackingResponse | None = None
 
 
 class MixedBelow(NamedTuple):
@@ -109,14 +109,14 @@ class MixedBelow(NamedTuple):
     reflection: Float[Array, "*orders channels channels"]
     transmission: Float[Array, "*orders channels channels"]
     is_symmetric: bool
-    from_behind: FromBehind | None = None
+    from_behind: BackingResponse | None = None
 
 
 Below = Nothing | DiagonalBelow | MixedBelow
 
 
-def _seen_through(below: Below, under, resolved, between) -> FromBehind | None:
-    """Light from behind with one more element in front, see `FromBehind.after`."""
+def _seen_through(below: Below, under, resolved, between) -> BackingResponse | None:
+    """Light from behind with one more element in front, see `BackingResponse.after`."""
     return below.from_behind and below.from_behind.after(under, resolved, between)
 
 
@@ -188,7 +188,7 @@ def add_rough(element: RoughElement, below: Below) -> MixedBelow:
     )
 
 
-class Pile(NamedTuple):
+class StackAssembly(NamedTuple):
     """A stack being built from the back to the front; diagonal elements are joined first.
 
     Parameters
@@ -213,7 +213,7 @@ class Pile(NamedTuple):
     way: Array | float = 0.0
     regular: Diagonal | None = None
 
-    def with_diagonal(self, element: Diagonal, way: Array | float = 0.0) -> "Pile":
+    def with_diagonal(self, element: Diagonal, way: Array | float = 0.0) -> "StackAssembly":
         """Add a smooth interface or a clear layer."""
         if self.damping is None or self.run is None:
             return self._replace(run=join(element, self.run), way=self.way + way)
@@ -223,7 +223,7 @@ class Pile(NamedTuple):
         under = b_below + u**2 * self.damping(2 * self.way) * gain * a_below
         return self._replace(run=(above, under, t * gain * u), way=self.way + way)
 
-    def closed(self, is_front=False) -> "Pile":
+    def closed(self, is_front=False) -> "StackAssembly":
         """Add the joined diagonal elements to what is below them.
 
         At the front, what these elements reflect themselves is left out: light from below them would lose its
@@ -247,14 +247,14 @@ class Pile(NamedTuple):
             below = add_diagonal((above, under, through), self.below)
         return self._replace(below=below, run=None, way=0.0, regular=regular)
 
-    def with_layer(self, reflection: Array, transmission: Array, undeviated: Array) -> "Pile":
+    def with_layer(self, reflection: Array, transmission: Array, undeviated: Array) -> "StackAssembly":
         """Add a scattering layer; ``undeviated`` is its regular transmittance."""
         pile = self.closed()
         dark = jnp.zeros_like(undeviated)
         regular = join((dark, dark, undeviated), pile.regular)
         return pile._replace(below=add_layer(reflection, transmission, pile.below), regular=regular)
 
-    def with_rough(self, element: RoughElement) -> "Pile":
+    def with_rough(self, element: RoughElement) -> "StackAssembly":
         """Add a rough interface to the stack."""
         pile = self.closed()
         nothing = jnp.zeros(element.down.shape[-1])

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxink.numerics.chebyshev import chebyshev_nodes, node_weights
-from jaxink.numerics.compiling import hastily
+from jaxink.numerics.compiling import jit_unoptimised
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 from jaxink.optics import CLOSE, ChannelGrid
@@ -179,7 +179,7 @@ def _at_angles(
 
     # Runs once for each face. Besides arrays, the grid consists of its nodes and of whether it is exposed.
     key = fingerprint("rough table", n_orders, sizes, nodes_per_block, exposed, to_be_mixed)
-    return hastily(responses if to_be_mixed else interfaces, level=1, key=key)
+    return jit_unoptimised(responses if to_be_mixed else interfaces, level=1, key=key)
 
 
 _programs = WeakCache(_at_angles)

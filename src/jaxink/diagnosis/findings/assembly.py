@@ -17,16 +17,16 @@ from jaxink.diagnosis.findings.consistency import consistency_of
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement, further_measurements
 from jaxink.diagnosis.findings.hidden import hidden_effects
-from jaxink.diagnosis.findings.judgement import Evidence, in_view_of, is_met, is_ordered, judge
+from jaxink.diagnosis.findings.judgement import Evidence, fits_noise, is_ordered, judge, tightened_by_repeats
 from jaxink.diagnosis.findings.location import locate
 from jaxink.diagnosis.findings.summary import Figures, summary_of
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import SearchPolicy
-from jaxink.diagnosis.search.allowance import Task
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
+from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.loop import SearchResult
 from jaxink.diagnosis.search.refit import Estimate, estimates, finite
 from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.discrepancy import SmoothPart, misfit_deviation
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
@@ -71,15 +71,15 @@ def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
     )
     shifts = misfit_errors(last, found.points, location.smooth)
     consistency = consistency_of(found.setup.data, found.setup.noise, policy)
-    policy = in_view_of(consistency, policy)
+    policy = tightened_by_repeats(consistency, policy)
     shape = shape_of(last, location.smooth.share)
     is_tolerated = last.is_within_own_error
-    remains = not (is_tolerated or is_met(after, found.structure_after, policy, shape))
+    remains = not (is_tolerated or fits_noise(after, found.structure_after, policy, shape))
     is_odd = not is_tolerated and (remains or is_ordered(found.structure_after, policy, shape))
     candidates, corrected = candidate_rows(found.screenings[0], steps), found.fit
     with found.setup.failures.sparing(_CORRECTED, ""):
         corrected = corrected_fit(found, follow)
-    time_limit, failures = found.setup.allowance.outcome(), found.setup.failures.found
+    time_limit, failures = found.setup.deadline.outcome(), found.setup.failures.found
     evidence = Evidence(
         steps=steps,
         before=before,
@@ -158,7 +158,7 @@ def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement,
     screening = found.screenings[0]
     names, failures = found.steps[0].members[:2], found.setup.failures
     first, second = (screening.refits.get(name) for name in names)
-    if first is None or second is None or not found.setup.allowance.permits(Task.FURTHER, names):
+    if first is None or second is None or not found.setup.deadline.permits(OptionalTask.FURTHER, names):
         return ()
     follow("further measurements", 1, first.solution.chi_square)
     with failures.sparing("the search for measurements that would distinguish {}", " and ".join(names)):
@@ -243,7 +243,7 @@ def corrected_fit(found: SearchResult, follow: Progress) -> FitResult:
     return assemble(data, fixed, options, noise, objective, ended)
 
 
-def _in_order_of(objective: Objective, solution: Solution, bench: Workbench) -> Search | None:
+def _in_order_of(objective: Objective, solution: Solution, bench: CandidateObjective) -> Search | None:
     """A search with its variables in the order of an objective; None if they are not the same."""
     search, names = solution.search, solution.free
     if set(names) != set(objective.free):
@@ -356,7 +356,7 @@ def beside_mistakes(verdict: Verdict, declared: FitResult, after: Figures, polic
     reached = [m.reduced_chi_square for m in named if m.reduced_chi_square is not None]
     before, left = declared.verdict.reduced_chi_square, after.reduced_chi_square
     if before is not None and left is not None and verdict.effects:
-        is_little = verdict.code.is_met or left - 1 <= policy.enough_share * (before - 1)
+        is_little = verdict.code.fits_noise or left - 1 <= policy.enough_share * (before - 1)
         if is_little and left <= min(reached, default=np.inf):
             also = " ".join(f"{mistake.statement}." for mistake in named)
             sentence = f"{verdict.sentence} A mistake in the input was considered, too: {also}"

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.candidate_refits import limit_by_refits
+from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.step import Screening, Step
 from jaxink.diagnosis.statistics.candidate import ScreenedCandidate, Testability
@@ -108,7 +108,7 @@ def _limit(
     direction = directions[inner]
     limit, status, reason = float(c.detection_limits[inner]), c.status, c.reason
     is_checked, setup = is_checked and status == Testability.TESTABLE, screening.stage.setup
-    if is_checked and setup.allowance.permits(Task.LIMIT, [c.name]):
+    if is_checked and setup.deadline.permits(OptionalTask.LIMIT, [c.name]):
         names = [candidate.name for candidate in screening.result.candidates]
         step = StepOf(names.index(c.name) + 1, len(names))
         setup.follow(f"detection limit, {c.name}", step, screening.stage.solution.chi_square)

@@ -10,12 +10,12 @@ from jaxink.diagnosis.findings.candidates import CandidateRow
 from jaxink.diagnosis.findings.consistency import Consistency
 from jaxink.diagnosis.findings.further_measurements import FurtherMeasurement
 from jaxink.diagnosis.findings.hidden import HiddenEffect
-from jaxink.diagnosis.findings.judgement import is_met, significant_tests
+from jaxink.diagnosis.findings.judgement import fits_noise, significant_tests
 from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.report_reading import REPORT_VERSION
 from jaxink.diagnosis.findings.summary import Figures, Summary
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
-from jaxink.diagnosis.search.allowance import TimeLimit
+from jaxink.diagnosis.search.deadline import TimeLimit
 from jaxink.diagnosis.search.refit import Estimate
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.structure import StructureResult
@@ -119,7 +119,7 @@ class Diagnosis(SavedInFolder, Presented):
     def structure_remains(self) -> bool:
         """Whether the final model does not fit the data."""
         if self.verdict.code is VerdictCode.UNFINISHED:
-            return not is_met(self.after, self.structure_after, shape=self.shape)
+            return not fits_noise(self.after, self.structure_after, shape=self.shape)
         return self.verdict.code.structure_remains
 
     @property

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import Setup
-from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.diagnosis.search.setup import SearchProblem
 from jaxink.effects import Effect, Scene
 from jaxink.measurement import FitNoise, GonioData
 
@@ -36,7 +36,7 @@ class FurtherMeasurement:
 
 
 def further_measurements(
-    setup: Setup, accepted: tuple[Effect, ...], first: Refit, second: Refit
+    setup: SearchProblem, accepted: tuple[Effect, ...], first: Refit, second: Refit
 ) -> tuple[FurtherMeasurement, ...]:
     """Candidate measurements that would distinguish two effects, the most decisive first.
 
@@ -73,7 +73,9 @@ def further_measurements(
         arguments = GonioData(*values, row=rows), FitNoise(sigma, setup.noise.scan_relative, "")
         effects = (*accepted, refit.effect)
         n_slots = len(refit.solution.free)
-        return Workbench(setup.sample, effects, *arguments, setup.config, scene, n_slots, setup.pieces)
+        return CandidateObjective(
+            setup.sample, effects, *arguments, setup.config, scene, n_slots, setup.checkpoint
+        )
 
     ones = np.ones(columns.shape[1])
     expected = bench(first, ones, ones).predict(first.solution.values)

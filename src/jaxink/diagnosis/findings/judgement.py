@@ -11,7 +11,7 @@ from jaxink.diagnosis.findings.location import Location
 from jaxink.diagnosis.findings.summary import Summary
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
-from jaxink.diagnosis.search.allowance import TimeLimit
+from jaxink.diagnosis.search.deadline import TimeLimit
 from jaxink.diagnosis.search.step import Step
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.structure import StructureResult
@@ -68,7 +68,7 @@ class Evidence:
         return reduced is not None and 0 < reduced - 1 <= self.tolerated
 
 
-def is_met(
+def fits_noise(
     summary: Summary,
     structure: StructureResult,
     policy: SearchPolicy = DEFAULT_POLICY,
@@ -92,7 +92,9 @@ def is_ordered(
     return min(smooth, *order, 1.0) < policy.noise_p
 
 
-def in_view_of(consistency: tuple[Consistency, ...], policy: SearchPolicy = DEFAULT_POLICY) -> SearchPolicy:
+def tightened_by_repeats(
+    consistency: tuple[Consistency, ...], policy: SearchPolicy = DEFAULT_POLICY
+) -> SearchPolicy:
     """The policy, with a smaller tolerance of the noise where pairs of readings tell its level better.
 
     N pairs tell a standard deviation to 1 / sqrt(2 N); two of these standard errors are tolerated. Pairs that
@@ -107,7 +109,7 @@ def in_view_of(consistency: tuple[Consistency, ...], policy: SearchPolicy = DEFA
 
 def _met(evidence: Evidence, policy: SearchPolicy) -> bool:
     known = evidence.is_within_own_error
-    return known or is_met(evidence.after, evidence.structure, policy, evidence.shape)
+    return known or fits_noise(evidence.after, evidence.structure, policy, evidence.shape)
 
 
 def _ordered(evidence: Evidence, policy: SearchPolicy) -> bool:

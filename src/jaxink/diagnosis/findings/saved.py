@@ -11,8 +11,8 @@ from jaxtyping import Float
 from jaxink.diagnosis.findings.diagnosis import Diagnosis
 from jaxink.diagnosis.findings.report_reading import read_report
 from jaxink.diagnosis.findings.verdict import Verdict, VerdictCode
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective
 from jaxink.diagnosis.search.refit import Estimate, estimates
-from jaxink.diagnosis.search.workbench import Workbench
 from jaxink.display.brief import brief_repr
 from jaxink.display.named_rows import NamedRows
 from jaxink.effects import Scene
@@ -132,7 +132,7 @@ def transfer(found: Diagnosis | SavedDiagnosis | FitResult, data: GonioData, is_
     with computing():
         scene = Scene.of(*data.used_directions, row=data.reading_order[used])
         noise = noise_of(data, sample.noise)
-        bench = Workbench(sample, (), data, noise, result.config, scene, max(len(free), 1))
+        bench = CandidateObjective(sample, (), data, noise, result.config, scene, max(len(free), 1))
         values, errors = bench.start, dict[str, float | None]()
         if is_refitted:
             solution = bench.fit(values, bench.base_free)

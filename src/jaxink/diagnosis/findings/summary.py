@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.diagnosis.search.allowance import Task
 from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.display.brief import brief_repr
 from jaxink.fitting import Deviation, deviation, merit
@@ -81,7 +81,7 @@ def summary_of(stage: Stage, cross_validation: CrossValidation) -> Summary:
     known = stage.setup.noise.degrees_of_freedom
     fitted = _figures(data, predicted, whitened, len(stage.free), known)
     if held_out is None:
-        stage.setup.allowance.permits(Task.HELD_OUT, ["corrected" if stage.accepted else "declared"])
+        stage.setup.deadline.permits(OptionalTask.HELD_OUT, ["corrected" if stage.accepted else "declared"])
         return Summary(fitted, None, predicted, whitened, None)
     unseen = np.sum(np.where(folds, held_out, 0.0), axis=0) / np.maximum(np.sum(folds, axis=0), 1)
     finite = np.isfinite(unseen)

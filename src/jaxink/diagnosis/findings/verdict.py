@@ -58,7 +58,7 @@ class VerdictCode(enum.StrEnum):
         )
 
     @property
-    def is_met(self) -> bool:
+    def fits_noise(self) -> bool:
         """Whether the final model fits the data."""
         unsure = (VerdictCode.NOT_TESTABLE, VerdictCode.ORDER_REMAINS, VerdictCode.UNFINISHED)
         return not self.structure_remains and self not in unsure

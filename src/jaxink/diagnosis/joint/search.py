@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.diagnosis.joint.joint_diagnosis import JointDiagnosis, JointStep
+from jaxink.diagnosis.search.candidate_objective import Place
 from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
 from jaxink.diagnosis.search.refit import penalty
-from jaxink.diagnosis.search.setup import DiagnosisOptions, Setup
+from jaxink.diagnosis.search.setup import DiagnosisOptions, SearchProblem
 from jaxink.diagnosis.search.stage import by_program
-from jaxink.diagnosis.search.workbench import Place
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AreaWithOtherValues, Effect, SampleEffect, Scene, declare, in_numbers, with_values
@@ -22,9 +22,9 @@ from jaxink.fitting import (
     FitOptions,
     JointObjective,
     JointResult,
-    Limits,
     Point,
     Search,
+    SearchLimits,
     fit_project,
     noises_of,
     search,
@@ -234,7 +234,7 @@ def _directions(
 ) -> Iterator[Direction]:
     """How each effect changes the prediction of one measurement, in units of its noise."""
     used = data.used
-    setup = Setup(
+    setup = SearchProblem(
         without_priors(one.sample),
         data,
         noise,
@@ -259,7 +259,7 @@ def _directions(
             yield direction.without_rounding()
 
 
-def _own_directions(setup: Setup, bench, here: Place, effects: Sequence[Effect], failures: Failures):
+def _own_directions(setup: SearchProblem, bench, here: Place, effects: Sequence[Effect], failures: Failures):
     """Directions of effects that share a program of their own, which is dropped afterwards."""
     found: list[Direction] = []
     n_slots = len(bench.base_free) + max(len(effect.terms) for effect in effects)
@@ -396,7 +396,7 @@ def _fitted(model: _Model, promise: Promise) -> _Model:
     )
     begun = _model(extended, model.noises, model.objective.resolution)
     end: Search = search(
-        Descent(), CompiledJointObjective(begun.objective), begun.unit, own=Limits(steps=_REFIT_STEPS)
+        Descent(), CompiledJointObjective(begun.objective), begun.unit, own=SearchLimits(steps=_REFIT_STEPS)
     )
     values = begun.objective.numbers(end.unit)
     ended = (_with_values(one, values) for one in extended.measurements)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.stage import Stage, by_program
-from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.effects import AreaWithOtherValues, Effect
 from jaxink.fitting import DECREMENT, Outcome, UnitScale, require_slope
 from jaxink.numerics.threads import in_threads
@@ -91,13 +91,13 @@ def _free_with(stage: Stage, effect: Effect) -> tuple[str, ...]:
     return stage.free + tuple(t.name for t in effect.terms)
 
 
-def _keep_if_lower(stage: Stage, effect: Effect, bench: Workbench, found: Solution) -> None:
+def _keep_if_lower(stage: Stage, effect: Effect, bench: CandidateObjective, found: Solution) -> None:
     if _has_slope(found) and found.chi_square < stage.refits[effect].solution.chi_square:
         lower = stage.solution.chi_square - found.chi_square
         stage.refits[effect] = Refit(effect, found, bench, lower)
 
 
-def polished(stage: Stage, begun: Refit) -> Refit:
+def continued_refit(stage: Stage, begun: Refit) -> Refit:
     """The refit, continued until chi-square is known well enough to compare it with others."""
     policy, done = stage.setup.policy, begun
     if begun.is_polished:
@@ -159,7 +159,7 @@ def refit(stage: Stage, effect: Effect, directions: list[Direction]) -> Refit:
     return done
 
 
-def _from_start(stage: Stage, effect: Effect, bench: Workbench, start: _Start) -> Solution:
+def _from_start(stage: Stage, effect: Effect, bench: CandidateObjective, start: _Start) -> Solution:
     neutral = {t.name: t.value for t in effect.terms}
     values = neutral | start.origin | start.setting | effect.start(start.setting, start.step)
     return bench.fit(values, _free_with(stage, effect), max_jacobians=stage.setup.policy.refit_jacobians)

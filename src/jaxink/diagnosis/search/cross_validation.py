@@ -4,10 +4,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from jaxink.diagnosis.policy import SearchPolicy
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution, Start
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import Setup
+from jaxink.diagnosis.search.setup import SearchProblem
 from jaxink.diagnosis.search.stage import Stage
-from jaxink.diagnosis.search.workbench import Solution, Start, Workbench
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.predictive_density import (
     HeldOutGain,
@@ -28,7 +28,7 @@ class CrossValidation:
     NaN.
     """
 
-    def __init__(self, setup: Setup, points: Points):
+    def __init__(self, setup: SearchProblem, points: Points):
         used = setup.data.used
         self.observations = Observations(
             setup.data.bsdf_per_sr[used],
@@ -38,7 +38,7 @@ class CrossValidation:
             weights_of(setup.data, setup.sample)[np.unique(points.scan, return_index=True)[1]],
         )
         self.folds = _folds(points, setup.policy)
-        self._follow, self._allowance, self._policy = setup.follow, setup.allowance, setup.policy
+        self._follow, self._allowance, self._policy = setup.follow, setup.deadline, setup.policy
         self._failures = setup.failures
         self._predictions: dict[tuple[Effect, ...], np.ndarray] = {}
 
@@ -58,7 +58,9 @@ class CrossValidation:
         known = np.all(np.isfinite(before) & np.isfinite(after), axis=1)
         return held_out_gain(self.observations, self.folds[known], before[known], after[known])
 
-    def _made(self, effects: tuple[Effect, ...], bench: Workbench, solution: Solution) -> np.ndarray | None:
+    def _made(
+        self, effects: tuple[Effect, ...], bench: CandidateObjective, solution: Solution
+    ) -> np.ndarray | None:
         if effects not in self._predictions:
             names = " and ".join(e.name for e in effects)
             model = f"the model with {names}" if effects else "the declared model"

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.diagnosis.search.workbench import Place, Solution, Workbench
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Place, Solution
 from jaxink.effects import AreaWithOtherValues, Effect
 from jaxink.errors import NotFiniteError
 from jaxink.numerics.failures import Failures
@@ -66,7 +66,7 @@ class Direction:
 
 
 def tangents(
-    bench: Workbench,
+    bench: CandidateObjective,
     solution: Solution | Place,
     free: tuple[str, ...],
     effects: list[Effect],
@@ -86,7 +86,11 @@ def tangents(
 
 
 def _tangents_at(
-    bench: Workbench, solution: Solution | Place, free: tuple[str, ...], rank: int, effects: Sequence[Effect]
+    bench: CandidateObjective,
+    solution: Solution | Place,
+    free: tuple[str, ...],
+    rank: int,
+    effects: Sequence[Effect],
 ) -> list[Direction]:
     if not effects:
         return []
@@ -105,7 +109,9 @@ def _tangents_at(
     return found
 
 
-def secants(bench: Workbench, own: Workbench, solution: Solution | Place, effect: Effect) -> list[Direction]:
+def secants(
+    bench: CandidateObjective, own: CandidateObjective, solution: Solution | Place, effect: Effect
+) -> list[Direction]:
     """Differences that the settings of an effect make, predicted by its `own` workbench."""
     found = []
     for setting in effect.settings:

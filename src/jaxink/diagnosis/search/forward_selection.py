@@ -10,9 +10,9 @@ from itertools import zip_longest
 import numpy as np
 from scipy.special import chdtrc
 
-from jaxink.diagnosis.search.allowance import Task
-from jaxink.diagnosis.search.candidate_refits import best_refit, converged, polished, refit_by_scan
+from jaxink.diagnosis.search.candidate_refits import best_refit, continued_refit, converged, refit_by_scan
 from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.direction import Direction
 from jaxink.diagnosis.search.refit import Refit
 from jaxink.diagnosis.search.setup import DiagnosisOptions
@@ -140,7 +140,7 @@ class ForwardSelection:
             freedom = max(self.n_points - len(stage.free) - 1, 1)
             if float(chdtrc(freedom, lowest)) >= self.options.level:
                 return
-            if not stage.setup.allowance.permits(Task.REFIT, [name]):
+            if not stage.setup.deadline.permits(OptionalTask.REFIT, [name]):
                 continue
             stage.setup.follow(f"refit with {name} at other sizes", StepOf(number, len(names)), lowest)
             found = refit_by_scan(stage, screening.directions[name])
@@ -156,7 +156,7 @@ class ForwardSelection:
     def _refit(self, screening: Screening, name: str, total: int) -> None:
         """Refit one of so many effects."""
         stage, refits = screening.stage, screening.refits
-        if not stage.setup.allowance.permits(Task.REFIT, [name]):
+        if not stage.setup.deadline.permits(OptionalTask.REFIT, [name]):
             return
         step = StepOf(len(refits) + 1, total)
         stage.setup.follow(f"refit with {name}", step, screening.lowest_chi_square)
@@ -173,11 +173,11 @@ class ForwardSelection:
             is_done = refit.is_polished or refit.solution.search.outcome.converged
             if is_done or refit.delta_chi_square < least:
                 continue
-            if screening.stage.setup.allowance.permits(Task.CONVERGENCE, [name]):
+            if screening.stage.setup.deadline.permits(OptionalTask.CONVERGENCE, [name]):
                 # If it fails, it is as close as it gets.
                 refits[name] = dataclasses.replace(refit, is_polished=True)
                 with screening.stage.setup.failures.sparing("the end of the refit with {}", name):
-                    refits[name] = polished(screening.stage, refit)
+                    refits[name] = continued_refit(screening.stage, refit)
 
     def _is_enough(self, screening: Screening, reach: dict[str, float]) -> bool:
         """Whether one effect, or a pair, leaves little misfit; what is left is for the next stage."""
@@ -199,7 +199,7 @@ class ForwardSelection:
         reach: dict[str, float] = {}
         stage, leading = screening.stage, [r for r in ranked if not r.effect.own_program]
         for number, refit in enumerate(leading[: policy.most_foreseen], start=1):
-            if not stage.setup.allowance.permits(Task.PAIR, [refit.effect.name]):
+            if not stage.setup.deadline.permits(OptionalTask.PAIR, [refit.effect.name]):
                 continue
             step = StepOf(number, min(len(leading), policy.most_foreseen))
             stage.setup.follow(f"pairs with {refit.effect.name}", step, refit.solution.chi_square)
@@ -217,7 +217,7 @@ class ForwardSelection:
         order = sorted(directions, key=lambda name: -ahead.promise(directions[name]))
         order = [name for name in order if self._has_room(ahead, directions[name])]
         begun = (best_refit(ahead, directions[name]) for name in order[: policy.most_foreseen])
-        found = [polished(ahead, second) for second in begun if second is not None]
+        found = [continued_refit(ahead, second) for second in begun if second is not None]
         ends = [r.solution.chi_square + r.penalty(n) + refit.penalty(n) for r in found]
         return min(ends, default=np.inf)
 
@@ -254,7 +254,7 @@ class ForwardSelection:
                 continue
             gain = self.cross_validation.gain(screening.stage, best)
             if gain is None:
-                screening.stage.setup.allowance.permits(Task.ACCEPTANCE, [best.effect.name])
+                screening.stage.setup.deadline.permits(OptionalTask.ACCEPTANCE, [best.effect.name])
                 return None
             if gain.improves:
                 with screening.stage.setup.failures.sparing("the end of the refit with {}", best.effect.name):

@@ -14,22 +14,22 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxink.diagnosis.policy import SearchPolicy
-from jaxink.diagnosis.search.allowance import Allowance, Task
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
 from jaxink.diagnosis.search.candidate_refits import (
     best_refit,
+    continued_refit,
     converged,
-    polished,
     refit_by_scan,
     refit_from,
 )
+from jaxink.diagnosis.search.checkpoint import Checkpoint
 from jaxink.diagnosis.search.cross_validation import CrossValidation
+from jaxink.diagnosis.search.deadline import Deadline, OptionalTask
 from jaxink.diagnosis.search.forward_selection import ForwardSelection
-from jaxink.diagnosis.search.pieces import Pieces
 from jaxink.diagnosis.search.refit import Refit, penalty
-from jaxink.diagnosis.search.setup import MODEL, DiagnosisOptions, Setup
+from jaxink.diagnosis.search.setup import MODEL, DiagnosisOptions, SearchProblem
 from jaxink.diagnosis.search.stage import Stage
 from jaxink.diagnosis.search.step import Addition, Screening, Step
-from jaxink.diagnosis.search.workbench import Solution, Workbench
 from jaxink.diagnosis.statistics.candidate import Testability
 from jaxink.diagnosis.statistics.points import Points
 from jaxink.diagnosis.statistics.structure import StructureResult, find_structure
@@ -72,7 +72,7 @@ class SearchResult:
 
     options: DiagnosisOptions
     fit: FitResult
-    setup: Setup
+    setup: SearchProblem
     points: Points
     cross_validation: CrossValidation
     first: Stage
@@ -89,7 +89,7 @@ class _Accepted(NamedTuple):
 
     effects: tuple[Effect, ...]
     values: dict[str, float]
-    bench: Workbench
+    bench: CandidateObjective
 
 
 def search_effects(
@@ -97,19 +97,21 @@ def search_effects(
     sample: Sample,
     options: DiagnosisOptions,
     follow: Progress,
-    allowance: Allowance,
+    deadline: Deadline,
     failures: Failures,
-    pieces: Pieces,
+    checkpoint: Checkpoint,
 ) -> SearchResult:
     """Search for effects that a fitted model lacks; `follow` is called with task, step and chi-square.
 
     A part that fails is noted in `failures`, and the search goes on without it.
     """
     setup, points = _setup(fit, sample, options), Points.of(fit.data)
-    setup = dataclasses.replace(setup, allowance=allowance, failures=failures, follow=follow, pieces=pieces)
+    setup = dataclasses.replace(
+        setup, deadline=deadline, failures=failures, follow=follow, checkpoint=checkpoint
+    )
     cross_validation = CrossValidation(setup, points)
     selection = ForwardSelection(options, len(points), cross_validation)
-    is_in_time = allowance.permits(Task.SCREEN, (effect.name for effect in setup.listed(()).forms))
+    is_in_time = deadline.permits(OptionalTask.SCREEN, (effect.name for effect in setup.listed(()).forms))
     stage = first = Stage(setup if is_in_time else setup.without_candidates(), (), fit.values)
     structure = structure_before = _structure(first, points)
     steps: list[Step] = []
@@ -119,7 +121,7 @@ def search_effects(
         follow("screen", len(steps) + 1, stage.solution.chi_square)
         if steps and _is_quiet(stage, structure, options.level):
             break
-        if steps and not allowance.permits(Task.REPETITION):
+        if steps and not deadline.permits(OptionalTask.REPETITION):
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
@@ -136,13 +138,13 @@ def search_effects(
         if ahead is None:
             break
         stage, steps = ahead, [s for s in (*steps, step) if s.form in accepted.effects]
-        if not (_is_quiet(stage, structure, options.level) or allowance.is_over):
+        if not (_is_quiet(stage, structure, options.level) or deadline.is_over):
             # Now with all effects that may still be missing.
             with failures.sparing("the search for an effect in addition to {}", step.effect):
                 stage = Stage(setup, accepted.effects, stage.solution.values)
                 structure = _structure(stage, points)
         left.release(kept=stage.bench)
-    if len(steps) > 1 and not allowance.is_over:
+    if len(steps) > 1 and not deadline.is_over:
         alone: Addition | None = None
         with failures.sparing("the comparison of several effects with a single one", ""):
             alone = single_cause(screenings[0], stage, steps, cross_validation, len(points))
@@ -150,7 +152,7 @@ def search_effects(
             stage = Stage(setup, (alone.step.form,), alone.refit.solution.values, alone.refit.bench)
             structure, steps = _structure(stage, points), [alone.step]
     rivals: tuple[Solution, ...] = ()
-    if steps and not allowance.is_over:
+    if steps and not deadline.is_over:
         with failures.sparing("the search for other minima of the corrected model", ""):
             rivals = rival_minima(stage)
         if rivals and rivals[0].chi_square < stage.solution.chi_square - options.policy.lower_minimum:
@@ -185,10 +187,10 @@ def _at(stage: Stage, step: Step, chi_square_before: float) -> Step:
     )
 
 
-def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> Setup:
+def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SearchProblem:
     data = fit.data
     used, noise = data.used, noise_of(data, sample.noise)
-    return Setup(
+    return SearchProblem(
         sample,
         data,
         noise,
@@ -255,7 +257,7 @@ def _without_superfluous(stage: Stage, added: Addition, n_points: int) -> _Accep
     refit = added.refit
     effects = (*stage.accepted, added.step.form)
     for effect in stage.accepted:
-        if not stage.setup.allowance.permits(Task.COMPARISON, [effect.name]):
+        if not stage.setup.deadline.permits(OptionalTask.COMPARISON, [effect.name]):
             break
         terms = {t.name for t in effect.terms}
         free = tuple(name for name in refit.solution.free if name not in terms)
@@ -300,10 +302,10 @@ def rival_minima(stage: Stage) -> tuple[Solution, ...]:
     return tuple(sorted(sound, key=lambda one: one.chi_square))
 
 
-def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: int) -> Step:
+def with_class_beside_others(setup: SearchProblem, last: Stage, step: Step, n_points: int) -> Step:
     """A step with its class determined again in the presence of all other effects, if there is time."""
-    policy, allowance = setup.policy, setup.allowance
-    if not allowance.permits(Task.COMPARISON, [step.effect]):
+    policy, deadline = setup.policy, setup.deadline
+    if not deadline.permits(OptionalTask.COMPARISON, [step.effect]):
         return step
     others = tuple(e for e in last.accepted if e != step.form)
     terms = tuple(term.name for term in step.form.terms)
@@ -319,13 +321,13 @@ def with_class_beside_others(setup: Setup, last: Stage, step: Step, n_points: in
     rivals = []
     names = [name for name in order[: policy.most_rivals] if name != step.effect]
     for number, name in enumerate(names, start=1):
-        if allowance.permits(Task.COMPARISON, [step.effect]):
+        if deadline.permits(OptionalTask.COMPARISON, [step.effect]):
             what = f"comparison with {step.effect}, {name}"
             setup.follow(what, StepOf(number, len(names)), last.solution.chi_square)
             with setup.failures.sparing(f"the comparison of {step.effect} with {{}}", name):
                 begun = best_refit(without, directions[name])
                 if begun is not None:
-                    rivals.append(polished(without, begun))
+                    rivals.append(continued_refit(without, begun))
     close = [
         r
         for r in rivals
@@ -356,7 +358,7 @@ def single_cause(
         Number of points.
     """
     stage = screening.stage
-    policy, allowance = stage.setup.policy, stage.setup.allowance
+    policy, deadline = stage.setup.policy, stage.setup.deadline
     base = stage.bench.base_free
     here = {name: last.solution.values[name] for name in base}
     declared = {name: stage.bench.start[name] for name in base}
@@ -365,7 +367,7 @@ def single_cause(
     found: list[Refit] = []
     names = [c.name for c in screening.result.candidates if c.status != Testability.NOT]
     for number, name in enumerate(names, start=1):
-        if not allowance.permits(Task.SINGLE, [name]):
+        if not deadline.permits(OptionalTask.SINGLE, [name]):
             continue
         lowest = min([last.solution.chi_square, *(refit.solution.chi_square for refit in found)])
         stage.setup.follow(f"{name} alone", StepOf(number, len(names)), lowest)
@@ -376,7 +378,7 @@ def single_cause(
             screening.refits[name] = refit
     wavelengths = stage.setup.scene.wavelength_nm
     leading = sorted(found, key=lambda refit: -refit.penalised(n_points))[: policy.most_polished]
-    ends = [polished(stage, refit) for refit in leading]
+    ends = [continued_refit(stage, refit) for refit in leading]
     close = [
         refit
         for refit in ends

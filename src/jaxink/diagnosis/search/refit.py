@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxink.diagnosis.search.workbench import Solution, Workbench
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution
 from jaxink.display.brief import brief_repr
 from jaxink.effects import Effect
 from jaxink.fitting import covariance
@@ -45,7 +45,7 @@ class Refit:
 
     effect: Effect
     solution: Solution
-    bench: Workbench
+    bench: CandidateObjective
     delta_chi_square: float
     is_polished: bool = False
 
@@ -77,7 +77,7 @@ class Refit:
         return estimates(self.bench, self.solution)
 
 
-def estimates(bench: Workbench, solution: Solution) -> dict[str, Estimate]:
+def estimates(bench: CandidateObjective, solution: Solution) -> dict[str, Estimate]:
     """Each free parameter of a solution with its standard error."""
     n = len(solution.free)
     search, end = solution.search, solution.search.derivatives

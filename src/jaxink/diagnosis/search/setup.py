@@ -6,9 +6,9 @@ from collections.abc import Collection
 import numpy as np
 
 from jaxink.diagnosis.policy import DEFAULT_POLICY, SearchPolicy
-from jaxink.diagnosis.search.allowance import Allowance
-from jaxink.diagnosis.search.pieces import Pieces
-from jaxink.diagnosis.search.workbench import Workbench
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective
+from jaxink.diagnosis.search.checkpoint import Checkpoint
+from jaxink.diagnosis.search.deadline import Deadline
 from jaxink.diagnosis.statistics.candidate import ScreenOptions
 from jaxink.display.brief import brief_repr
 from jaxink.effects import (
@@ -37,12 +37,12 @@ MODEL = "the model with {}"
 
 
 @dataclasses.dataclass(frozen=True)
-class Setup:
+class SearchProblem:
     """What all stages share: sample, measurement and resolution, classes of effects, and thresholds.
 
     `options` are those of the screen; `accuracy` is the largest relative error of the discretisation;
-    `allowance` is the time for all of them; `failures` takes note of what fails; `follow` is called with
-    task, step and chi-square; `pieces` keeps what is finished; `rivals` are other minima of the declared
+    `deadline` is the time for all of them; `failures` takes note of what fails; `follow` is called with
+    task, step and chi-square; `checkpoint` keeps what is finished; `rivals` are other minima of the declared
     fit, where refits may start.
     """
 
@@ -55,24 +55,24 @@ class Setup:
     options: ScreenOptions
     accuracy: float = DEFAULT_ACCURACY
     policy: SearchPolicy = DEFAULT_POLICY
-    allowance: Allowance = dataclasses.field(default_factory=Allowance)
+    deadline: Deadline = dataclasses.field(default_factory=Deadline)
     failures: Failures = dataclasses.field(default_factory=Failures)
     follow: Progress = log_progress
-    pieces: Pieces = dataclasses.field(default_factory=Pieces)
+    checkpoint: Checkpoint = dataclasses.field(default_factory=Checkpoint)
     rivals: tuple[dict[str, float], ...] = ()
 
-    def without_candidates(self) -> "Setup":
+    def without_candidates(self) -> "SearchProblem":
         """The same without any effect to look for."""
         return self.with_candidates(())
 
-    def with_candidates(self, names: Collection[str]) -> "Setup":
+    def with_candidates(self, names: Collection[str]) -> "SearchProblem":
         """The same with only some of the effects to look for."""
         return dataclasses.replace(self, catalogue=tuple(c for c in self.catalogue if c.name in names))
 
-    def bench(self, effects: tuple[Effect, ...], n_slots: int, added_at_once: int = 1) -> Workbench:
+    def bench(self, effects: tuple[Effect, ...], n_slots: int, added_at_once: int = 1) -> CandidateObjective:
         """A workbench of the sample with some effects."""
         arguments = self.sample, effects, self.data, self.noise, self.config, self.scene, n_slots
-        return Workbench(*arguments, self.pieces, added_at_once)
+        return CandidateObjective(*arguments, self.checkpoint, added_at_once)
 
     def listed(self, accepted: tuple[Effect, ...]) -> Listed:
         """Effects that the sample may lack in addition to those accepted, without those that have failed."""
@@ -91,7 +91,7 @@ class Setup:
                 found = Listed(found.forms + one.forms, found.not_testable | one.not_testable)
         return found
 
-    def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> Workbench:
+    def shared_bench(self, accepted: tuple[Effect, ...], listed: Listed) -> CandidateObjective:
         """The workbench of all effects that do not need a program of their own."""
         inside = tuple(e for e in listed.forms if not e.own_program)
         n_accepted = sum(len(e.terms) for e in accepted)

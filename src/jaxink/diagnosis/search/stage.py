@@ -10,11 +10,11 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.diagnosis.search.allowance import Task
+from jaxink.diagnosis.search.candidate_objective import CandidateObjective, Solution, Start
+from jaxink.diagnosis.search.deadline import OptionalTask
 from jaxink.diagnosis.search.direction import SCREEN, Direction, secants, tangents
 from jaxink.diagnosis.search.refit import Refit
-from jaxink.diagnosis.search.setup import MODEL, Setup
-from jaxink.diagnosis.search.workbench import Solution, Start, Workbench
+from jaxink.diagnosis.search.setup import MODEL, SearchProblem
 from jaxink.diagnosis.statistics.candidate import Candidate, ScreenResult
 from jaxink.diagnosis.statistics.projection import Projection, orthonormal_range
 from jaxink.diagnosis.statistics.screen import screen
@@ -74,7 +74,7 @@ class Stage:
     """
 
     listed: Listed
-    bench: Workbench
+    bench: CandidateObjective
     free: tuple[str, ...]
     solution: Solution
     linearised: Start
@@ -83,21 +83,23 @@ class Stage:
 
     def __init__(
         self,
-        setup: Setup,
+        setup: SearchProblem,
         accepted: tuple[Effect, ...],
         values: dict[str, float],
-        bench: Workbench | None = None,
+        bench: CandidateObjective | None = None,
     ):
         self.setup = setup if bench is None else setup.without_candidates()
         self.accepted = accepted
-        self._own: dict[str | None, Workbench] = {}
+        self._own: dict[str | None, CandidateObjective] = {}
         self.refits: dict[Effect, Refit] = {}
         names = tuple(candidate.name for candidate in self.setup.catalogue)
         sound = self.setup.failures.in_parts(partial(self._fit, values, bench), names, MODEL)
         if len(sound) < len(names):
             self._fit(values, bench, sound)
 
-    def _fit(self, values: dict[str, float], bench: Workbench | None, names: Sequence[str]) -> list[str]:
+    def _fit(
+        self, values: dict[str, float], bench: CandidateObjective | None, names: Sequence[str]
+    ) -> list[str]:
         """Fit the model beside some of the candidates, and return their names."""
         setup = self.setup.with_candidates(names)
         self.listed = setup.listed(self.accepted)
@@ -129,7 +131,7 @@ class Stage:
         """Projection off the free parameters that are not at a bound."""
         return Projection(orthonormal_range(self.jacobian[:, self.at_bound == 0]))
 
-    def own_bench(self, effect: Effect) -> Workbench:
+    def own_bench(self, effect: Effect) -> CandidateObjective:
         """Workbench of an effect that changes the structure, without the other candidates."""
         if effect.program not in self._own:
             together = tuple(e for e in self.listed.forms if e.own_program and e.program == effect.program)
@@ -141,14 +143,14 @@ class Stage:
 
     def prepare(self, effect: Effect) -> None:
         """Compile the program for refits with an effect that has its own, in any thread."""
-        if not self.setup.allowance.is_over:
+        if not self.setup.deadline.is_over:
             with jax.enable_x64(True):
                 free = self.free + tuple(term.name for term in effect.terms)
                 # What fails here fails again in the refit, if that is made, and is noted there.
                 with Failures().sparing("the program with {}", effect.name):
                     self.own_bench(effect).prepare(self.solution.values, free)
 
-    def release(self, kept: Workbench) -> None:
+    def release(self, kept: CandidateObjective) -> None:
         """Drop the compiled programs of a stage that is no longer needed, but for one workbench."""
         for bench in (self.bench, *self._own.values()):
             if bench is not kept:
@@ -169,8 +171,8 @@ class Stage:
         return by_name
 
     def _may_screen(self, effects: Iterable[Effect]) -> bool:
-        task = Task.REPETITION if self.accepted else Task.SCREEN
-        return self.setup.allowance.permits(task, () if self.accepted else (e.name for e in effects))
+        task = OptionalTask.REPETITION if self.accepted else OptionalTask.SCREEN
+        return self.setup.deadline.permits(task, () if self.accepted else (e.name for e in effects))
 
     def _programs(self) -> dict[str | None, list[Effect]]:
         """Screened effects with programs of their own, by program."""
@@ -184,7 +186,7 @@ class Stage:
         """The fit; meanwhile, programs that the screen will need are compiled if so wished."""
 
         def make(effects):
-            if self.setup.allowance.is_over:
+            if self.setup.deadline.is_over:
                 return
             with jax.enable_x64(True):
                 self.own_bench(effects[0]).predict(values)

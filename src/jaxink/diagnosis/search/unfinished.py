@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from jaxink.diagnosis.search.pieces import Pieces, code_version
+from jaxink.diagnosis.search.checkpoint import Checkpoint, code_version
 from jaxink.diagnosis.search.setup import DiagnosisOptions
 from jaxink.effects import CATALOGUE
 from jaxink.errors import InputRefusedError
@@ -27,7 +27,7 @@ _TIE = "declared.tie"
 _LARGEST_ABOUT_BYTES = 10_000
 
 
-class Origin(enum.Enum):
+class FolderState(enum.Enum):
     """What a folder contains; the value is a sentence about it."""
 
     SAME = "the diagnosis goes on where it was stopped"
@@ -80,16 +80,16 @@ class Unfinished:
         """What the folder contains, for a user."""
         return f"{shown_path(self.folder)}: {self.origin.value}."
 
-    def begin(self, fitted: FitResult) -> Pieces:
+    def begin(self, fitted: FitResult) -> Checkpoint:
         """Keep the fit of the declared model; remove what belongs to another diagnosis; return the pieces."""
-        if self.origin is Origin.SAME:
-            return Pieces(self.folder)
+        if self.origin is FolderState.SAME:
+            return Checkpoint(self.folder)
         self.clear()
         if self._about["input"] is None:
-            return Pieces()
+            return Checkpoint()
         self._declare()
         self.keep(fitted)
-        return Pieces(self.folder)
+        return Checkpoint(self.folder)
 
     def clear(self) -> None:
         """Remove the folder, if a diagnosis has made it."""
@@ -99,7 +99,7 @@ class Unfinished:
 
     def fitted(self) -> FitResult | None:
         """Fit of the declared model, if it is there."""
-        if self.origin is not Origin.SAME:
+        if self.origin is not FolderState.SAME:
             return None
         with suppress(InputRefusedError):
             fitted = load_result(self.folder / _DECLARED, self._own)
@@ -121,14 +121,14 @@ class Unfinished:
             with written_whole(self.folder / _ABOUT) as part:
                 part.write_text(json.dumps(self._about), encoding="utf-8")
 
-    def _origin(self) -> Origin:
+    def _origin(self) -> FolderState:
         if self._about["input"] is None:
-            return Origin.UNKNOWN
+            return FolderState.UNKNOWN
         try:
             there = read_json(self.folder / _ABOUT, _LARGEST_ABOUT_BYTES, "file")
             same = {key: there[key] == value for key, value in self._about.items()}
         except (InputRefusedError, KeyError, TypeError):
-            return Origin.EMPTY
+            return FolderState.EMPTY
         if not same["code"]:
-            return Origin.OTHER_CODE
-        return Origin.SAME if same["input"] else Origin.OTHER_INPUT
+            return FolderState.OTHER_CODE
+        return FolderState.SAME if same["input"] else FolderState.OTHER_INPUT

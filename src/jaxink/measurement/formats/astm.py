@@ -10,8 +10,8 @@ import re
 
 import numpy as np
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.points import Points, divided_as_requested, joined
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t]+\S", re.MULTILINE)
@@ -27,7 +27,7 @@ def recognises(head: str) -> bool:
     return found is not None and "theta_i" in head[found.start() :].partition("\n")[0].lower()
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of all wavelengths, or of the channel that the caller names."""
     position = next((i for i, line in enumerate(content.lines) if _VARS.match(line)), None)
     if position is None:
@@ -91,7 +91,7 @@ def _compare_count(content: Content, position: int, found: int) -> None:
             )
 
 
-def _in_degrees(content: Content, angles: np.ndarray, choices: Choices) -> np.ndarray:
+def _in_degrees(content: Content, angles: np.ndarray, choices: ExchangeOptions) -> np.ndarray:
     largest = float(np.abs(angles).max())
     if choices.angle_unit is None and largest <= 2 * np.pi + 1e-6:
         why = f"no angle exceeds {largest:.4g}, so the angles are in radians, or all are within a few degrees"
@@ -103,7 +103,7 @@ def _in_degrees(content: Content, angles: np.ndarray, choices: Choices) -> np.nd
     return angles
 
 
-def _value_columns(content: Content, names: list[str], choices: Choices, row: int, notes: list[str]):
+def _value_columns(content: Content, names: list[str], choices: ExchangeOptions, row: int, notes: list[str]):
     """Index and wavelength of each column to read."""
     others = {name: i for i, name in enumerate(names) if name.lower() not in _ANGLES and name}
     if not others:
@@ -161,7 +161,7 @@ def _beyond_horizon(points: Points, notes: list[str]) -> Points:
     return Points(**arrays)
 
 
-def _on_stated_side(content: Content, points: Points, choices: Choices) -> Points:
+def _on_stated_side(content: Content, points: Points, choices: ExchangeOptions) -> Points:
     if choices.side is None:
         why = "no theta_s exceeds 90 degrees, so the rows can be reflection or transmission"
         raise ask(content.source, "side", why)

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 from jaxink.files.reading import read_bounded
 from jaxink.measurement.dataset import GonioData
 from jaxink.measurement.formats import astm, integra, lighttools, merl, mountain, reflet, rgl, speos, zemax
-from jaxink.measurement.formats.choices import Choices, choices_of
 from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, choices_of
 from jaxink.measurement.formats.points import Points, measurement
 
 # So much of a file decides.
@@ -27,14 +27,14 @@ class ExchangeFormat(NamedTuple):
     read
         Points of the content; sentences on what was changed are added to the list.
     takes
-        Fields of `Choices` that mean something for it.
+        Fields of `ExchangeOptions` that mean something for it.
     most_bytes
         Largest file.
     """
 
     title: str
     recognises: Callable[[str], bool]
-    read: Callable[[Content, Choices, list[str]], Points]
+    read: Callable[[Content, ExchangeOptions, list[str]], Points]
     takes: tuple[str, ...]
     most_bytes: int = 100_000_000
 
@@ -120,7 +120,7 @@ def read_exchange(path: Path, found: ExchangeFormat, stated: dict[str, Any]) -> 
     found
         Its format.
     stated
-        What the caller states, by the fields of `Choices`.
+        What the caller states, by the fields of `ExchangeOptions`.
 
     Raises
     ------

@@ -6,8 +6,8 @@ Known from the open reader and writer of libbsdf (DdrReader, DdrWriter).
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.integra_text import (
     COMMENT,
     Header,
@@ -42,7 +42,7 @@ def recognises(head: str) -> bool:
     return is_integra(head) and is_scattered(head)
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points above the horizon."""
     words = Words(content, comment=COMMENT)
     header = read_header(content, words, _REQUIRED)
@@ -97,7 +97,7 @@ def _is_relative(header: Header) -> bool:
     return header.words["typedata"].endswith("relative")
 
 
-def _wavelength(content: Content, choices: Choices, stated_nm: float) -> float:
+def _wavelength(content: Content, choices: ExchangeOptions, stated_nm: float) -> float:
     if not np.isnan(stated_nm):
         return stated_nm
     if choices.wavelength_nm is None:
@@ -106,7 +106,7 @@ def _wavelength(content: Content, choices: Choices, stated_nm: float) -> float:
     return choices.wavelength_nm
 
 
-def _rotation(content: Content, header: Header, choices: Choices) -> int:
+def _rotation(content: Content, header: Header, choices: ExchangeOptions) -> int:
     """Index of the rotation of the sample to read."""
     axis = header.axes.get("psi", np.zeros(1))
     listed = ", ".join(f"{angle:g}" for angle in axis)

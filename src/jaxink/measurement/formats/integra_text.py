@@ -12,9 +12,9 @@ from pathlib import PurePath
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
-from jaxink.measurement.formats.polar_tables import Origin, origin
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
+from jaxink.measurement.formats.polar_tables import ExportedMedia, origin
 
 COMMENT = ";;"
 _LINE = r"^[ \t]*{}\b"
@@ -134,7 +134,7 @@ def expect(content: Content, words: Words, key: str) -> None:
         raise content.refusal(text, row)
 
 
-def own_origin(content: Content) -> tuple[Origin | None, str | None]:
+def own_origin(content: Content) -> tuple[ExportedMedia | None, str | None]:
     """Of a file that jaxink has exported, what its comments say, and its component."""
     comments = [line for line in content.lines if line.lstrip().startswith(COMMENT)]
     component = next((found[1] for line in comments if (found := _COMPONENT.search(line))), None)
@@ -157,7 +157,9 @@ def is_transmission(content: Content, stated: str | None, component: str | None,
     return stated == "T"
 
 
-def wanted_channel(content: Content, header: Header, choices: Choices, notes: list[str]) -> str | None:
+def wanted_channel(
+    content: Content, header: Header, choices: ExchangeOptions, notes: list[str]
+) -> str | None:
     """The colour to read; None if the values are of wavelengths, or of one channel."""
     if header.words["typecolormodel"] != "rgb":
         if choices.channel is not None:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.points import (
     Points,
     divided_as_requested,
@@ -51,7 +51,7 @@ class _Block:
     rows: Int[np.ndarray, "radial azimuth"]
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of one face."""
     words = Words(content)
     radial, azimuth, symmetry = _header(content, words)
@@ -109,7 +109,9 @@ def _header(content: Content, words: Words) -> tuple[np.ndarray, np.ndarray, str
     return axes["scatterradial"], axes["scatterazimuth"], held["symmetry"]
 
 
-def _specular_azimuth(content: Content, symmetry: str, azimuth: np.ndarray, choices: Choices) -> float:
+def _specular_azimuth(
+    content: Content, symmetry: str, azimuth: np.ndarray, choices: ExchangeOptions
+) -> float:
     """Azimuth of the specular direction in the file; of a half circle, it must be at its end."""
     if choices.specular_phi_deg is not None:
         return choices.specular_phi_deg
@@ -168,7 +170,9 @@ def _block(content: Content, held, tis: float, values, rows, row: int) -> _Block
     )
 
 
-def _of_one_face(content: Content, blocks: list[_Block], choices: Choices, notes: list[str]) -> list[_Block]:
+def _of_one_face(
+    content: Content, blocks: list[_Block], choices: ExchangeOptions, notes: list[str]
+) -> list[_Block]:
     faces = sorted({block.face for block in blocks})
     if choices.face is None:
         if len(faces) > 1:
@@ -182,7 +186,7 @@ def _of_one_face(content: Content, blocks: list[_Block], choices: Choices, notes
     return [block for block in blocks if block.face == choices.face]
 
 
-def _of_one_channel(content: Content, blocks: list[_Block], choices: Choices, notes) -> list[_Block]:
+def _of_one_channel(content: Content, blocks: list[_Block], choices: ExchangeOptions, notes) -> list[_Block]:
     channels = sorted({block.channel for block in blocks})
     wanted = None if choices.channel is None else choices.channel.upper()
     if wanted is None and len(channels) == 1:
@@ -196,7 +200,7 @@ def _of_one_channel(content: Content, blocks: list[_Block], choices: Choices, no
     return [block for block in blocks if block.channel == wanted]
 
 
-def _of_one_rotation(content: Content, blocks: list[_Block], choices: Choices) -> list[_Block]:
+def _of_one_rotation(content: Content, blocks: list[_Block], choices: ExchangeOptions) -> list[_Block]:
     angles = sorted({block.poi for block in blocks})
     listed = ", ".join(f"{angle:g}" for angle in angles)
     if choices.rotation_deg is None:

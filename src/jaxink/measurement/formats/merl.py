@@ -10,8 +10,8 @@ import struct
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.measurement.formats.choices import Choices, required
 from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, required
 from jaxink.measurement.formats.points import Points
 
 _SHAPE = (90, 90, 180)
@@ -29,7 +29,7 @@ def recognises(head: str) -> bool:
     return head[: len(_HEADER)].encode("latin-1") == _HEADER
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of a grid of directions, for one channel."""
     if len(content.data) != _BYTES:
         text = f"has {len(content.data)} bytes; one of MERL has {_BYTES}; it is incomplete, or another file"

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.measurement.formats.choices import Choices, required
 from jaxink.measurement.formats.content import Content, shown
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, required
 from jaxink.measurement.formats.points import Points, without_cosine
 
 _FORMAT = re.compile(
@@ -38,7 +38,7 @@ class _Incidence:
         return "front" if self.theta_deg <= 90 else "back"
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of both sides."""
     held, rows_of = _header(content)
     kind = next((found[1].upper() for line in content.lines if (found := _FORMAT.match(line))), None)
@@ -70,7 +70,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     return without_cosine(points, notes)
 
 
-def _refuse_other_kind(content: Content, kind: str, choices: Choices) -> None:
+def _refuse_other_kind(content: Content, kind: str, choices: ExchangeOptions) -> None:
     """Reject a caller who says of the cosine what the file does not."""
     if choices.cosine_weighted is None or choices.cosine_weighted == (kind == "DSF"):
         return
@@ -125,7 +125,7 @@ def _rows(content: Content, n: int) -> tuple[Float[np.ndarray, "rows cells"], In
     return np.array(cells), np.array(rows)
 
 
-def _values(content: Content, cells: np.ndarray, choices: Choices, notes: list[str]) -> np.ndarray:
+def _values(content: Content, cells: np.ndarray, choices: ExchangeOptions, notes: list[str]) -> np.ndarray:
     if cells.shape[1] == 3:
         if choices.channel is not None:
             raise content.refusal("the file has one channel only; leave out the channel")

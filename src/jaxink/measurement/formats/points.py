@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from jaxink.measurement import checks
 from jaxink.measurement.conditions import refuse_several_conditions
 from jaxink.measurement.dataset import GonioData
-from jaxink.measurement.formats.choices import Choices
+from jaxink.measurement.formats.exchange_options import ExchangeOptions
 from jaxink.measurement.masks import value_bits, value_notes
 from jaxink.measurement.table import TextTable, refusal
 
@@ -105,7 +105,7 @@ def totals_note(axis: str, totals: Sequence[tuple[float, float, float]]) -> list
     ]
 
 
-def measurement(points: Points, source: str, choices: Choices, notes: list[str]) -> GonioData:
+def measurement(points: Points, source: str, choices: ExchangeOptions, notes: list[str]) -> GonioData:
     """The measurement of the points, checked as one that was read from a table.
 
     Raises

@@ -103,14 +103,14 @@ _ORIGIN = re.compile(r"BSDF by jaxink, (\S+) nm; I: .*, index (\S+); A: .*, inde
 _SAME_INDEX = 1e-9
 
 
-class Origin(NamedTuple):
+class ExportedMedia(NamedTuple):
     """Wavelength of an exported file, and refractive indices of its sides I and A."""
 
     wavelength_nm: float
     index_of_side: dict[str, float]
 
 
-def origin(lines: Iterable[str]) -> Origin | None:
+def origin(lines: Iterable[str]) -> ExportedMedia | None:
     """What the comments of an exported file say; None if jaxink did not write it."""
     for line in lines:
         found = _ORIGIN.search(line.strip())
@@ -119,11 +119,11 @@ def origin(lines: Iterable[str]) -> Origin | None:
                 wavelength, inside, outside = (float(text) for text in found.groups())
             except ValueError:
                 return None
-            return Origin(wavelength, {"I": inside, "A": outside})
+            return ExportedMedia(wavelength, {"I": inside, "A": outside})
     return None
 
 
-def refuse_other_media(content: Content, known: Origin | None, component: str) -> None:
+def refuse_other_media(content: Content, known: ExportedMedia | None, component: str) -> None:
     """Reject a component that does not begin and end in air, as every measurement does.
 
     ``component`` is R or T, the side that the light comes from, and that to which it leaves: ``T_AI``.

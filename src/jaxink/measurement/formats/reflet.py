@@ -11,8 +11,8 @@ import re
 
 import numpy as np
 
-from jaxink.measurement.formats.choices import Choices, required
 from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, required
 from jaxink.measurement.formats.points import Points, divided_as_requested
 
 _STEP = re.compile(r"Phi measure step\s*:\s*(\S+)")
@@ -33,7 +33,7 @@ def recognises(head: str) -> bool:
     return "Phi measure step" in head and "Theta Lighting" in head
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of one incidence."""
     step, theta_i, first = _header(content, choices)
     stated = {name: required(content.source, choices, name, why) for name, why in _ASKED.items()}
@@ -60,7 +60,7 @@ def read(content: Content, choices: Choices, notes: list[str]) -> Points:
     return divided_as_requested(points, notes) if stated["cosine_weighted"] else points
 
 
-def _header(content: Content, choices: Choices) -> tuple[float, float, int]:
+def _header(content: Content, choices: ExchangeOptions) -> tuple[float, float, int]:
     """Step of the azimuth, angle of incidence, and position of the first line of values."""
     step = theta_i = None
     first = len(content.lines)

@@ -19,8 +19,8 @@ import struct
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, shown
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.points import Points, joined
 from jaxink.measurement.formats.polar_tables import lone_values
 
@@ -34,7 +34,7 @@ def recognises(head: str) -> bool:
     return head.startswith(SIGNATURE.decode())
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points at which the file has values, at one wavelength."""
     fields = _checked(content, read_fields(content))
     wavelength = _wavelength(content, fields, choices)
@@ -93,7 +93,7 @@ def _checked(content: Content, fields: dict[str, np.ndarray]) -> dict[str, np.nd
     return fields
 
 
-def _wavelength(content: Content, fields: dict[str, np.ndarray], choices: Choices) -> float:
+def _wavelength(content: Content, fields: dict[str, np.ndarray], choices: ExchangeOptions) -> float:
     """The wavelength to read; between those of a spectrum, values are interpolated."""
     nm = choices.wavelength_nm
     if "spectra" not in fields:
@@ -114,7 +114,11 @@ def _wavelength(content: Content, fields: dict[str, np.ndarray], choices: Choice
 
 
 def _at_wavelength(
-    content: Content, fields: dict[str, np.ndarray], wavelength_nm: float, choices: Choices, notes: list[str]
+    content: Content,
+    fields: dict[str, np.ndarray],
+    wavelength_nm: float,
+    choices: ExchangeOptions,
+    notes: list[str],
 ) -> Float[np.ndarray, "phi theta m m"]:
     if "spectra" not in fields:
         if choices.channel is None:
@@ -138,7 +142,7 @@ def _at_wavelength(
     return (1 - weight) * spectra[:, :, lower].astype(float) + weight * spectra[:, :, upper].astype(float)
 
 
-def _rotation(content: Content, phi_i_deg: np.ndarray, choices: Choices) -> int:
+def _rotation(content: Content, phi_i_deg: np.ndarray, choices: ExchangeOptions) -> int:
     listed = ", ".join(f"{angle:g}" for angle in phi_i_deg)
     if choices.rotation_deg is None:
         why = f"the azimuths of the source are {listed} degrees, of which one is read"

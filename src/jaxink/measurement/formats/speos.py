@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, one_wavelength, without_cosine
 from jaxink.measurement.formats.polar_tables import distinct, lone_values, origin, refuse_other_media, total
 
@@ -72,7 +72,7 @@ def recognises_brdf(head: str) -> bool:
     return found is not None and found[1].lower() == "brdf"
 
 
-def read_anisotropic(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read_anisotropic(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of an ``.anisotropicbsdf`` file at one wavelength."""
     words = _below_description(content)
     words.numbers(3, "the anisotropy vector")
@@ -94,7 +94,7 @@ def read_anisotropic(content: Content, choices: Choices, notes: list[str]) -> Po
     return _measured(content, parts, start, choices, notes)
 
 
-def read_brdf(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read_brdf(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points of a ``.brdf`` file at all of its wavelengths."""
     words = _below_description(content)
     start = _start(content, words, choices)
@@ -153,7 +153,7 @@ def _description_end(lines: list[str], length: int, end_of_line: int) -> int | N
     return row if left == 0 else None
 
 
-def _start(content: Content, words: Words, choices: Choices) -> _Start:
+def _start(content: Content, words: Words, choices: ExchangeOptions) -> _Start:
     present = [_flag(content, words, f"whether there is {what}") for what in ("reflection", "transmission")]
     kinds = tuple(kind for kind, here in zip((False, True), present, strict=True) if here)
     if not kinds:
@@ -215,7 +215,9 @@ def _require_percentages(content: Content, values: np.ndarray, rows: np.ndarray)
         raise content.refusal(text, int(rows[bad[0]]))
 
 
-def _wavelength(content: Content, spectra: list[_Spectrum], choices: Choices, notes: list[str]) -> float:
+def _wavelength(
+    content: Content, spectra: list[_Spectrum], choices: ExchangeOptions, notes: list[str]
+) -> float:
     low = max(float(spectrum.wavelength_nm[0]) for spectrum in spectra)
     high = min(float(spectrum.wavelength_nm[-1]) for spectrum in spectra)
     if high < low:
@@ -293,7 +295,7 @@ def _table(content: Content, words: Words, theta_i: float, rotation: float, is_t
     return _Table(theta_i, rotation, is_transmission, theta, phi, *below)
 
 
-def _of_one_rotation(content: Content, tables: list[_Table], choices: Choices) -> list[_Table]:
+def _of_one_rotation(content: Content, tables: list[_Table], choices: ExchangeOptions) -> list[_Table]:
     angles = sorted({table.rotation_deg for table in tables})
     listed = ", ".join(f"{angle:g}" for angle in angles)
     if choices.rotation_deg is None:
@@ -338,7 +340,9 @@ def _end(content: Content, words: Words) -> None:
     words.require_over("'End of file'")
 
 
-def _measured(content: Content, parts: list[Points], start: _Start, choices: Choices, notes) -> Points:
+def _measured(
+    content: Content, parts: list[Points], start: _Start, choices: ExchangeOptions, notes
+) -> Points:
     own, sides = origin(content.lines[:100]), (_OWN_SIDE.match(line.strip()) for line in content.lines[:100])
     side = next((found[1] for found in sides if found), None)
     for is_transmission in start.kinds if side else ():

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from jaxink.measurement.formats.choices import Choices, ask
 from jaxink.measurement.formats.content import Content, Words, shown
+from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
 from jaxink.measurement.formats.points import Points, divided_as_requested, joined, totals_note
 from jaxink.measurement.formats.polar_tables import (
-    Origin,
+    ExportedMedia,
     distinct,
     from_specular,
     origin,
@@ -47,7 +47,7 @@ class _Header:
         return self.words["symmetry"] == "planesymmetrical"
 
 
-def read(content: Content, choices: Choices, notes: list[str]) -> Points:
+def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points:
     """The points above the horizon."""
     words = Words(content)
     header, section = _header(content, words)
@@ -116,7 +116,7 @@ def _refuse_axes(content: Content, axes: dict[str, np.ndarray]) -> None:
             raise content.refusal(f"{name} must ascend between 0 and {largest:g} degrees")
 
 
-def _channel(content: Content, header: _Header, choices: Choices, notes: list[str]) -> str:
+def _channel(content: Content, header: _Header, choices: ExchangeOptions, notes: list[str]) -> str:
     if header.words["spectralcontent"] == "monochrome":
         if choices.channel is not None:
             raise content.refusal("the file has one channel only; leave out the channel")
@@ -129,13 +129,15 @@ def _channel(content: Content, header: _Header, choices: Choices, notes: list[st
     return choices.channel.upper()
 
 
-def _refuse_other_media(content: Content, own: Origin | None) -> None:
+def _refuse_other_media(content: Content, own: ExportedMedia | None) -> None:
     component = next((found[1] for line in content.lines if (found := _COMPONENT.match(line))), None)
     if component is not None:
         refuse_other_media(content, own, component)
 
 
-def _wavelength(content: Content, own: Origin | None, choices: Choices, notes: list[str]) -> float:
+def _wavelength(
+    content: Content, own: ExportedMedia | None, choices: ExchangeOptions, notes: list[str]
+) -> float:
     if own is None and choices.wavelength_nm is None:
         raise ask(content.source, "wavelength_nm", "a BSDF file of Zemax has no wavelength")
     if own is None or choices.wavelength_nm is not None:
@@ -145,7 +147,7 @@ def _wavelength(content: Content, own: Origin | None, choices: Choices, notes: l
     return own.wavelength_nm
 
 
-def _rotation(content: Content, header: _Header, choices: Choices) -> int:
+def _rotation(content: Content, header: _Header, choices: ExchangeOptions) -> int:
     """Index of the rotation of the sample to read."""
     axis = header.axes["samplerotation"]
     listed = ", ".join(f"{angle:g}" for angle in axis)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from jaxink.display.brief import brief_repr
 
 
-class Task(enum.StrEnum):
+class OptionalTask(enum.StrEnum):
     """Part of a diagnosis that a time limit may leave out; the value appears in ``report.json``.
 
     ``words`` say what it is, with a place for the names that it concerns; ``is_decisive``: the verdict rests
@@ -44,7 +44,7 @@ class Task(enum.StrEnum):
 class Omission(NamedTuple):
     """A task that was not done, and the effects or models that it concerns."""
 
-    task: Task
+    task: OptionalTask
     names: tuple[str, ...]
 
     def described(self, most_names: int | None = None) -> str:
@@ -79,7 +79,7 @@ class TimeLimit:
         return any(omission.task.is_decisive for omission in self.not_done)
 
 
-class Allowance:
+class Deadline:
     """The time that a diagnosis may take, counted from now; it may be used by several threads.
 
     It is looked at between tasks only: a fit or a compilation that has begun is ended.
@@ -95,7 +95,7 @@ class Allowance:
     def __init__(self, limit_s: float | None = None, clock: Callable[[], float] = time.monotonic):
         self.limit_s = limit_s
         self._clock, self._began = clock, clock()
-        self._left_out: dict[Task, dict[str, None]] = {}
+        self._left_out: dict[OptionalTask, dict[str, None]] = {}
         self._lock = threading.Lock()
 
     @property
@@ -108,7 +108,7 @@ class Allowance:
         """Whether the time is up."""
         return self.limit_s is not None and self.elapsed_s >= self.limit_s
 
-    def permits(self, task: Task, names: Iterable[str] = ()) -> bool:
+    def permits(self, task: OptionalTask, names: Iterable[str] = ()) -> bool:
         """Whether there is time for a task; if not, it is noted as left out."""
         if not self.is_over:
             return True
@@ -121,6 +121,8 @@ class Allowance:
         return None if self.limit_s is None else TimeLimit(self.limit_s, self.elapsed_s, self._omissions())
 
     def _omissions(self) -> tuple[Omission, ...]:
-        found = (Omission(task, tuple(self._left_out[task])) for task in Task if task in self._left_out)
+        found = (
+            Omission(task, tuple(self._left_out[task])) for task in OptionalTask if task in self._left_out
+        )
         # An empty catalogue leaves nothing out.
         return tuple(omission for omission in found if omission.names or "{}" not in omission.task.words)

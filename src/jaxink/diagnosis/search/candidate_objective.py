@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxink.diagnosis.search.pieces import ARRAY, POINT, SEARCH, Pieces
+from jaxink.diagnosis.search.checkpoint import ARRAY, POINT, SEARCH, Checkpoint
 from jaxink.display.brief import brief_repr
 from jaxink.effects import AugmentedModel, Effect, Scene, carriers
 from jaxink.fitting import (
@@ -130,7 +130,7 @@ class _Slotted(NamedTuple):
     unit: Float[np.ndarray, " slots"]
 
 
-class Workbench:
+class CandidateObjective:
     """A sample with effects, and one measurement; `objective` is minimised, with no slot assigned.
 
     Parameters
@@ -160,10 +160,10 @@ class Workbench:
         config: SolverConfig,
         scene: Scene,
         n_slots: int,
-        pieces: Pieces | None = None,
+        checkpoint: Checkpoint | None = None,
         added_at_once: int = 1,
     ):
-        self._pieces = pieces or Pieces()
+        self._pieces = checkpoint or Checkpoint()
         model = AugmentedModel(sample, effects, scene, config)
         self.noise_freedom = noise.degrees_of_freedom
         self.base, self.effects = sample, carriers(sample, effects)

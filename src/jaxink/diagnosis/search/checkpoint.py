@@ -33,7 +33,7 @@ class Form(NamedTuple):
     made_of: Callable[[Mapping[str, np.ndarray]], Any]
 
 
-class Pieces:
+class Checkpoint:
     """Reads and writes the pieces of one diagnosis; may be used by several threads.
 
     Parameters

@@ -35,7 +35,7 @@ _NUMBERS = {"wavelength_nm", "rotation_deg", "theta_i_deg", "specular_phi_deg", 
 
 
 @dataclass(frozen=True)
-class Choices:
+class ExchangeOptions:
     """What the caller states about an exchange file; None if nothing.
 
     Parameters
@@ -78,7 +78,7 @@ class Choices:
     every: int | None = None
 
 
-def choices_of(source: str, title: str, takes: Collection[str], given: Mapping[str, Any]) -> Choices:
+def choices_of(source: str, title: str, takes: Collection[str], given: Mapping[str, Any]) -> ExchangeOptions:
     """The choices, checked against what a format takes.
 
     Raises
@@ -102,7 +102,7 @@ def choices_of(source: str, title: str, takes: Collection[str], given: Mapping[s
     every = stated.get("every", 1)
     if not (isinstance(every, int) and every >= 1):
         raise refusal(source, f"every is {shown(every)}; it must be a whole number of at least 1")
-    return Choices(**stated)
+    return ExchangeOptions(**stated)
 
 
 def ask(source: str, name: str, why: str, row: int | None = None) -> InputRefusedError:
@@ -110,7 +110,7 @@ def ask(source: str, name: str, why: str, row: int | None = None) -> InputRefuse
     return refusal(source, f"{why}; state it: {STATED_BY[name]}", row)
 
 
-def required(source: str, choices: Choices, name: str, why: str, row: int | None = None) -> Any:
+def required(source: str, choices: ExchangeOptions, name: str, why: str, row: int | None = None) -> Any:
     """What the caller states; if nothing, the error of `ask`."""
     value = getattr(choices, name)
     if value is None:
