@@ -63,6 +63,20 @@ class Source:
                 found |= {alias.name for alias in node.names}
         return (found & set(self.modules)) - {name}
 
+    def past_faces(self) -> int:
+        """Imports of a module of another room, past what the room's ``__init__`` lists."""
+        tools = {f"jaxink.{room}" for room in ("errors", "files", "numerics", "display")}
+        return sum(
+            1
+            for name, module in self.modules.items()
+            for node in ast.walk(module)
+            if isinstance(node, ast.ImportFrom)
+            and (parts := (node.module or "").split("."))[0] == "jaxink"
+            and len(parts) > 2
+            and (room := ".".join(parts[:2])) not in tools
+            and not f"{name}.".startswith(f"{room}.")
+        )
+
     def circles(self) -> list[set[str]]:
         """Groups of modules each of which reaches all others of its group."""
         direct = {name: self.imports(name) for name in self.modules}
@@ -125,6 +139,8 @@ def measures(tree: Path) -> dict[str, str]:
     }
     return found | {
         "lines of text for pages beside the scripts": str(n_lines(templates)),
+        "modules of src": str(len(source.modules)),
+        "imports past the face of a room": str(source.past_faces()),
         "modules at the top of src/jaxink": str(len(list((tree / "src" / "jaxink").glob("*.py")))),
         "largest module, lines": source.largest_module(),
         "largest function, lines": source.largest_function(),

@@ -17,6 +17,9 @@ from jaxink.files.decoding import read_json
 from jaxink.files.encoding import json_text
 from jaxink.files.writing import require_folder, whole_folder, written_whole
 
+ROWS, _LOCK, _RUNNING = "rows", ".lock", "running.json"
+_LARGEST_ROW_BYTES = 10_000_000
+
 
 @dataclasses.dataclass(frozen=True)
 class Done:
@@ -47,9 +50,6 @@ try:
     import fcntl
 except ImportError:  # Windows: nothing keeps two batches apart.
     fcntl = None  # type: ignore[assignment]
-
-ROWS, _LOCK, _RUNNING = "rows", ".lock", "running.json"
-_LARGEST_ROW_BYTES = 10_000_000
 
 
 class BatchFolder:

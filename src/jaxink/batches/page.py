@@ -28,6 +28,12 @@ _MARKED = (
     f"{_MARK} The standard error is meaningless: it assumes a model that fits, in a minimum, and this is a "
     "misfit or has not converged."
 )
+# Iglewicz and Hoaglin 1993, How to detect and handle outliers: the modified z-score and its limit.
+_LIMIT = 3.5
+_NORMAL = 1.4826
+_FEWEST = 5
+# Probability that noise alone brings any of the measurements as far as this from the median (Bonferroni).
+_LEVEL = 0.05
 
 
 def report_page(batch: Batch) -> str:
@@ -169,14 +175,6 @@ def _value(parameter: RowParameter | None, row: Row) -> str:
         return ""
     mark = "" if parameter.standard_error is None or standard_errors_hold(row) else _MARK
     return with_uncertainty(parameter.value, parameter.standard_error) + mark
-
-
-# Iglewicz and Hoaglin 1993, How to detect and handle outliers: the modified z-score and its limit.
-_LIMIT = 3.5
-_NORMAL = 1.4826
-_FEWEST = 5
-# Probability that noise alone brings any of the measurements as far as this from the median (Bonferroni).
-_LEVEL = 0.05
 
 
 def outlying(rows: Iterable[Row]) -> dict[str, set[str]]:

@@ -12,6 +12,10 @@ from jaxink.errors import InputRefusedError
 from jaxink.sample import Parameter, Roughness, Sample, terms_of
 from jaxink.surfaces import FacetExchange, facet_averages, mirrored_once, reflected_once, regular_share
 
+# Densities of slopes.
+_IN_WORDS = {"cauchy": "Cauchy", "beckmann": "Beckmann", "ggx": "GGX"}
+_NO_OUTER_FACE = "there is no outer face of an ink that is declared smooth"
+
 
 def _plate_ink_contact(sample: Sample) -> int | None:
     """Number of layers in front of the first face between a plate and an ink; None if there is none."""
@@ -28,11 +32,6 @@ def _outer_ink_face(sample: Sample, effect: str) -> int:
     if layers[-1].scatters and not layers[-1].opaque:
         return len(layers)
     raise InputRefusedError(f"[effects.{effect}] needs an ink with an outer face, and the sample has none.")
-
-
-# Densities of slopes.
-_IN_WORDS = {"cauchy": "Cauchy", "beckmann": "Beckmann", "ggx": "GGX"}
-_NO_OUTER_FACE = "there is no outer face of an ink that is declared smooth"
 
 
 def exposed_faces(sample: Sample) -> dict[str, tuple[int, str]]:

@@ -12,6 +12,10 @@ from jaxink.surfaces import LARGEST_SLOPE, KCorrelation
 
 # Distance from the end of a range, as a share of the range, that counts as the end.
 _AT_END = 1e-4
+# Root mean squares. The share of light seen in a limited field is off by so much
+# (docs/validation/time-to-answer.md); of facets, an allowance below what photons followed one by one resolve
+# (docs/validation/monte-carlo.md).
+_OF_FACETS, _OF_LATERAL_LOSS = 1e-3, 2.5e-3
 
 
 def invalidity(effect: Effect, values: Mapping[str, float], wavelengths_nm: Iterable[float]) -> str:
@@ -51,12 +55,6 @@ def _steep(effect: WaveSurface, values: Mapping[str, float], wavelengths_nm: Ite
     if slope <= LARGEST_SLOPE:
         return ""
     return f"its root mean square slope is {slope:.2g}, where the theory allows {LARGEST_SLOPE:g}"
-
-
-# Root mean squares. The share of light seen in a limited field is off by so much
-# (docs/validation/time-to-answer.md); of facets, an allowance below what photons followed one by one resolve
-# (docs/validation/monte-carlo.md).
-_OF_FACETS, _OF_LATERAL_LOSS = 1e-3, 2.5e-3
 
 
 def own_error(sample: Sample) -> float:

@@ -30,6 +30,8 @@ _IN_WORDS = {
 LOSSES = tuple(_IN_WORDS)
 # Error of lobes between the entries that is accepted, over the largest BSDF of an incidence.
 _NEGLIGIBLE_LOBES = 0.01
+_LARGEST_ERROR = 0.1
+WIDEST_BIN_DEG = 30
 
 
 @dataclasses.dataclass(frozen=True)
@@ -169,10 +171,6 @@ _MEASURED = {
     "standard_errors": _standard_errors,
     "index_step": _index_step,
 }
-
-
-_LARGEST_ERROR = 0.1
-WIDEST_BIN_DEG = 30
 
 
 @dataclasses.dataclass(frozen=True)

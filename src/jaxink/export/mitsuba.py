@@ -15,6 +15,13 @@ _PROGRAMS = {
     "jaxink_table.py": "BSDF plug-in `jaxink_table`, which reads the table",
     "example_scene.py": "scene of an edge-lit plate with the ink on its lower face",
 }
+# Beyond this angle the BSDF may grow without limit, so that all angles of the table are kept.
+_GRAZING_DEG = 85.0
+# Every azimuth that is looked at while polar angles are chosen.
+_AZIMUTH_STEP = 4
+# The errors of the axes add up; where they exceed the bound, each is reduced by this factor.
+_TIGHTER = 0.7
+_MOST_ROUNDS = 12
 
 
 def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> dict[str, str]:
@@ -39,15 +46,6 @@ def write_mitsuba(table: InkTable, folder: Path, options: ExportOptions) -> dict
         source = files("jaxink.export") / "for_mitsuba" / program
         (folder / program).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
     return {name: f"the table with all four components ({few.attrs['resolution']})", **_PROGRAMS}
-
-
-# Beyond this angle the BSDF may grow without limit, so that all angles of the table are kept.
-_GRAZING_DEG = 85.0
-# Every azimuth that is looked at while polar angles are chosen.
-_AZIMUTH_STEP = 4
-# The errors of the axes add up; where they exceed the bound, each is reduced by this factor.
-_TIGHTER = 0.7
-_MOST_ROUNDS = 12
 
 
 def thinned(table: InkTable, largest_error: float) -> InkTable:

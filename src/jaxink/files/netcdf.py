@@ -35,6 +35,8 @@ _ALWAYS_ALLOWED_BYTES = 16_000_000
 _MOST_VARIABLES = 10_000
 _NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 _CHECKSUM = b"jaxink sha256 "
+# As the netCDF library names the scale of a dimension that has no values of its own.
+_NO_VALUES = "This is a netCDF dimension but not a netCDF variable."
 
 
 class Variable(NamedTuple):
@@ -262,10 +264,6 @@ def _require_complete(variable: "h5py.Dataset", called: str) -> None:
         is_complete = variable.id.get_num_chunks() == needed
     if variable.size and not is_complete:
         raise InputRefusedError(f"{called} has no values in a part of the file; write the file again.")
-
-
-# As the netCDF library names the scale of a dimension that has no values of its own.
-_NO_VALUES = "This is a netCDF dimension but not a netCDF variable."
 
 
 def hdf5_bytes(dataset: "xarray.Dataset") -> bytes:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxink.display.brief import counted
+from jaxink.display.brief import brief_repr, counted
 from jaxink.effects import AugmentedModel, Polarisation
 from jaxink.files.version import installed_version
 from jaxink.fitting.colouring import Colouring
@@ -44,6 +44,15 @@ from jaxink.sample import Parameter, Sample
 from jaxink.solver import layer_method
 
 PACKAGES = ("jaxink", "jax", "jaxlib", "equinox", "optimistix", "numpy", "scipy")
+_QUANTITIES = (
+    "scattering_per_mm",
+    "absorption_per_mm",
+    "asymmetry_parameter",
+    "reduced_scattering_per_mm",
+    "reduced_optical_thickness",
+)
+# More spheres are left out at equal intervals: those of neighbouring wavelengths are alike.
+_MOST = 64
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,6 +80,8 @@ class Found:
     is_from_search
         Whether the values of the sample are themselves the end of a search.
     """
+
+    __repr__ = brief_repr
 
     best: Search
     errors: Covariance | None
@@ -283,15 +294,6 @@ def _coefficients(objective: Objective, unit, seeds):
     return jax.vmap(along, out_axes=(None, 1))(seeds)
 
 
-_QUANTITIES = (
-    "scattering_per_mm",
-    "absorption_per_mm",
-    "asymmetry_parameter",
-    "reduced_scattering_per_mm",
-    "reduced_optical_thickness",
-)
-
-
 def _derived(objective: Objective, best: Search, errors: Covariance | None) -> tuple[DerivedQuantity, ...]:
     colouring = Colouring.of(objective)
     at = jnp.asarray(best.unit), jnp.asarray(colouring.seeds)
@@ -382,10 +384,6 @@ def _unmoved(found: Found) -> str:
         f"The start values are the best found: {others} search{'es' * (others != 1)} from elsewhere ended "
         "no lower."
     )
-
-
-# More spheres are left out at equal intervals: those of neighbouring wavelengths are alike.
-_MOST = 64
 
 
 def mie_check(

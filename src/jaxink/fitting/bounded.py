@@ -24,6 +24,12 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 _LEAST_CURVATURE = 1e-8
 # A Gauss-Newton model that promises the decrease within a quarter needs no correction.
 _TRUSTED = 0.25
+# Decrement at which a search ends, relative to the sum of squares per degree of freedom. The distance to the
+# minimum is then the root of it, 0.001 standard errors, in any units.
+DECREMENT = 1e-6
+# Singular values below this share of the largest are rounding: no step is made along their directions.
+_RANK_TOLERANCE = 1e-11
+_Either = Array | np.ndarray
 
 
 class Factors(eqx.Module):
@@ -125,14 +131,6 @@ class Curvature(eqx.Module):
         is_better = (misses > _TRUSTED * jnp.abs(foreseen)) & (jnp.abs(foreseen - used - decrease) <= misses)
         # A step along which the gradient falls tells nothing of a minimum.
         return Curvature(jnp.where(along > 0, matrix, self.matrix), (along > 0) & is_better)
-
-
-# Decrement at which a search ends, relative to the sum of squares per degree of freedom. The distance to the
-# minimum is then the root of it, 0.001 standard errors, in any units.
-DECREMENT = 1e-6
-# Singular values below this share of the largest are rounding: no step is made along their directions.
-_RANK_TOLERANCE = 1e-11
-_Either = Array | np.ndarray
 
 
 class Box(eqx.Module):

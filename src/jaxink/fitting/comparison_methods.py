@@ -35,6 +35,14 @@ _TOLERANCE = 1e-9
 # Of the corners of a simplex, and its size at the start.
 _COARSE_TOLERANCE, _FIRST_SIMPLEX = 1e-7, 0.1
 _NO_TAGS: frozenset = frozenset()
+# Resolution of the variables, as a share of their ranges, at which a method without derivatives ends.
+_RESOLUTION = 1e-4
+# Radius of the first steps and at the end, of the methods that have one, as a share of the ranges.
+_FIRST_RADIUS, _LAST_RADIUS = 0.25, 1e-6
+# Relative tolerance on the loss, of the first loss.
+_RELATIVE = 1e-8
+# Tolerances of the methods with derivatives: they end where rounding ends their progress.
+_TIGHT = 1e-14
 
 
 class _Programs:
@@ -203,16 +211,6 @@ class OptimistixNelderMead(OptimistixMethod):
         del x
         best = int(np.argmin(state.f_simplex))
         return Point.of_loss(np.asarray(_unit(state.simplex[best])), float(state.f_simplex[best]))
-
-
-# Resolution of the variables, as a share of their ranges, at which a method without derivatives ends.
-_RESOLUTION = 1e-4
-# Radius of the first steps and at the end, of the methods that have one, as a share of the ranges.
-_FIRST_RADIUS, _LAST_RADIUS = 0.25, 1e-6
-# Relative tolerance on the loss, of the first loss.
-_RELATIVE = 1e-8
-# Tolerances of the methods with derivatives: they end where rounding ends their progress.
-_TIGHT = 1e-14
 
 
 class ScipyMinimize(WithoutDerivatives):

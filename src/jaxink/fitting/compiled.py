@@ -20,6 +20,11 @@ from jaxink.numerics.compiling import LITTLE, NONE, Tiered, jit_unoptimised
 from jaxink.numerics.fingerprint import fingerprint
 from jaxink.numerics.weak_cache import WeakCache
 
+# Number of runs above which optimised compilation pays: of Jacobians, and of residuals alone.
+_MANY_JACOBIANS, _MANY_RESIDUALS = 1000, 3000
+# Number of stacks above which a little optimisation pays for the few residuals of a screen.
+_MANY_STACKS = 10
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Structure:
@@ -95,12 +100,6 @@ def split(objective: Objective) -> tuple[Objective, PyTreeDef, tuple]:
     arrays, static = eqx.partition(without_values(objective), eqx.is_array)
     leaves, treedef = jax.tree.flatten(static)
     return arrays, treedef, tuple(leaves)
-
-
-# Number of runs above which optimised compilation pays: of Jacobians, and of residuals alone.
-_MANY_JACOBIANS, _MANY_RESIDUALS = 1000, 3000
-# Number of stacks above which a little optimisation pays for the few residuals of a screen.
-_MANY_STACKS = 10
 
 
 class Point(NamedTuple):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.fitting.minima import Minima, Minimum
 from jaxink.fitting.outcome import Search
 
@@ -34,6 +35,8 @@ class Ending:
     shift
         Change of the best minimum's loss by later refinements of the resolution.
     """
+
+    __repr__ = brief_repr
 
     search: Search
     is_start: bool = False

@@ -10,6 +10,10 @@ from jaxink.errors import InputRefusedError
 from jaxink.measurement import GonioData
 from jaxink.numerics.chi_square import residual_above
 
+# Objectives of a goniometer whose residual is that of the BSDF times a factor of each point.
+INTENSITIES = ("intensity", "photometric")
+_ILLUMINANT = "D65"
+
 
 @dataclasses.dataclass(frozen=True)
 class Merit:
@@ -162,11 +166,6 @@ def merit_by_scan(
             )
         )
     return tuple(rows)
-
-
-# Objectives of a goniometer whose residual is that of the BSDF times a factor of each point.
-INTENSITIES = ("intensity", "photometric")
-_ILLUMINANT = "D65"
 
 
 def factor_of_points(kind: str, data: GonioData) -> Float[np.ndarray, " used"]:

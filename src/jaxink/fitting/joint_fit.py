@@ -49,6 +49,10 @@ from jaxink.solver import SolverConfig
 
 # Of the lowest of the other minima it is said which measurement excludes them.
 _MOST_DECISIONS = 3
+# Of the instrument, and simple enough that a few readings show them.
+_EFFECTS = ("gain", "side_gain", "stray_light", "angle_offset", "incidence_angle")
+# An unknown thickness lies within this factor of the declared one.
+_THICKNESS = 4.0
 
 
 def fit_project(project: Project, options: FitOptions, progress: Progress) -> JointResult:
@@ -270,12 +274,6 @@ def _parts(
         else:
             parts.append(assemble(one.data, one.sample, options, noise, part, alone))
     return parts
-
-
-# Of the instrument, and simple enough that a few readings show them.
-_EFFECTS = ("gain", "side_gain", "stray_light", "angle_offset", "incidence_angle")
-# An unknown thickness lies within this factor of the declared one.
-_THICKNESS = 4.0
 
 
 def own_causes(

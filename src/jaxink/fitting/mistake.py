@@ -18,6 +18,8 @@ _SUPPOSED = {
     " reads like ": " is ",
     " read like ": " are ",
 }
+# Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
+_ORDERED = 4.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,10 +94,6 @@ def mistakes_sentence(mistakes: tuple[Mistake, ...], before: float | None) -> st
     return " ".join(
         [*(said if refitted else said[-1:]), "Nothing was changed: correct the input and fit again."]
     )
-
-
-# Neighbouring residuals that are correlated by this many standard errors are a misfit, not noise.
-_ORDERED = 4.0
 
 
 @dataclasses.dataclass(frozen=True)

@@ -97,6 +97,8 @@ class PathSummary:
 class SearchSummary:
     """One search of the fit; see `jaxink.fitting.outcome.Search`. An older result has no path."""
 
+    __repr__ = brief_repr
+
     method: str
     outcome: str
     start: dict[str, float]

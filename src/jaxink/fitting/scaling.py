@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.sample import Parameter
 
 # Below this share of a range the scale is linear instead of logarithmic: a range from 0 (or to 1) cannot be
@@ -28,6 +29,8 @@ class UnitScale(eqx.Module):
     origin, first, ratio
         Otherwise a parameter is origin + first * ratio^u, with u in [0, 1].
     """
+
+    __repr__ = brief_repr
 
     minimum: Float[np.ndarray, " parameters"]
     maximum: Float[np.ndarray, " parameters"]

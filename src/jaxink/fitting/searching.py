@@ -35,6 +35,15 @@ _MOST_LOWER_MINIMA = 3
 _MOST_REFINEMENTS = 2
 # Stacks of all searches that an accelerator makes at once.
 _STACKS_AT_ONCE = 1024
+# Values of the radius and of the index. A grid of 12 by 5 misses minima that one of 16 by 6 finds.
+_SHAPE = (16, 6)
+_HELD_JACOBIANS, _RELEASED_JACOBIANS = 4, 8
+# Share of the fits at grid points, the lowest ones, that go on with all parameters.
+_RELEASED = 1 / 3
+# So many are searched to their end: the lowest minimum, and the rivals that a result lists.
+_KEPT = 8
+# Of ends that are closer in both unit variables, the lowest one is searched.
+_SAME = 0.04
 
 
 def minimise(
@@ -244,17 +253,6 @@ def _weakness(errors: Covariance, position: int) -> float:
     others = np.abs(np.delete(errors.correlation[position], position))
     apart = 1 - np.max(others, initial=0.0, where=np.isfinite(others))
     return float(max(deviation / _WIDE, (1 - _CORRELATED) / max(apart, np.finfo(float).tiny)))
-
-
-# Values of the radius and of the index. A grid of 12 by 5 misses minima that one of 16 by 6 finds.
-_SHAPE = (16, 6)
-_HELD_JACOBIANS, _RELEASED_JACOBIANS = 4, 8
-# Share of the fits at grid points, the lowest ones, that go on with all parameters.
-_RELEASED = 1 / 3
-# So many are searched to their end: the lowest minimum, and the rivals that a result lists.
-_KEPT = 8
-# Of ends that are closer in both unit variables, the lowest one is searched.
-_SAME = 0.04
 
 
 def index_beside(free: Sequence[Parameter], radius: int) -> int | None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.numerics.precision import computing
 from jaxink.sample import (
@@ -72,6 +73,8 @@ class RoughBoundary:
     height_scale, height_scale_standard_error
         Factor of the heights of a map, and its standard error, 0 if it is exact.
     """
+
+    __repr__ = brief_repr
 
     wavelengths_nm: tuple[float, ...]
     index_inside: tuple[float, ...]

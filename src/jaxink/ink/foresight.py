@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from jaxink.display.brief import brief_repr
 from jaxink.ink.ink_layers import InkLayers
 from jaxink.sample import Layer, Roughness
 
@@ -34,6 +35,8 @@ class ExpectedTable:
     has_standard_errors
         Whether the table will have standard errors.
     """
+
+    __repr__ = brief_repr
 
     wavelength_nm: tuple[float, ...]
     index_inside: tuple[float, ...]

@@ -4,6 +4,7 @@ import dataclasses
 import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.sample import Layer, Sample
 
@@ -25,6 +26,8 @@ class InkChoice:
     inside
         The medium that it is seen from: ``front``, ``back``, or the name of an adjacent layer.
     """
+
+    __repr__ = brief_repr
 
     layers: tuple[str, ...]
     inside: str
@@ -61,6 +64,8 @@ class InkLayers:
     index_front, index_back
         Refractive indices of the adjacent media: numbers if given, otherwise names of parameters.
     """
+
+    __repr__ = brief_repr
 
     sample: Sample
     first: int

@@ -21,6 +21,13 @@ from jaxink.ink.table import COMPONENTS, InkTable
 from jaxink.numerics.quadrature import gauss_legendre_unit
 from jaxink.sample import Layer, Sample
 
+# Components by exit side, then side of incidence; side 0 is I, side 1 is A.
+_BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
+# Azimuthal orders of lobes, azimuths from which they are computed, and parts of a channel for averages.
+_LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
+# Keeps light that is trapped without loss, which nothing excites, from dividing by zero.
+_KEPT = 1 - 1e-12
+
 
 @dataclasses.dataclass(frozen=True)
 class ClearRun:
@@ -73,14 +80,6 @@ def clear_run(
         get(f"{layer.name}.absorption_per_mm") * get(f"{layer.name}.thickness_mm") for layer in layers
     ]
     return ClearRun(tuple(indices), tuple(thickness))
-
-
-# Components by exit side, then side of incidence; side 0 is I, side 1 is A.
-_BETWEEN = (("R_II", "T_AI"), ("T_IA", "R_AA"))
-# Azimuthal orders of lobes, azimuths from which they are computed, and parts of a channel for averages.
-_LOBE_ORDERS, _LOBE_AZIMUTHS, _LOBE_PARTS = 72, 181, 4
-# Keeps light that is trapped without loss, which nothing excites, from dividing by zero.
-_KEPT = 1 - 1e-12
 
 
 @dataclasses.dataclass(frozen=True)

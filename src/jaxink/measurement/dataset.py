@@ -44,6 +44,7 @@ _SIDES = {"R": False, "T": True}
 # One value of these is that of all points.
 _OF_ALL = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission", "sigma_per_sr")
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "bsdf_per_sr")
+_MOST_INCIDENCES = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -436,9 +437,6 @@ def _same(mine, theirs) -> bool:
     if isinstance(mine, Mapping) and isinstance(theirs, Mapping):
         return list(mine) == list(theirs) and all(_same(mine[key], theirs[key]) for key in mine)
     return type(mine) is type(theirs) and mine == theirs
-
-
-_MOST_INCIDENCES = 12
 
 
 def data_card(

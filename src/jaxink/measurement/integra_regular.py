@@ -18,7 +18,7 @@ from jaxink.measurement.formats.integra_text import (
     own_origin,
     read_header,
 )
-from jaxink.measurement.formats.polar_tables import refuse_other_media
+from jaxink.measurement.formats.own_files import refuse_other_media
 from jaxink.measurement.readings import Readings
 
 _MOST_BYTES = 50_000_000

@@ -15,6 +15,20 @@ from jaxink.errors import InputRefusedError
 
 # A point exactly at the limit is kept despite rounding.
 _ROUNDING_DEG = 1e-9
+# Farther from a direction, zeros are described by their row.
+_NEAR_DEG = 25.0
+# Number of readings around a zero that judge it, and the fewest that can.
+_NEIGHBOURS, _FEWEST = 8, 5
+# They agree if their median exceeds so many times their scatter (1.4826 times the median deviation), and do
+# not go to 0 if no more than two, as of a half-shaded beam, are below this share of the median.
+_AGREEING, _SMALL, _FEW = 3.0, 0.1, 2
+# Distance of one radian of incidence among directions of view: neighbours are of the same scan if it has any.
+_BETWEEN_SCANS = 10.0
+# Towards the horizon every BSDF through a smooth face goes to 0.
+_HORIZON_DEG = 90 - 1e-6
+# Of all values of a side and wavelength; if most are 0, they are the dark surroundings of a lobe.
+_MOST_ZEROS = 0.5
+_WHOLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -44,8 +58,6 @@ GRAZING = MaskFlag(16, "grazing", "the view is close to grazing, where the footp
 USER = MaskFlag(32, "user", "the user excluded the point")
 ZERO = MaskFlag(64, "zero", "the BSDF is exactly 0 among values that are not, so nothing was measured")
 MASK_FLAGS = (NEGATIVE, SPECULAR, UNDEVIATED, RETRO, GRAZING, USER, ZERO)
-# Farther from a direction, zeros are described by their row.
-_NEAR_DEG = 25.0
 
 
 @dataclass(frozen=True)
@@ -188,20 +200,6 @@ def mask_sentences(mask: UInt32[np.ndarray, " points"]) -> tuple[str, ...]:
         if counts[flag.name]
     ]
     return (*sentences, f"{int((mask == 0).sum())} of {len(mask)} points are used.")
-
-
-# Number of readings around a zero that judge it, and the fewest that can.
-_NEIGHBOURS, _FEWEST = 8, 5
-# They agree if their median exceeds so many times their scatter (1.4826 times the median deviation), and do
-# not go to 0 if no more than two, as of a half-shaded beam, are below this share of the median.
-_AGREEING, _SMALL, _FEW = 3.0, 0.1, 2
-# Distance of one radian of incidence among directions of view: neighbours are of the same scan if it has any.
-_BETWEEN_SCANS = 10.0
-# Towards the horizon every BSDF through a smooth face goes to 0.
-_HORIZON_DEG = 90 - 1e-6
-# Of all values of a side and wavelength; if most are 0, they are the dark surroundings of a lobe.
-_MOST_ZEROS = 0.5
-_WHOLE = 1e-6
 
 
 def without_reading(

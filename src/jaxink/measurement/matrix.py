@@ -18,6 +18,8 @@ _DOWN, _ALONG = "↓⇓▼", "→⇒►"
 _MOST_SHOWN = 3
 # Of light, in a list that could be one of azimuths.
 _SHORTEST_NM = 200.0
+_MOST_VALUES = 5_000_000
+NONE = "the caller states the edges of a matrix, but the file has none with numbers along both; leave it out"
 
 
 class Edges(NamedTuple):
@@ -245,10 +247,6 @@ def _shown(entries: Sequence[str]) -> str:
     if len(entries) <= _MOST_SHOWN + 1:
         return ", ".join(entries)
     return f"{', '.join(entries[:_MOST_SHOWN])}, ..., {entries[-1]}"
-
-
-_MOST_VALUES = 5_000_000
-NONE = "the caller states the edges of a matrix, but the file has none with numbers along both; leave it out"
 
 
 def table_of(

@@ -46,6 +46,44 @@ CONVERSIONS = {
     "1/sr": {"%": "0.01, if it is per cent of 1/sr", "percent": "0.01, if it is per cent of 1/sr"}
     | {"%/sr": "0.01", "pct": "0.01, if it is per cent of 1/sr"},
 }
+# Names of values that also say the side.
+_OF_SIDE = {
+    "R": ("brdf", "fdrb", "反射", "f_r"),
+    "T": ("btdf", "fdtb", "透過", "透射"),
+}
+# Words for the two sides.
+SIDES = {
+    "R": "r reflection reflectance reflected brdf reflexion réflexion réflectance reflektion "
+    "reflektiert réfléchi reflexionsgrad remission reflexión riflessione reflectie 反射",
+    "T": "t transmission transmittance transmitted btdf transmittiert transmis transmisión trasmissione "
+    "transmissie 透過 透射",
+}
+SIDES = {word: side for side, words in SIDES.items() for word in words.split()}
+_BESIDE = re.compile(r"\d{3,4}(nm)?|nm|side|seite")
+_ANGLE_WORDS = ("angle", "winkel", "theta", "azimut", "角", "ángulo", "angolo")
+# Coordinates of directions that are no angles: direction cosines and sine space.
+COSINES = """
+        beta, beta_0, beta_i, beta_o, beta_s, beta_r, beta_x, beta_y, beta_minus_beta0, beta_beta0,
+        abs_beta_beta0, mod_beta_beta0, delta_beta, u_x, u_y, u_z, k_x, k_y, k_z, dir_x, dir_y, dir_z,
+        d_x, d_y, d_z, cos_x, cos_y, cos_z, cos_alpha, cos_beta, cos_gamma, direction_cosine,
+        direction_cosine_x, direction_cosine_y, direction_cosine_z, x_cosine, y_cosine, z_cosine,
+        cosine_x, cosine_y, dcx, dcy, dcz, sin_theta, sin_theta_i, sin_theta_o, sin_theta_s, sin_theta_r,
+        cos_theta, cos_theta_i, cos_theta_o, cos_theta_s, cos_theta_r, Richtungskosinus,
+        Richtungscosinus, cosinus directeur, 方向余弦, 方向余弦x, 方向余弦y"""
+_GREEK = {"α": "alpha", "β": "beta", "γ": "gamma", "θ": "theta", "λ": "lambda", "σ": "sigma", "φ": "phi"}
+_GREEK |= {"δ": "delta", "ς": "sigma"}
+_BRACKETS = re.compile(r"(.*?)\s*[\[({（［]([^\])}）］]*)[\])}）］]\s*")
+_BETWEEN = re.compile(r"(?:\s+in|\s*[/,;:]|[\s_]+)[\s_]*$", re.IGNORECASE)
+_ENDINGS = sorted(
+    {
+        word
+        for words in (*UNITS.values(), *CONVERSIONS.values())
+        for word in words
+        if len(word) > 1 or word in "°%"
+    },
+    key=len,
+    reverse=True,
+)
 
 
 def plain_unit(cell: str) -> str:
@@ -120,34 +158,6 @@ NAMES = {
         Standardabweichung, Unsicherheit, Messunsicherheit, écart-type, incertitude, incertitude type,
         標準偏差, 不確かさ, 标准差, 不确定度, desviación estándar""",
 }
-# Names of values that also say the side.
-_OF_SIDE = {
-    "R": ("brdf", "fdrb", "反射", "f_r"),
-    "T": ("btdf", "fdtb", "透過", "透射"),
-}
-# Words for the two sides.
-SIDES = {
-    "R": "r reflection reflectance reflected brdf reflexion réflexion réflectance reflektion "
-    "reflektiert réfléchi reflexionsgrad remission reflexión riflessione reflectie 反射",
-    "T": "t transmission transmittance transmitted btdf transmittiert transmis transmisión trasmissione "
-    "transmissie 透過 透射",
-}
-SIDES = {word: side for side, words in SIDES.items() for word in words.split()}
-_BESIDE = re.compile(r"\d{3,4}(nm)?|nm|side|seite")
-_ANGLE_WORDS = ("angle", "winkel", "theta", "azimut", "角", "ángulo", "angolo")
-# Coordinates of directions that are no angles: direction cosines and sine space.
-COSINES = """
-        beta, beta_0, beta_i, beta_o, beta_s, beta_r, beta_x, beta_y, beta_minus_beta0, beta_beta0,
-        abs_beta_beta0, mod_beta_beta0, delta_beta, u_x, u_y, u_z, k_x, k_y, k_z, dir_x, dir_y, dir_z,
-        d_x, d_y, d_z, cos_x, cos_y, cos_z, cos_alpha, cos_beta, cos_gamma, direction_cosine,
-        direction_cosine_x, direction_cosine_y, direction_cosine_z, x_cosine, y_cosine, z_cosine,
-        cosine_x, cosine_y, dcx, dcy, dcz, sin_theta, sin_theta_i, sin_theta_o, sin_theta_s, sin_theta_r,
-        cos_theta, cos_theta_i, cos_theta_o, cos_theta_s, cos_theta_r, Richtungskosinus,
-        Richtungscosinus, cosinus directeur, 方向余弦, 方向余弦x, 方向余弦y"""
-_GREEK = {"α": "alpha", "β": "beta", "γ": "gamma", "θ": "theta", "λ": "lambda", "σ": "sigma", "φ": "phi"}
-_GREEK |= {"δ": "delta", "ς": "sigma"}
-_BRACKETS = re.compile(r"(.*?)\s*[\[({（［]([^\])}）］]*)[\])}）］]\s*")
-_BETWEEN = re.compile(r"(?:\s+in|\s*[/,;:]|[\s_]+)[\s_]*$", re.IGNORECASE)
 
 
 def plain_name(name: str) -> str:
@@ -167,16 +177,6 @@ def _keys(text: str) -> set[str]:
 
 _TARGET = {key: target for target, text in NAMES.items() for key in (_keys(text) | {_key(target)})}
 _COSINES = _keys(COSINES)
-_ENDINGS = sorted(
-    {
-        word
-        for words in (*UNITS.values(), *CONVERSIONS.values())
-        for word in words
-        if len(word) > 1 or word in "°%"
-    },
-    key=len,
-    reverse=True,
-)
 
 
 def meaning(name: str) -> tuple[str, str] | None:

@@ -56,6 +56,9 @@ ONE_A_FILE = ("side", "theta_i_deg")
 _EXCHANGE_ONLY = {*STATED_BY} - {"wavelength_nm", "side", "theta_i_deg", "cosine_weighted"}
 # A file, or a table in memory such as a pandas DataFrame.
 Source = str | Path | Any
+_COLUMNS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission", "bsdf_per_sr")
+# Between the workbook and the sheet in the name of what was read.
+_SHEET = ", sheet "
 
 
 def read(path: Source | Sequence[Source], **overrides: Any) -> GonioData:
@@ -350,11 +353,6 @@ def _sheet_tables(path: Path, sheet: Any = None, **overrides: Any) -> list[tuple
         (each.table, stated if each.side is None else stated.of_side(each.side, each.table.source))
         for each in sheets
     ]
-
-
-_COLUMNS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "is_transmission", "bsdf_per_sr")
-# Between the workbook and the sheet in the name of what was read.
-_SHEET = ", sheet "
 
 
 def join(parts: Sequence[GonioData]) -> GonioData:

@@ -18,6 +18,12 @@ from jaxink.measurement.table import refusal
 IDEAL_SPHERE = "The integrating sphere is taken as ideal: nothing is stated of its wall and its port."
 _FLOATS = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "value")
 _ANGLES = {"theta_i_deg": "illumination", "theta_o_deg": "detection"}
+# Of a share of the incident power, which noise may bring above 1 and below 0.
+_SHARE = 1.5
+# Of a ratio to an ideal diffuser or to the illuminating radiance, which exceeds 1 towards a peak or in a
+# denser medium.
+_FACTOR = 4.0
+LOWEST = -0.1
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -247,14 +253,6 @@ class Readings(Presented):
             rows.append([name, *spans, str(int(here.sum()))])
         table = CardTable(["quantity", "nm", "values", "readings"], rows)
         return Card(title, (), (table,), self.notes)
-
-
-# Of a share of the incident power, which noise may bring above 1 and below 0.
-_SHARE = 1.5
-# Of a ratio to an ideal diffuser or to the illuminating radiance, which exceeds 1 towards a peak or in a
-# denser medium.
-_FACTOR = 4.0
-LOWEST = -0.1
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Int
 
+from jaxink.display.brief import brief_repr
 from jaxink.measurement.columns import listed
 from jaxink.measurement.names import CONVERSIONS, UNIT_OF, UNITS, name_and_unit, plain_name, plain_unit
 from jaxink.measurement.table import TextTable, is_number, refusal
@@ -28,6 +29,13 @@ _CONDITION_OF = {
 _MICROMETRES = {"um", "\N{MICRO SIGN}m", "\N{GREEK SMALL LETTER MU}m", "micron", "microns"}
 _MICROMETRES |= {"micrometre", "micrometres", "micrometer", "micrometers"}
 IN_A_PROJECT = "fit them together in a project (jaxink init --project)"
+_NOTHING = ("", "-", "--", "none")
+_WORDS = {word for words in UNITS.values() for word in words}
+_WORDS |= {word for words in CONVERSIONS.values() for word in words}
+_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_WHOLE = re.compile(r"[+-]?\d+([eE][+-]?\d+)?")
+# One and a half thousand, or one and a half.
+_AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def condition_of(heading: str) -> tuple[str, str] | None:
@@ -54,6 +62,8 @@ class Condition:
         Text of each row.
     """
 
+    __repr__ = brief_repr
+
     heading: str
     unit: str
     cells: tuple[str, ...]
@@ -74,6 +84,8 @@ class Conditions:
     kept
         Whether the caller wants the row, shape ``(rows,)``.
     """
+
+    __repr__ = brief_repr
 
     source: str
     columns: Mapping[str, Condition]
@@ -214,16 +226,6 @@ def _text(value: Any) -> str:
 
 def _number(cell: str) -> float:
     return float(cell.replace(",", ".", 1))
-
-
-_NOTHING = ("", "-", "--", "none")
-_WORDS = {word for words in UNITS.values() for word in words}
-_WORDS |= {word for words in CONVERSIONS.values() for word in words}
-
-_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_WHOLE = re.compile(r"[+-]?\d+([eE][+-]?\d+)?")
-# One and a half thousand, or one and a half.
-_AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def without_units(table: TextTable, known: Mapping[str, int], notes: list[str]) -> TextTable:

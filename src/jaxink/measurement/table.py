@@ -14,6 +14,11 @@ from jaxink.measurement.names import meaning
 MOST_COLUMNS = 1000
 # What to do with a file that cannot be read.
 AS_CSV = "save it as CSV (in Excel or LibreOffice: File, Save As, 'CSV UTF-8')"
+_MISSING = ("nan", "NaN", "NaT", "None", "<NA>")
+# Titles are shorter.
+MOST_TITLE_LINES = 100
+# So many known names make a header, and so many numbers a row of values.
+_NAMES, _VALUES = 2, 3
 
 
 @dataclass(frozen=True)
@@ -77,9 +82,6 @@ def is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-_MISSING = ("nan", "NaN", "NaT", "None", "<NA>")
 
 
 def is_frame(data: Any) -> bool:
@@ -151,12 +153,6 @@ def _cell(value: Any) -> str:
         value = value.item()
     text = str(value)
     return "" if text in _MISSING else text
-
-
-# Titles are shorter.
-MOST_TITLE_LINES = 100
-# So many known names make a header, and so many numbers a row of values.
-_NAMES, _VALUES = 2, 3
 
 
 def header_position(source: str, rows: Sequence[Sequence[str]], lines: Sequence[int], renamed) -> int:

@@ -25,6 +25,25 @@ from jaxink.measurement.table import (
 )
 
 _NAMES = ("theta_i_deg", "theta_o_deg", "phi_deg", "wavelength_nm", "side", "bsdf_per_sr")
+FROM_PYTHON = (
+    "load it in Python and hand its table to jaxink.read(DataFrame), or save that with DataFrame.to_csv"
+)
+FROM_ITS_SOURCE = "ask the program that wrote it for a table as CSV text"
+# So much of a file tells text from other content.
+_HEAD = 4096
+# A few million rows.
+_MOST_BYTES = 300_000_000
+_SIGNATURES = {
+    b"PK": f"is a workbook or zip archive; give an Excel workbook the suffix .xlsx, or {AS_CSV}",
+    b"\xd0\xcf\x11\xe0": f"is a workbook of Excel 2003 or older; {AS_CSV}",
+    b"%PDF": f"is a PDF document; {FROM_ITS_SOURCE}",
+    b"\x89HDF": "is a netCDF or HDF5 file; give it the suffix .nc",
+    b"CDF": "is a classic netCDF file; convert it to netCDF 4 and give it the suffix .nc",
+}
+_DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+# Within which a matrix begins, if there is one.
+_FIRST_LINES = 300
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def write_csv(data: GonioData, path: str | Path, comments: Sequence[str] = ()) -> None:
@@ -57,14 +76,6 @@ def write_csv(data: GonioData, path: str | Path, comments: Sequence[str] = ()) -
         writer.writerows(zip(*columns, strict=True))
 
 
-FROM_PYTHON = (
-    "load it in Python and hand its table to jaxink.read(DataFrame), or save that with DataFrame.to_csv"
-)
-FROM_ITS_SOURCE = "ask the program that wrote it for a table as CSV text"
-# So much of a file tells text from other content.
-_HEAD = 4096
-
-
 def remedy_for(head: bytes) -> str:
     """What to do with a file that begins so: only what a spreadsheet opens can be saved as CSV there."""
     if is_json(head):
@@ -87,21 +98,6 @@ def is_binary(head: bytes) -> bool:
         return False
     controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a\x1b" for byte in part)
     return controls > 0 and controls * 100 >= len(part)
-
-
-# A few million rows.
-_MOST_BYTES = 300_000_000
-_SIGNATURES = {
-    b"PK": f"is a workbook or zip archive; give an Excel workbook the suffix .xlsx, or {AS_CSV}",
-    b"\xd0\xcf\x11\xe0": f"is a workbook of Excel 2003 or older; {AS_CSV}",
-    b"%PDF": f"is a PDF document; {FROM_ITS_SOURCE}",
-    b"\x89HDF": "is a netCDF or HDF5 file; give it the suffix .nc",
-    b"CDF": "is a classic netCDF file; convert it to netCDF 4 and give it the suffix .nc",
-}
-_DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs"}
-# Within which a matrix begins, if there is one.
-_FIRST_LINES = 300
-_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_table(path: Path, renamed: Collection[str] = (), edges: Sequence[str] | None = None) -> TextTable:

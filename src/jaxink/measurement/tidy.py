@@ -27,6 +27,9 @@ from jaxink.measurement.rows import (
 )
 from jaxink.measurement.table import TextTable, refusal
 
+_SAME_DEG = 1e-3
+_LARGEST_DEG = 360.0
+
 
 @dataclass(frozen=True)
 class ReadOptions:
@@ -310,10 +313,6 @@ def _repeat_notes(table: TextTable, data: GonioData) -> list[str]:
             "used to estimate the noise."
         )
     return notes
-
-
-_SAME_DEG = 1e-3
-_LARGEST_DEG = 360.0
 
 
 def relative_azimuths(

@@ -2,8 +2,7 @@
 
 from jaxink.model.build import StackBuilder
 from jaxink.model.checks import wavelengths_without_values
-from jaxink.model.forward import ForwardModel, evaluate
-from jaxink.model.polarised import why_not_polarised
+from jaxink.model.forward import ForwardModel, evaluate, why_not_polarised
 from jaxink.model.readings import ReadingsModel
 from jaxink.model.sample_model import SampleModel
 from jaxink.model.size_classes import mie_sizes

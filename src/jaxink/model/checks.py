@@ -13,6 +13,8 @@ from jaxink.model.volume import check_phase_table
 from jaxink.numerics.validity import require
 from jaxink.sample import Sample
 
+_NOT_NEGATIVE = ("scattering_per_mm", "absorption_per_mm", "thickness_mm", "thickness_um")
+
 
 class Points(eqx.Module):
     """Points of a measurement; one batch predicts all pairs of directions at all wavelengths.
@@ -81,9 +83,6 @@ def _columns(**given) -> list[np.ndarray]:
         if outside.any():
             raise InputRefusedError(f"{name} is {points[name][outside][0]:g}; it must be between 0 and 90.")
     return list(points.values())
-
-
-_NOT_NEGATIVE = ("scattering_per_mm", "absorption_per_mm", "thickness_mm", "thickness_um")
 
 
 def require_not_negative(sample: Sample, values: Mapping) -> None:

@@ -9,16 +9,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxink.model.build import media_of, stack_builder
+from jaxink.model.build import StackBuilder, media_of, stack_builder
 from jaxink.model.checks import Points, points_of, require_predictable
 from jaxink.model.depth_profiles import DepthProfiles, at_pairs, profiles_at
 from jaxink.model.instrument import Cones
-from jaxink.model.polarised import excess_at
 from jaxink.model.resolution import model_sizes
 from jaxink.model.sample_model import SampleModel
 from jaxink.model.tables import rough_tables
 from jaxink.numerics.batches import at_each
 from jaxink.numerics.precision import computing, require_float64
+from jaxink.optics import Directions
 from jaxink.sample import Sample
 from jaxink.solver import (
     DEFAULT_ACCURACY,
@@ -27,8 +27,11 @@ from jaxink.solver import (
     Stack,
     diffuse_bsdf,
     plan_media,
+    polarised_excess,
     regular_power,
 )
+
+_KNOWN = ("mie", "rayleigh")
 
 
 class ForwardModel(SampleModel):
@@ -243,3 +246,19 @@ def evaluate(model: PredictsBsdf) -> np.ndarray:
     """
     with computing():
         return np.asarray(_compiled_bsdf(model))
+
+
+def why_not_polarised(sample: Sample) -> str:
+    """Why it is not known how a sample polarises light; empty if it is."""
+    unknown = [layer.name for layer in sample.layers if layer.scatters and layer.phase_function not in _KNOWN]
+    if not unknown:
+        return ""
+    return f"the phase function of '{unknown[0]}' says nothing of polarisation; Mie and Rayleigh particles do"
+
+
+def excess_at(
+    builder: StackBuilder, values: Mapping, wavelength_nm, directions: Directions
+) -> Float[Array, " pairs"]:
+    """Polarised minus scalar BSDF at one wavelength, 1/sr; rough interfaces count as smooth."""
+    stack = builder.stack(values, wavelength_nm)
+    return polarised_excess(stack, builder.scattering_matrices(values, wavelength_nm), directions)

@@ -30,6 +30,12 @@ from jaxink.solver import (
     regular_power,
 )
 
+# In the order of `_at_wavelength`: of incident light, of light that is seen through, of pairs of directions.
+# By reciprocity, diffuse illumination seen at an angle is reflected as light from that angle.
+_OF_INCIDENCE = ("R_total", "R_diffuse", "R_specular", "T_total", "T_diffuse", "T_collimated")
+_OF_VIEW = ("T_di_8", "T_de_8")
+_RECIPROCAL = {"R_di_8": "R_total", "R_de_8": "R_diffuse"}
+
 
 class SphereGain(eqx.Module):
     """Gain of a sphere with the sample in its port, over that of the reading of 100 %.
@@ -86,13 +92,6 @@ def _facing(name: str) -> int:
         return 0
     # Diffuse light in front comes from a sphere there, collected light goes to one behind.
     return 1 if quantity.theta_i_deg is None else 2
-
-
-# In the order of `_at_wavelength`: of incident light, of light that is seen through, of pairs of directions.
-# By reciprocity, diffuse illumination seen at an angle is reflected as light from that angle.
-_OF_INCIDENCE = ("R_total", "R_diffuse", "R_specular", "T_total", "T_diffuse", "T_collimated")
-_OF_VIEW = ("T_di_8", "T_de_8")
-_RECIPROCAL = {"R_di_8": "R_total", "R_de_8": "R_diffuse"}
 
 
 class Geometries(eqx.Module):

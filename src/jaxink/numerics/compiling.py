@@ -33,6 +33,10 @@ from jaxink.numerics.program_store import bound_store, read_program, store_folde
 # Levels of optimisation on a CPU. Compared with full optimisation, level 1 halves the compile time and
 # lengthens the run time by up to a half; level 0 takes a fifth and three times.
 NONE, LITTLE = 0, 1
+# A diagnosis loads about sixteen.
+_MOST = 24
+# As many programs are dropped before JAX's own functions are, about once in a diagnosis.
+_DROPS = 12
 
 
 @cache
@@ -224,12 +228,6 @@ def _prepare_linear_algebra() -> None:
     with jax.enable_x64(True):
         matrix = jax.ShapeDtypeStruct((1, 1), "float64")
         jax.jit(jax.lax.linalg.cholesky).lower(matrix)
-
-
-# A diagnosis loads about sixteen.
-_MOST = 24
-# As many programs are dropped before JAX's own functions are, about once in a diagnosis.
-_DROPS = 12
 
 
 @runtime_checkable

@@ -28,6 +28,8 @@ _STRICT = {
     "transfer_guard_device_to_device": _FORBIDDEN,
     "transfer_guard_device_to_host": _FORBIDDEN,
 }
+# The process in which jaxink first computed; forked processes inherit the value.
+_home: int | None = None
 
 
 def is_deadlock_prone(jaxlib_version: str) -> bool:
@@ -146,10 +148,6 @@ def computing() -> Iterator[None]:
         threadpool_limits(limits=1, user_api="blas"),
     ):
         yield
-
-
-# The process in which jaxink first computed; forked processes inherit the value.
-_home: int | None = None
 
 
 def refuse_in_fork() -> None:

@@ -15,8 +15,7 @@ from jaxink.optics.layers import (
     TruncatedOptics,
     delta_m,
 )
-from jaxink.optics.phase_function import PhaseFunction
-from jaxink.optics.scattering_matrix import ScatteringMatrix
+from jaxink.optics.phase_function import PhaseFunction, ScatteringMatrix
 
 __all__ = [
     "CLOSE",

@@ -30,6 +30,16 @@ from jaxink.planning.forecast import NoiseOfKind, Planned
 from jaxink.planning.known import Known
 from jaxink.planning.menu import Candidate, menu
 
+READINGS = 100
+# Of a range: a parameter that is known no better is not determined.
+_RANGE_DEVIATION = 0.289
+_UNDETERMINED = 0.2
+# Minima that are so little higher are told apart by a plan, even if the fit excludes them already.
+_NEAR_RISE = 3 * COMPARABLE_RISE
+_MOST_RIVALS = 8
+_CHECKED = 2
+Rival = tuple[Float[np.ndarray, " parameters"], float]
+
 
 @dataclasses.dataclass(frozen=True)
 class SimulatedCheck:
@@ -135,16 +145,6 @@ def _fitted_errors(known: Known, end: Search) -> dict[str, float]:
     deviation = covariance(end.triangle, end.unit, end.gradient).deviation
     slopes = np.abs(np.asarray(known.objective.scale.slope(end.unit)))
     return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
-
-
-READINGS = 100
-# Of a range: a parameter that is known no better is not determined.
-_RANGE_DEVIATION = 0.289
-_UNDETERMINED = 0.2
-# Minima that are so little higher are told apart by a plan, even if the fit excludes them already.
-_NEAR_RISE = 3 * COMPARABLE_RISE
-_MOST_RIVALS = 8
-_CHECKED = 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -387,9 +387,6 @@ def _errors(known: Known, information: Float[np.ndarray, "parameters parameters"
     deviation = np.sqrt(np.diag(np.linalg.inv(information)))
     slopes = np.abs(np.asarray(known.objective.scale.slope(known.unit)))
     return dict(zip(known.free, (deviation * slopes).tolist(), strict=True))
-
-
-Rival = tuple[Float[np.ndarray, " parameters"], float]
 
 
 def _rivals(known: Known) -> list[Rival]:

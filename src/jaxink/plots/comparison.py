@@ -9,11 +9,11 @@ from jaxink.errors import InputRefusedError
 from jaxink.plots.cuts import BEFORE, FITTED, ResidualRow, cut_page
 from jaxink.plots.figure import PageFigure, Style
 from jaxink.plots.fit_figures import used_views
-from jaxink.plots.naming import named_results
 from jaxink.plots.scan_views import SIDES, headed, residual_limit
 
 if TYPE_CHECKING:
     from jaxink.fitting import FitResult
+
 
 _STYLES: tuple[Style, ...] = (
     FITTED,
@@ -67,3 +67,16 @@ def comparison_figure(
 
 def _are_same(first, other) -> bool:
     return all(np.array_equal(a, b) for a, b in zip(first, other, strict=True))
+
+
+def named_results(
+    results: "FitResult | Sequence[FitResult] | Mapping[str, FitResult]",
+) -> "dict[str, FitResult]":
+    """Fits by the names to show: those of a mapping, or their methods, numbered where several are alike."""
+    if isinstance(results, Mapping):
+        return dict(results)
+    named: dict[str, FitResult] = {}
+    for result in list(results) if isinstance(results, Sequence) else [results]:
+        same = sum(name.split(" ")[0] == result.method for name in named)
+        named[f"{result.method} {same + 1}" if same else result.method] = result
+    return named

@@ -42,6 +42,16 @@ if TYPE_CHECKING:
 
 # Residuals after a correction are also drawn on their own scale if it is finer by this factor.
 _FINER = 1.5
+MOST_BARS = 12
+PREDICTED: Style = {"color": "0.72"}
+REFITTED: Style = {"color": "#c22f2f"}
+# Smaller decreases do not count: noise gives 1 to any additional parameter.
+_LEAST = 1.0
+_BAR, _ROW = 0.36, 0.36
+_LEFT, _RIGHT, _TOP, _BOTTOM = 1.9, 0.9, 0.6, 0.8
+# In the plate; beyond the critical angle light is guided.
+INCIDENCES_DEG = (0.0, 30.0, 50.0, 70.0)
+_VIEW_DEG = np.linspace(-85.0, 85.0, 171)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -279,15 +289,6 @@ def _spectrum_words(diagnosis: "Diagnosis") -> list[str]:
     return [words] if words else []
 
 
-MOST_BARS = 12
-PREDICTED: Style = {"color": "0.72"}
-REFITTED: Style = {"color": "#c22f2f"}
-# Smaller decreases do not count: noise gives 1 to any additional parameter.
-_LEAST = 1.0
-_BAR, _ROW = 0.36, 0.36
-_LEFT, _RIGHT, _TOP, _BOTTOM = 1.9, 0.9, 0.6, 0.8
-
-
 def candidates_size(n_rows: int) -> tuple[float, float]:
     """Width and height of the page in inches."""
     return 8.2, _TOP + _ROW * max(n_rows, 2) + _BOTTOM
@@ -337,11 +338,6 @@ def _draw_legend(figure: PageFigure, has_added: bool) -> None:
     if has_added:
         handles.append(Patch(color="none", label="bold: added to the model"))
     figure.draw_legend(handles)
-
-
-# In the plate; beyond the critical angle light is guided.
-INCIDENCES_DEG = (0.0, 30.0, 50.0, 70.0)
-_VIEW_DEG = np.linspace(-85.0, 85.0, 171)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError
+from jaxink.plots.comparison import named_results
 from jaxink.plots.figure import PageFigure, Style, blank_figure
-from jaxink.plots.naming import named_results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

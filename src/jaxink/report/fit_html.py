@@ -52,6 +52,7 @@ _SCANS = {
 # Larger correlations are listed.
 _STRONG = 0.9
 _CODES_THAT_FIT = ("consistent", "not_judged")
+_SIDE = 46
 
 
 def fit_page(
@@ -244,9 +245,6 @@ def _settings(result: "FitResult") -> list[str]:
         f"Resolution: {', '.join(f'{k} {v}' for k, v in result.solver.items())}.",
         f"Versions: {', '.join(f'{k} {v}' for k, v in result.versions.items())}.",
     ]
-
-
-_SIDE = 46
 
 
 def swatches(colours: Iterable[tuple[str, str]]) -> str:

@@ -34,6 +34,21 @@ _SHOWN = (FIGURE_FOLDER, *INSIDE_FILES, PAGE_FILE)
 # With more, the table of parameters is a detail.
 _MOST_PARAMETERS = 15
 OWNED = (*_SHOWN, *Diagnosis.owned)
+_MODES = (
+    "Amplitude: relative deviation of the measurement from the model where both directions graze. Modes: "
+    "products of Zernike polynomials of the sines of both polar angles with the cosine of a multiple of phi "
+    "(Legendre polynomials of the signed sines in the plane of incidence), symmetric in both directions in "
+    "reflection. Δχ²: decrease when the mode was added to those above it."
+)
+_SYMMETRY = (
+    "What no isotropic, reciprocal sample has: smooth differences between residuals at directions at which "
+    "the model is equal (p: F test against the scatter of the other differences)."
+)
+_OVERLAPS = (
+    "Overlap: cosine between the change that an effect causes and the modes above, both without what the "
+    "free parameters reproduce; 1 if the effect has this shape."
+)
+_PAIRS = {"mirror": "+phi and -phi", "reciprocal": "source and detector exchanged"}
 
 
 def write_report(
@@ -176,23 +191,6 @@ def _page(diagnosis, change, hidden, embedded, todo, failures) -> str:
         html.commands((step.words, step.command) for step in todo),
     ]
     return html.document(sections.report_title(diagnosis), "".join(top), shown, details)
-
-
-_MODES = (
-    "Amplitude: relative deviation of the measurement from the model where both directions graze. Modes: "
-    "products of Zernike polynomials of the sines of both polar angles with the cosine of a multiple of phi "
-    "(Legendre polynomials of the signed sines in the plane of incidence), symmetric in both directions in "
-    "reflection. Δχ²: decrease when the mode was added to those above it."
-)
-_SYMMETRY = (
-    "What no isotropic, reciprocal sample has: smooth differences between residuals at directions at which "
-    "the model is equal (p: F test against the scatter of the other differences)."
-)
-_OVERLAPS = (
-    "Overlap: cosine between the change that an effect causes and the modes above, both without what the "
-    "free parameters reproduce; 1 if the effect has this shape."
-)
-_PAIRS = {"mirror": "+phi and -phi", "reciprocal": "source and detector exchanged"}
 
 
 def shape(diagnosis: "Diagnosis") -> Section | None:

@@ -25,6 +25,29 @@ _MOST_MODES = 12
 _TESTED_ORDER = 4
 # Less of a column than this after a projection is rounding.
 _DEGENERATE = 1e-4
+_SIDES = {"R": "reflection", "T": "transmission"}
+_AZIMUTH = {
+    0: "the same at all azimuths",
+    1: "opposite towards and away from the source (cos phi)",
+    2: "opposite in and across the plane of incidence (cos 2 phi)",
+}
+# An extreme is named if it is at least this share of the larger one.
+_SECOND = 0.4
+# Levels of incidence or wavelength are compared if their rms differ by this factor.
+_DIFFERS = 1.5
+# Below this share the modes are not what the residual mainly consists of.
+_HALF = 0.5
+_CAUSES = {
+    "mirror": (
+        "+phi and -phi",
+        "no isotropic sample does this, so a tilted plate, a misaligned azimuth, or grooves are behind it",
+    ),
+    "reciprocal": (
+        "source and detector exchanged",
+        "no reciprocal sample does this, so the instrument (illuminated area, field of view) or light that "
+        "leaves sideways is behind it",
+    ),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -299,20 +322,6 @@ def _scan_shares(points: ResidualPoints, residual, carried, part) -> tuple[ScanS
     return tuple(found)
 
 
-_SIDES = {"R": "reflection", "T": "transmission"}
-_AZIMUTH = {
-    0: "the same at all azimuths",
-    1: "opposite towards and away from the source (cos phi)",
-    2: "opposite in and across the plane of incidence (cos 2 phi)",
-}
-# An extreme is named if it is at least this share of the larger one.
-_SECOND = 0.4
-# Levels of incidence or wavelength are compared if their rms differ by this factor.
-_DIFFERS = 1.5
-# Below this share the modes are not what the residual mainly consists of.
-_HALF = 0.5
-
-
 def shape_sentence(
     points: ResidualPoints,
     shares: Sequence[ModeShare],
@@ -412,19 +421,6 @@ def _trends(points: ResidualPoints, part: np.ndarray) -> Iterator[str]:
             f"Its rms changes with {name}: {_percent(rms[most])} at {levels[most]:g}{unit}, "
             f"{_percent(rms[least])} at {levels[least]:g}{unit}."
         )
-
-
-_CAUSES = {
-    "mirror": (
-        "+phi and -phi",
-        "no isotropic sample does this, so a tilted plate, a misaligned azimuth, or grooves are behind it",
-    ),
-    "reciprocal": (
-        "source and detector exchanged",
-        "no reciprocal sample does this, so the instrument (illuminated area, field of view) or light that "
-        "leaves sideways is behind it",
-    ),
-}
 
 
 def _broken(found: Asymmetry) -> str:

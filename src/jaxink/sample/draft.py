@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.measurement import MINIMUM_PAIRS, SAME, GonioData, diffuse_reflectance, estimate_noise
 from jaxink.sample.measurement_schema import SCHEMA_VERSION
@@ -50,6 +51,8 @@ class Draft:
         Whether the spectrum of the ink has the shape that its diffuse reflectance gives it, and only its
         mean is free: of the absorption index for ``mie``, of the scattering coefficient otherwise.
     """
+
+    __repr__ = brief_repr
 
     order: str = ORDERS[0]
     plate_index: float = 1.49

@@ -16,6 +16,10 @@ from jaxink.sample.entries import bounded
 from jaxink.sample.schema import PITCH_UM
 
 SUFFIXES = (".x3p", ".sur")
+# A map of about 11 000 by 11 000 heights.
+_MOST_BYTES = 1_000_000_000
+# Files state distances with the digits of 32-bit numbers.
+_SAME_PITCH = 1e-5
 
 
 class MeasuredMap(NamedTuple):
@@ -69,12 +73,6 @@ def read_profilometer(content: bytes, path: str, suffix: str) -> MeasuredMap:
             "above 0."
         )
     return MeasuredMap(heights, pitch)
-
-
-# A map of about 11 000 by 11 000 heights.
-_MOST_BYTES = 1_000_000_000
-# Files state distances with the digits of 32-bit numbers.
-_SAME_PITCH = 1e-5
 
 
 def read_map(given: Any, pitch: Any, where: str, folder: Path) -> tuple[Real[np.ndarray, "..."], Any]:

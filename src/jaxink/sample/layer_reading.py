@@ -14,6 +14,9 @@ from jaxink.sample.populations import Population, population_tables, radius_tabl
 from jaxink.sample.roughness import read_roughness
 from jaxink.sample.schema import Quantity
 
+# The other key, and the power of ten from its unit to that of the parameter.
+_OTHER = {"thickness_mm": ("thickness_um", -3), "thickness_um": ("thickness_mm", 3)}
+
 
 def layer_tables(document: dict[str, Any]) -> list[dict[str, Any]]:
     """The tables of the layers."""
@@ -126,10 +129,6 @@ def _phase_table(table: dict[str, Any], where: str) -> tuple[str, tuple[float, .
         return "moments", (), tuple(map(float, columns[0]))
     require_equally_many(where, angle_deg=columns[0], phase_value=columns[1])
     return "angle_deg", tuple(map(float, columns[0])), tuple(map(float, columns[1]))
-
-
-# The other key, and the power of ten from its unit to that of the parameter.
-_OTHER = {"thickness_mm": ("thickness_um", -3), "thickness_um": ("thickness_mm", 3)}
 
 
 def with_own_thickness(table: dict[str, Any], layer: str, own: str) -> dict[str, Any]:

@@ -27,6 +27,10 @@ _WITHOUT_SPECTRUM = (
     *("thickness_mm", "thickness_um", "radius_nm", "radius_variance_ln", "volume_fraction"),
     *("beam_diameter_mm", "detector_diameter_mm"),
 )
+_K = ("particle_absorption_index",)
+# 4 pi k / wavelength, in 1/mm for wavelengths in nm.
+_BULK = ("absorption_per_mm", "binder_absorption_per_mm")
+_NM_PER_MM = 1e6
 
 
 class ParameterReader:
@@ -163,12 +167,6 @@ def _require_possible(mean: Parameter, factors: list[float], quantity: Quantity)
                     f"{mean.name}: with its shape, a mean of {value:g} gives {factor * value:g} at a "
                     f"wavelength; it must lie between {quantity.lowest:g} and {quantity.highest:g}."
                 )
-
-
-_K = ("particle_absorption_index",)
-# 4 pi k / wavelength, in 1/mm for wavelengths in nm.
-_BULK = ("absorption_per_mm", "binder_absorption_per_mm")
-_NM_PER_MM = 1e6
 
 
 def with_spectrum(

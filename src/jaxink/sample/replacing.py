@@ -9,6 +9,16 @@ from jaxink.sample.hints import unknown_key
 from jaxink.sample.parameters import ParameterTable
 
 _ASSIGNMENT = re.compile(r"\s*([^=\s]+)\s*=\s*([-+.,\deE]+)\s*(\S*)\s*")
+_LENGTHS_M = {"nm": 1e-9, "um": 1e-6, "\N{MICRO SIGN}m": 1e-6, "\N{GREEK SMALL LETTER MU}m": 1e-6}
+_LENGTHS_M |= {"micron": 1e-6, "microns": 1e-6, "mic": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
+# Of one quantity each, in one unit.
+_QUANTITIES = (
+    _LENGTHS_M,
+    {f"1/{unit}": 1 / size for unit, size in _LENGTHS_M.items()},
+    {"deg": 1.0, "rad": 180 / math.pi},
+)
+# One and a half thousand, or one and a half.
+AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def with_values(table: ParameterTable, values: Mapping[str, float]) -> ParameterTable:
@@ -100,18 +110,6 @@ def _hint(name: str, table: ParameterTable) -> str:
     if not by_wavelength:
         return unknown_key(name, table)
     return f"which has one value for each wavelength: {', '.join(by_wavelength)}."
-
-
-_LENGTHS_M = {"nm": 1e-9, "um": 1e-6, "\N{MICRO SIGN}m": 1e-6, "\N{GREEK SMALL LETTER MU}m": 1e-6}
-_LENGTHS_M |= {"micron": 1e-6, "microns": 1e-6, "mic": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
-# Of one quantity each, in one unit.
-_QUANTITIES = (
-    _LENGTHS_M,
-    {f"1/{unit}": 1 / size for unit, size in _LENGTHS_M.items()},
-    {"deg": 1.0, "rad": 180 / math.pi},
-)
-# One and a half thousand, or one and a half.
-AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 def is_length(unit: str) -> bool:

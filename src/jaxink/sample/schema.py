@@ -5,6 +5,18 @@
 
 import dataclasses
 
+FACES = ("front_roughness", "back_roughness")
+OPAQUE = "opaque"
+HEIGHT_MAP_WORD = "height_map"
+# Whether it is present in reflection scans only, or always.
+BACKING_SIDES = ("R", "both")
+# A table of sizes, in place of radius_nm.
+MOST_TABULATED_RADII = 400
+_LARGEST_ASYMMETRY = 0.9999
+# Facet slope densities that a face may declare.
+ROUGHNESS_DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
+AMPLITUDES = ("perturbation", "fresnel")
+
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
@@ -56,9 +68,6 @@ def quoted(words: tuple[str, ...]) -> str:
     return " or ".join(f'`"{word}"`' for word in words)
 
 
-FACES = ("front_roughness", "back_roughness")
-OPAQUE = "opaque"
-HEIGHT_MAP_WORD = "height_map"
 SURROUNDINGS = {
     "index_front": Quantity(
         "", 1.0, 4.0, 1.0, dispersive=True, meaning="refractive index on the illuminated side"
@@ -67,8 +76,6 @@ SURROUNDINGS = {
 }
 # An ideally diffuse reflector behind the sample.
 BACKING = {"reflectance": Quantity("", 0.0, 1.0, meaning="reflectance, the parameter `backing.reflectance`")}
-# Whether it is present in reflection scans only, or always.
-BACKING_SIDES = ("R", "both")
 BACKING_ENTRIES = {
     "side": Entry(
         quoted(BACKING_SIDES),
@@ -164,8 +171,6 @@ MIE_LAYER = {
         meaning="absorption coefficient of the binder, which fills the rest of the volume",
     ),
 }
-# A table of sizes, in place of radius_nm.
-MOST_TABULATED_RADII = 400
 RADIUS_TABLE = {
     "radii_nm": Entry(
         f"list of 1 ... {MOST_TABULATED_RADII} numbers", "none", "radii, each in the range of `radius_nm`"
@@ -203,7 +208,6 @@ DISPERSION_TABLE = {
     "wavelength_nm": Entry("list of two numbers or more, ascending", "required", "wavelengths, nm"),
     "value": Entry("list of as many", "required", "refractive index at each"),
 }
-_LARGEST_ASYMMETRY = 0.9999
 _ASYMMETRY = Quantity("", -_LARGEST_ASYMMETRY, _LARGEST_ASYMMETRY, scale="one_minus", meaning="mean cosine g")
 PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
     "henyey_greenstein": {"asymmetry_parameter": _ASYMMETRY},
@@ -221,9 +225,6 @@ PHASE_TABLE = {
     "angle_deg": Entry("list of four or more, from 0 to 180", "none", "scattering angles, deg"),
     "phase_value": Entry("list of as many, 0 or more", "none", "values; mean over the sphere 1 within 0.01"),
 }
-# Facet slope densities that a face may declare.
-ROUGHNESS_DENSITIES = ("cauchy", "cauchy_angle", "cauchy2d", "beckmann", "ggx")
-AMPLITUDES = ("perturbation", "fresnel")
 FACETS_ENTRIES = {
     "density": Entry(f"see above, or `{HEIGHT_MAP_WORD}`", "required", "density of slopes"),
     "second_density": Entry("see above", "none", "density of slopes of the other facets"),

@@ -25,6 +25,13 @@ from jaxink.surfaces.body_series import Coefficients, Mirror, legendre
 from jaxink.surfaces.relief import Facets, Pairs, facet_averages, reflected_once, seen_from_both
 from jaxink.surfaces.slopes import SlopeDensity
 
+# Incidences at which the loss is known, up to the largest, and nodes over the exits.
+_N_INCIDENCES, _LARGEST_DEG = 10, 89.5
+_N_EXITS, _N_EXIT_AZIMUTHS = 10, 12
+# Variance below which the quadrature over the exits misses the grazing light that facets hide; below it, the
+# loss is proportional to the variance.
+_RESOLVED_VARIANCE = 0.0025
+
 
 class FacetRule(eqx.Module):
     """Numbers of quadrature nodes over the visible facets.
@@ -208,14 +215,6 @@ def mean_transmittance(
     view = views(cosine, sine, index_here, index_there, density, FacetRule(12, 6, False))
     mean = jnp.sum(view.weight * (1 - view.reflectance), axis=1) / jnp.sum(view.weight, axis=1)
     return jnp.where(propagates, mean, 1.0)
-
-
-# Incidences at which the loss is known, up to the largest, and nodes over the exits.
-_N_INCIDENCES, _LARGEST_DEG = 10, 89.5
-_N_EXITS, _N_EXIT_AZIMUTHS = 10, 12
-# Variance below which the quadrature over the exits misses the grazing light that facets hide; below it, the
-# loss is proportional to the variance.
-_RESOLVED_VARIANCE = 0.0025
 
 
 def _incidences_deg():

@@ -20,6 +20,19 @@ from jaxink.numerics.quadrature import gauss_legendre_unit
 
 # Trapezoidal nodes in log t for a K-correlation as a mixture of Gaussians; they converge exponentially.
 _MIXTURE = np.linspace(-45.0, 4.5, 199)
+# Pairs of polar angles that are transformed at once; limits the memory.
+_BATCH = 512
+# Number of phases that are transformed, between the largest and this fraction of it; light whose phase hardly
+# depends on the height is hardly scattered.
+_N_PHASES, _LEAST_PHASE = 64, 0.005
+# Rounding error relative to the largest value of a transform.
+_FLOOR = 1e-10
+# Beyond the last node, a table decreases at least with this power, to keep the height variance finite.
+_LEAST_FALL = 4.0
+# Logarithm of the smallest distance over the scale at which the transform gives the correlation.
+_LEAST_LOG_DISTANCE = -5.0
+# Logarithmic distance beyond the nodes that is practically infinite for integrals.
+_FAR = 30.0
 
 
 class PowerSpectrum(eqx.Module):
@@ -248,15 +261,6 @@ def isotropic_from_profile(
     return frequency[:-1][positive], density[positive]
 
 
-# Pairs of polar angles that are transformed at once; limits the memory.
-_BATCH = 512
-# Number of phases that are transformed, between the largest and this fraction of it; light whose phase hardly
-# depends on the height is hardly scattered.
-_N_PHASES, _LEAST_PHASE = 64, 0.005
-# Rounding error relative to the largest value of a transform.
-_FLOOR = 1e-10
-
-
 def broadened(spectrum: PowerSpectrum, phase_variance, log_position):
     """Transform of sigma^2 (exp(-g (1 - rho)) - exp(-g)) / g at phase variances g; the PSD for g = 0.
 
@@ -342,14 +346,6 @@ def _cubic(position, n_nodes: int):
     inside = jnp.clip(position, 0.0, n_nodes - 1.0)
     first = jnp.clip(jnp.floor(inside).astype(int) - 1, 0, n_nodes - 4)
     return first, cubic_weights(inside - first - 1)
-
-
-# Beyond the last node, a table decreases at least with this power, to keep the height variance finite.
-_LEAST_FALL = 4.0
-# Logarithm of the smallest distance over the scale at which the transform gives the correlation.
-_LEAST_LOG_DISTANCE = -5.0
-# Logarithmic distance beyond the nodes that is practically infinite for integrals.
-_FAR = 30.0
 
 
 class TabulatedSpectrum(PowerSpectrum):

@@ -42,6 +42,13 @@ FINE = RoughSizes()
 QUICK = RoughSizes(FacetRule(36, 8), FacetRule(72, 8), coarse_nodes=12)
 
 Content = TypeVar("Content", RoughInterface, FacetResponse)
+# The law of a density, and the range of its angle, with equal limits if it is fixed.
+Density = tuple[SlopeLaw, tuple[float, float]]
+# Nodes of a piece: so many, and one more for each such width of its range; more above another medium's index,
+# where a block of channels opens as the root of the difference.
+_NODES, _WIDTH_PER_NODE, _NODES_OF_OPENING = 2, 0.05, 2
+# Nodes of a piece in which two indices are practically equal.
+_NODES_OF_CLOSE = 2
 
 
 class RoughTable(eqx.Module, Generic[Content]):
@@ -97,8 +104,6 @@ class MixtureTable(eqx.Module):
 
 
 AngleTable = RoughTable[RoughInterface] | MixtureTable
-# The law of a density, and the range of its angle, with equal limits if it is fixed.
-Density = tuple[SlopeLaw, tuple[float, float]]
 
 
 def rough_table(
@@ -183,13 +188,6 @@ def _at_angles(
 
 
 _programs = WeakCache(_at_angles)
-
-
-# Nodes of a piece: so many, and one more for each such width of its range; more above another medium's index,
-# where a block of channels opens as the root of the difference.
-_NODES, _WIDTH_PER_NODE, _NODES_OF_OPENING = 2, 0.05, 2
-# Nodes of a piece in which two indices are practically equal.
-_NODES_OF_CLOSE = 2
 
 
 class Piece(NamedTuple):

@@ -32,6 +32,10 @@ from jaxink.surfaces.wave_surface import WaveSurface, phase_per_height, spatial_
 
 # Steps of the scaling, and power below which it has no effect.
 _N_SCALINGS, _NOTHING = 60, 1e-12
+# Nodes over the optical sine in each block, and over half a turn of the azimuth.
+_N_RADIAL, _N_AROUND = 32, 24
+# Largest width of a lobe in azimuth, beyond which nodes are spread evenly.
+_WIDEST = 3.0
 
 
 class WaveFace(eqx.Module):
@@ -204,12 +208,6 @@ def wave_lobes(
         return lobe_kernel(surface, table, cosine_out, cosine_in, azimuth_rad, frequency, is_transmission)
 
     return tuple(jax.vmap(lobe)(jnp.array([False, True]), jnp.stack(cosines_out)))
-
-
-# Nodes over the optical sine in each block, and over half a turn of the azimuth.
-_N_RADIAL, _N_AROUND = 32, 24
-# Largest width of a lobe in azimuth, beyond which nodes are spread evenly.
-_WIDEST = 3.0
 
 
 def lobe_kernel(

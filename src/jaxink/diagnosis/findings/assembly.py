@@ -53,6 +53,8 @@ from jaxink.residual import ResidualPoints, ResidualShape, modes_for, residual_s
 # What failed if there is only the fit of the declared model.
 _CORRECTED = "the result of the corrected model, for which that of the declared one stands,"
 _SETTINGS = ("level", "n_bootstrap", "seed", "max_effects", "max_parameters")
+_DEGREE = 3
+_MODE_ORDER = 2
 
 
 def diagnosis_of(found: SearchResult, follow: Progress) -> Diagnosis:
@@ -164,10 +166,6 @@ def _further(found: SearchResult, follow: Progress) -> tuple[FurtherMeasurement,
     with failures.sparing("the search for measurements that would distinguish {}", " and ".join(names)):
         return further_measurements(found.setup, screening.stage.accepted, first, second)
     return ()
-
-
-_DEGREE = 3
-_MODE_ORDER = 2
 
 
 class Anonymous(NamedTuple):

@@ -40,6 +40,11 @@ from jaxink.projects import OF, Measurement, Project
 from jaxink.solver import SolverConfig
 
 INSTRUMENT = "instrument"
+# So many of the most promising causes are fitted in each round.
+_REFITS = 6
+_REFIT_STEPS = 60
+# A cause promises more than its penalty, or it is not fitted; the screen is linear, so half is enough.
+_PROMISED = 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -270,13 +275,6 @@ def _own_directions(setup: SearchProblem, bench, here: Place, effects: Sequence[
     if own is not bench:
         own.release()
     return found
-
-
-# So many of the most promising causes are fitted in each round.
-_REFITS = 6
-_REFIT_STEPS = 60
-# A cause promises more than its penalty, or it is not fitted; the screen is linear, so half is enough.
-_PROMISED = 0.5
 
 
 class _Model(NamedTuple):

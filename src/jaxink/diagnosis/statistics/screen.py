@@ -31,6 +31,8 @@ from jaxink.diagnosis.statistics.tangent_cone import TangentCone
 from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 
+_KEPT_VIEWS = 4
+
 
 @dataclass(frozen=True)
 class Significance:
@@ -118,9 +120,6 @@ def _student(z: float, freedom: float) -> float:
 def best_admissible(scores: Float[np.ndarray, "sets columns"], sign: int) -> Float[np.ndarray, " sets"]:
     """T of each row: the best admissible score, squared."""
     return np.maximum(admissible(scores, sign).max(axis=1), 0.0) ** 2
-
-
-_KEPT_VIEWS = 4
 
 
 @dataclass(frozen=True)

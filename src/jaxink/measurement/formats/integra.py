@@ -20,12 +20,11 @@ from jaxink.measurement.formats.integra_text import (
     read_header,
     wanted_channel,
 )
+from jaxink.measurement.formats.own_files import refuse_other_media
 from jaxink.measurement.formats.points import Points, joined, one_wavelength, without_cosine
 from jaxink.measurement.formats.polar_tables import (
-    distinct,
-    from_specular,
     lone_values,
-    refuse_other_media,
+    points_about_specular,
     total,
 )
 
@@ -58,7 +57,16 @@ def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points
         if channel in (None, name):
             nm = _wavelength(content, choices, wavelength_nm)
             parts += [
-                _points(header, sigma, values, rows, nm, through)
+                points_about_specular(
+                    _axis_deg(header, sigma),
+                    header.axes["sigma"][sigma],
+                    header.axes["theta"],
+                    header.axes["phi"],
+                    values,
+                    rows,
+                    nm,
+                    through,
+                )
                 for psi, sigma, values, rows in tables
                 if psi == rotation
             ]
@@ -197,26 +205,3 @@ def _total(content: Content, header: Header, sigma: int, values: Float[np.ndarra
 def _axis_deg(header: Header, sigma: int) -> float:
     """Polar angle of the direction from which scatter angles are measured."""
     return float(header.axes.get("sigmat", header.axes["sigma"])[sigma])
-
-
-def _points(
-    header: Header,
-    sigma: int,
-    values: Float[np.ndarray, "theta phi"],
-    rows: Int[np.ndarray, "theta phi"],
-    wavelength_nm: float,
-    through: bool,
-) -> Points:
-    phi, theta = header.axes["phi"], header.axes["theta"]
-    values, keep = distinct(theta, phi, values)
-    theta_o, azimuth = from_specular(_axis_deg(header, sigma), theta[:, None], phi)
-    n = int(keep.sum())
-    return Points(
-        theta_i_deg=np.full(n, header.axes["sigma"][sigma]),
-        theta_o_deg=theta_o[keep],
-        phi_deg=azimuth[keep],
-        wavelength_nm=np.full(n, wavelength_nm),
-        is_transmission=np.full(n, through),
-        bsdf_per_sr=values[keep],
-        row=rows[keep],
-    )

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
-from jaxink.measurement.formats.polar_tables import ExportedMedia, origin
+from jaxink.measurement.formats.own_files import ExportedMedia, origin
 
 COMMENT = ";;"
 _LINE = r"^[ \t]*{}\b"

@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
+from jaxink.measurement.formats.own_files import origin, refuse_other_media
 from jaxink.measurement.formats.points import (
     Points,
     divided_as_requested,
@@ -19,7 +20,7 @@ from jaxink.measurement.formats.points import (
     one_wavelength,
     totals_note,
 )
-from jaxink.measurement.formats.polar_tables import distinct, origin, refuse_other_media, total
+from jaxink.measurement.formats.polar_tables import distinct, total
 
 # Where the specular or undeviated direction is; the light arrives from the opposite azimuth.
 _SPECULAR_AZIMUTH_DEG = 270.0

@@ -1,13 +1,9 @@
-"""Tables over a polar angle and an azimuth, and what jaxink's own exports say in their comments."""
-
-import re
-from collections.abc import Iterable
-from typing import NamedTuple
+"""Tables over a polar angle and an azimuth: their directions, each once, and their total."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from jaxink.measurement.formats.content import Content
+from jaxink.measurement.formats.points import Points
 
 # Angles of files are printed with fewer digits.
 _SAME_DEG = 1e-6
@@ -56,6 +52,31 @@ def from_specular(
     return np.rad2deg(np.arccos(np.clip(z, -1, 1))), np.rad2deg(np.arctan2(across, x))
 
 
+def points_about_specular(
+    specular_deg: float,
+    theta_i_deg: float,
+    polar_deg: Float[np.ndarray, " polar"],
+    azimuth_deg: Float[np.ndarray, " azimuth"],
+    values: Float[np.ndarray, "polar azimuth"],
+    rows: Int[np.ndarray, "polar azimuth"],
+    wavelength_nm: float,
+    is_transmission: bool,
+) -> Points:
+    """One incidence of a file whose scatter angles are about the specular or refracted direction."""
+    values, keep = distinct(polar_deg, azimuth_deg, values)
+    theta_o_deg, phi_deg = from_specular(specular_deg, polar_deg[:, None], azimuth_deg)
+    n = int(keep.sum())
+    return Points(
+        theta_i_deg=np.full(n, theta_i_deg),
+        theta_o_deg=theta_o_deg[keep],
+        phi_deg=phi_deg[keep],
+        wavelength_nm=np.full(n, wavelength_nm),
+        is_transmission=np.full(n, is_transmission),
+        bsdf_per_sr=values[keep],
+        row=rows[keep],
+    )
+
+
 def total(
     polar_deg: Float[np.ndarray, " polar"],
     azimuth_deg: Float[np.ndarray, " azimuth"],
@@ -97,43 +118,3 @@ def _divided(axis: np.ndarray) -> np.ndarray:
     """The axis with every step divided."""
     n = len(axis) - 1
     return np.interp(np.arange(_PARTS * n + 1) / _PARTS, np.arange(n + 1), axis)
-
-
-_ORIGIN = re.compile(r"BSDF by jaxink, (\S+) nm; I: .*, index (\S+); A: .*, index (\S+)$")
-_SAME_INDEX = 1e-9
-
-
-class ExportedMedia(NamedTuple):
-    """Wavelength of an exported file, and refractive indices of its sides I and A."""
-
-    wavelength_nm: float
-    index_of_side: dict[str, float]
-
-
-def origin(lines: Iterable[str]) -> ExportedMedia | None:
-    """What the comments of an exported file say; None if jaxink did not write it."""
-    for line in lines:
-        found = _ORIGIN.search(line.strip())
-        if found:
-            try:
-                wavelength, inside, outside = (float(text) for text in found.groups())
-            except ValueError:
-                return None
-            return ExportedMedia(wavelength, {"I": inside, "A": outside})
-    return None
-
-
-def refuse_other_media(content: Content, known: ExportedMedia | None, component: str) -> None:
-    """Reject a component that does not begin and end in air, as every measurement does.
-
-    ``component`` is R or T, the side that the light comes from, and that to which it leaves: ``T_AI``.
-    """
-    if known is None:
-        return
-    for side in component[2:]:
-        index = known.index_of_side[side]
-        if abs(index - 1) > _SAME_INDEX:
-            raise content.refusal(
-                f"{component} holds directions in a medium of index {index:g}; a measurement has air on both "
-                "sides, so read one of the sample in air, or another component"
-            )

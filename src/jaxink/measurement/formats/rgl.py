@@ -27,6 +27,10 @@ from jaxink.measurement.formats.polar_tables import lone_values
 # Closer to the horizon, the cosine by which values are divided is too small.
 _LARGEST_THETA_DEG = 89.0
 _CHANNELS = ("R", "G", "B")
+SIGNATURE = b"tensor_file\0"
+_TYPES = ("", "u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8")
+_MOST_PADDING = 64
+_MOST_FIELDS, _MOST_DIMENSIONS, _LONGEST_NAME = 100, 10, 200
 
 
 def recognises(head: str) -> bool:
@@ -190,12 +194,6 @@ def _points(
         bsdf_per_sr=bsdf[keep],
         row=1 + np.flatnonzero(keep),
     )
-
-
-SIGNATURE = b"tensor_file\0"
-_TYPES = ("", "u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8")
-_MOST_PADDING = 64
-_MOST_FIELDS, _MOST_DIMENSIONS, _LONGEST_NAME = 100, 10, 200
 
 
 def read_fields(content: Content) -> dict[str, np.ndarray]:

@@ -13,8 +13,9 @@ from jaxtyping import Float, Int
 
 from jaxink.measurement.formats.content import Content, Words
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
+from jaxink.measurement.formats.own_files import origin, refuse_other_media
 from jaxink.measurement.formats.points import TOTAL_TOLERANCE, Points, joined, one_wavelength, without_cosine
-from jaxink.measurement.formats.polar_tables import distinct, lone_values, origin, refuse_other_media, total
+from jaxink.measurement.formats.polar_tables import distinct, lone_values, total
 
 _HEADER = re.compile(r"\s*OPTIS - (Anisotropic BSDF|brdf) surface file v(\d+)\.\d+", re.IGNORECASE)
 _VERSIONS = (7, 8)

@@ -9,19 +9,12 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from jaxink.measurement.formats.content import Content, Words, shown
 from jaxink.measurement.formats.exchange_options import ExchangeOptions, ask
+from jaxink.measurement.formats.own_files import ExportedMedia, origin, refuse_other_media
 from jaxink.measurement.formats.points import Points, divided_as_requested, joined, totals_note
-from jaxink.measurement.formats.polar_tables import (
-    ExportedMedia,
-    distinct,
-    from_specular,
-    origin,
-    refuse_other_media,
-    total,
-)
+from jaxink.measurement.formats.polar_tables import points_about_specular, total
 
 _WORDS = ("source", "symmetry", "spectralcontent", "scattertype")
 _AXES = ("samplerotation", "angleofincidence", "scatterazimuth", "scatterradial")
@@ -61,7 +54,8 @@ def read(content: Content, choices: ExchangeOptions, notes: list[str]) -> Points
     for name, k, angle, stated, values, rows in _blocks(content, words, header, section):
         if name != channel or k != rotation:
             continue
-        parts.append(_points(header, angle, values, rows, wavelength, is_transmission))
+        axes = header.axes["scatterradial"], header.axes["scatterazimuth"]
+        parts.append(points_about_specular(angle, angle, *axes, values, rows, wavelength, is_transmission))
         totals.append((angle, _total(header, angle, values, choices.cosine_weighted is True), stated))
     notes += totals_note("AngleOfIncidence", totals)
     notes.append(
@@ -191,29 +185,6 @@ def _expect(content: Content, words: Words, key: str, shape: tuple[int, int]) ->
             f"{shape[1]} radial angles"
         )
         raise content.refusal(text, row)
-
-
-def _points(
-    header: _Header,
-    angle: float,
-    values: Float[np.ndarray, "radial azimuth"],
-    rows: Int[np.ndarray, "radial azimuth"],
-    wavelength_nm: float,
-    is_transmission: bool,
-) -> Points:
-    radial, azimuth = header.axes["scatterradial"], header.axes["scatterazimuth"]
-    values, keep = distinct(radial, azimuth, values)
-    theta, phi = from_specular(angle, radial[:, None], azimuth)
-    n = int(keep.sum())
-    return Points(
-        theta_i_deg=np.full(n, angle),
-        theta_o_deg=theta[keep],
-        phi_deg=phi[keep],
-        wavelength_nm=np.full(n, wavelength_nm),
-        is_transmission=np.full(n, is_transmission),
-        bsdf_per_sr=values[keep],
-        row=rows[keep],
-    )
 
 
 def _total(header: _Header, angle: float, values, is_weighted: bool) -> float:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxink.sample.refractive_index import cauchy_index, sellmeier_index, tabulated_index
+from jaxink.sample.dispersion import cauchy_index, sellmeier_index, tabulated_index
 
 # PMMA at 450, 550 and 650 nm, rounded from a published fit; and a one-term Sellmeier fit of PMMA:
 # Sultanova, Kasarova, Nikolov 2009 Acta Phys. Pol. A 116, 585.
