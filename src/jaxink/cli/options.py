@@ -26,7 +26,17 @@ FitData = Annotated[
 # Of `jaxink init`; hidden where a sample file chooses the wavelengths.
 NotWavelengths = Annotated[str | None, typer.Option("--wavelengths", hidden=True)]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an unexpected error.")]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")]
+Accuracy = Annotated[
+    float,
+    typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
+
+
+def output_of(json: bool, quiet: bool) -> str:
+    """What a command prints: ``tables``, ``json`` or ``quiet``."""
+    return "json" if json else "quiet" if quiet else "tables"
 
 
 def is_toml(files: Sequence[Path]) -> bool:
