@@ -621,6 +621,55 @@ def export(
 
 
 @app.command()
+def render(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="RESULT", help="Folder of a fit or of a diagnosis, or a sample file (.toml)."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the picture and the numbers.")],
+    scene: Annotated[
+        str, typer.Option(metavar="lightguide", help="Scene: an edge-lit plate with printed dots.")
+    ] = "lightguide",
+    uncorrected: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RESULT",
+            help="The same ink by a model that lacks something, such as the fit before a diagnosis; it is "
+            "rendered as a sheet beside the ink.",
+        ),
+    ] = None,
+    layer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Layer that is the ink; repeat the option for several layers."),
+    ] = None,
+    seen_from: Annotated[
+        str | None,
+        typer.Option("--from", metavar="LAYER", help="Layer that the ink is seen from, usually its plate."),
+    ] = None,
+    volume: Annotated[
+        bool, typer.Option("--volume/--no-volume", help="Also trace every scattering within the ink.")
+    ] = True,
+    batches: Annotated[
+        int, typer.Option(metavar="N", help="Number of independent batches, for standard errors.")
+    ] = 8,
+    paths: Annotated[
+        int, typer.Option(metavar="N", help="Paths of a batch from each of the bins of the exit face.")
+    ] = 40,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print render.json instead of the tables.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Render a fitted ink in a scene; a stopped rendering goes on where it was."""
+    with one_sentence(debug):
+        from jaxink.cli.render import run_render
+
+        effort = {"batches": batches, "paths": paths, "seed": seed}
+        given = layer or (), seen_from, uncorrected, effort, volume, _output(json, quiet)
+        raise typer.Exit(run_render(source, scene, out, *given))
+
+
+@app.command()
 def boundary(
     source: Annotated[
         Path, typer.Argument(metavar="SURFACE.toml", help="Description of the surface and its media.")
