@@ -646,6 +646,21 @@ def render(
         str | None,
         typer.Option("--from", metavar="LAYER", help="Layer that the ink is seen from, usually its plate."),
     ] = None,
+    plate_index: Annotated[
+        float | None,
+        typer.Option(
+            metavar="N",
+            help="Refractive index of the plate, on which the ink is in optical contact; by default that of "
+            "the medium that it is seen from.",
+        ),
+    ] = None,
+    ink_alone: Annotated[
+        bool,
+        typer.Option(
+            "--ink-alone",
+            help="Leave out the effects of the sample, such as air between plate and ink.",
+        ),
+    ] = False,
     volume: Annotated[
         bool, typer.Option("--volume/--no-volume", help="Also trace every scattering within the ink.")
     ] = True,
@@ -654,7 +669,7 @@ def render(
     ] = 8,
     paths: Annotated[
         int, typer.Option(metavar="N", help="Paths of a batch from each of the bins of the exit face.")
-    ] = 40,
+    ] = 60,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print render.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -665,7 +680,16 @@ def render(
         from jaxink.cli.render import run_render
 
         effort = {"batches": batches, "paths": paths, "seed": seed}
-        given = layer or (), seen_from, uncorrected, effort, volume, _output(json, quiet)
+        given = (
+            layer or (),
+            seen_from,
+            plate_index,
+            ink_alone,
+            uncorrected,
+            effort,
+            volume,
+            _output(json, quiet),
+        )
         raise typer.Exit(run_render(source, scene, out, *given))
 
 

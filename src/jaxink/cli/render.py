@@ -28,6 +28,8 @@ def run_render(
     out: Path,
     layers: Sequence[str],
     inside: str | None,
+    plate_index: float | None,
+    alone: bool,
     uncorrected: Path | None,
     effort: dict[str, int],
     with_volume: bool,
@@ -43,8 +45,8 @@ def run_render(
         One of `SCENES`.
     out
         Folder of the numbers, the picture and the batches.
-    layers, inside
-        As for `jaxink.ink.find_ink`.
+    layers, inside, plate_index, alone
+        As for `jaxink.render.RenderedInk.of`, for the ink; the uncorrected one must be clear from its sample.
     effort
         Fields of `jaxink.render.lightguide.Effort`.
     with_volume
@@ -61,8 +63,8 @@ def run_render(
     from jaxink.render.lightguide import Effort
 
     wanted = Effort(**effort)
-    ink = RenderedInk.of(source, list(layers) or None, inside)
-    other = None if uncorrected is None else RenderedInk.of(uncorrected, list(layers) or None, inside)
+    ink = RenderedInk.of(source, list(layers) or None, inside, plate_index, alone)
+    other = None if uncorrected is None else RenderedInk.of(uncorrected, None, None, plate_index, alone)
     try:
         with session.progress(quiet=output != "tables") as follow:
             found = render_guide(ink, out, None, other, wanted, with_volume, follow or log_progress)

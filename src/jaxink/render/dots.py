@@ -2,18 +2,17 @@
 
 import dataclasses
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from jaxink.export.medium import Medium
-from jaxink.export.volume import even_table
 from jaxink.render.guide import Guide
 from jaxink.render.sheet_sampling import INSIDE, SheetSampler, turned
 from jaxink.render.smooth_faces import fresnel, refracted
 
-_QUANTILES = 100_001
+_QUANTILES, _ANGLES = 100_001, 20_001
 
 
 class AfterDot(NamedTuple):
@@ -35,27 +34,6 @@ class AfterDot(NamedTuple):
     weight: Float[np.ndarray, "n wavelengths"]
 
 
-class Dots(Protocol):
-    """Dots of one ink."""
-
-    @property
-    def indices(self) -> tuple[float, float]:
-        """Refractive indices of the plate and of what is around it."""
-
-    @property
-    def n_wavelengths(self) -> int:
-        """Number of wavelengths that a path carries."""
-
-    def visit(
-        self,
-        guide: Guide,
-        position_mm: Float[np.ndarray, "n 3"],
-        direction: Float[np.ndarray, "n 3"],
-        random: np.random.Generator,
-    ) -> AfterDot:
-        """What becomes of paths that arrive on dots, at the height 0, from above."""
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class SheetDots:
     """Dots that are sheets without a thickness; what they transmit is lost below the plate.
@@ -70,17 +48,27 @@ class SheetDots:
 
     @property
     def indices(self) -> tuple[float, float]:
-        """See `Dots`; means over the wavelengths."""
+        """Refractive indices of the plate and of what is around it, means over the wavelengths."""
         table = self.sampler.table
         return float(np.mean(table.index_inside)), float(np.mean(table.index_outside))
 
     @property
     def n_wavelengths(self) -> int:
-        """See `Dots`."""
+        """Number of wavelengths that a path carries."""
         return len(self.sampler.table.wavelength_nm)
 
     def visit(self, guide: Guide, position_mm, direction, random) -> AfterDot:  # noqa: ARG002
-        """See `Dots`."""
+        """What becomes of paths that arrive on dots, at the height 0, from above.
+
+        Parameters
+        ----------
+        guide
+            Where the dots are.
+        position_mm, direction
+            Of the paths, shape ``(n, 3)``.
+        random
+            Source of random numbers.
+        """
         scattered = self.sampler.scatter(INSIDE, np.arccos(np.clip(-direction[:, 2], 0.0, 1.0)), random)
         goes_on = scattered.goes_on & ~scattered.is_transmitted
         return AfterDot(goes_on, position_mm, turned(direction, scattered, 1.0), scattered.weight)
@@ -106,7 +94,7 @@ class VolumeDots:
 
     @property
     def indices(self) -> tuple[float, float]:
-        """See `Dots`."""
+        """Refractive indices of the plate and of what is around it."""
         inside, outside = self.medium.indices[:, self.wavelength]
         return float(inside), float(outside)
 
@@ -118,16 +106,21 @@ class VolumeDots:
     @cached_property
     def _quantiles(self) -> np.ndarray:
         """Cosines of the scattering angle at equal steps of probability."""
-        cosine, value = even_table(self.medium.phase[self.wavelength])
-        cumulated = np.concatenate([[0.0], np.cumsum((value[1:] + value[:-1]) / 2)])
+        cosine = np.cos(np.linspace(np.pi, 0, _ANGLES))
+        value = np.maximum(self.medium.phase[self.wavelength](cosine), 0.0)
+        share = (value[1:] + value[:-1]) / 2 * np.diff(cosine)
+        cumulated = np.concatenate([[0.0], np.cumsum(share)])
         return np.interp(np.linspace(0, 1, _QUANTILES), cumulated / cumulated[-1], cosine)
 
     def visit(self, guide: Guide, position_mm, direction, random) -> AfterDot:
-        """See `Dots`."""
+        """As of `SheetDots`."""
         walk = _Walk(self, guide, position_mm, direction, random)
         while len(walk.paths):
             walk.step()
         return AfterDot(walk.goes_on, walk.left_at, walk.left_along, np.ones((len(position_mm), 1)))
+
+
+Dots = SheetDots | VolumeDots
 
 
 class _Walk:
@@ -158,36 +151,40 @@ class _Walk:
         random, n = self._random, len(self.paths)
         at, along = self._at, self._along
         free = random.exponential(1 / self._extinction, n)
+        goes_up = along[:, 2] > 0
+        ahead = np.where(goes_up, 0.0, -self._height_mm)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ahead = np.where(along[:, 2] > 0, 0.0, -self._height_mm)
-            to_plane = np.where(along[:, 2] != 0, (ahead - at[:, 2]) / along[:, 2], np.inf)
-            to_rim = self._to_rim()
-        to_plane, to_rim = np.maximum(to_plane, 0.0), np.maximum(to_rim, 0.0)
-        distance = np.minimum(np.minimum(to_plane, to_rim), free)
+            to_plane = np.maximum((ahead - at[:, 2]) / along[:, 2], 0.0)
+        to_plane = np.where(along[:, 2] != 0, to_plane, np.inf)
+        distance = np.minimum(to_plane, free)
+        scatters, meets_rim = free <= to_plane, np.zeros(n, bool)
+        end = at[:, :2] + distance[:, None] * along[:, :2]
+        beyond = np.flatnonzero(end[:, 0] ** 2 + end[:, 1] ** 2 > self._radius**2)
+        distance[beyond], scatters[beyond], meets_rim[beyond] = self._to_rim(beyond), False, True
         self._at = at + distance[:, None] * along
-        scatters = free <= np.minimum(to_plane, to_rim)
-        on_plane = ~scatters & (to_plane <= to_rim)
+        on_plane = ~scatters & ~meets_rim
         stays = np.ones(n, bool)
         stays[scatters] = random.random(np.count_nonzero(scatters)) < self._albedo
         here = np.flatnonzero(scatters & stays)
         self._along[here] = self._scattered(along[here])
         self._at[on_plane, 2] = ahead[on_plane]
-        upper = np.flatnonzero(on_plane & (along[:, 2] > 0))
+        upper = np.flatnonzero(on_plane & goes_up)
         stays[upper] = self._at_upper_face(upper)
-        lower = np.flatnonzero(on_plane & (along[:, 2] <= 0))
+        lower = np.flatnonzero(on_plane & ~goes_up)
         is_reflected = random.random(len(lower)) < fresnel(-along[lower, 2], self._to_around)
         self._along[lower[is_reflected], 2] *= -1
         stays[lower[~is_reflected]] = False
-        rim = np.flatnonzero(~scatters & ~on_plane)
+        rim = np.flatnonzero(meets_rim)
         stays[rim] = self._at_rim(rim)
         for name in ("paths", "_centre", "_radius", "_at", "_along"):
             setattr(self, name, getattr(self, name)[stays])
 
-    def _to_rim(self) -> np.ndarray:
-        x, y, dx, dy = self._at[:, 0], self._at[:, 1], self._along[:, 0], self._along[:, 1]
+    def _to_rim(self, which: np.ndarray) -> np.ndarray:
+        x, y = self._at[which, :2].T
+        dx, dy = self._along[which, :2].T
         square, inward = dx**2 + dy**2, x * dx + y * dy
-        inside = np.maximum(self._radius**2 - x**2 - y**2, 0.0)
-        return np.where(square > 0, (np.sqrt(inward**2 + square * inside) - inward) / square, np.inf)
+        inside = np.maximum(self._radius[which] ** 2 - x**2 - y**2, 0.0)
+        return np.maximum((np.sqrt(inward**2 + square * inside) - inward) / square, 0.0)
 
     def _scattered(self, along: np.ndarray) -> np.ndarray:
         n = len(along)

@@ -1,7 +1,9 @@
 """Random paths through a light guide, from the eye to the lamp."""
 
+from typing import NamedTuple
+
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from jaxink.render.dots import Dots
 from jaxink.render.guide import Guide
@@ -10,6 +12,18 @@ from jaxink.render.smooth_faces import fresnel
 NORMAL, HEMISPHERE = "normal", "hemisphere"
 # Bins of the picture along the side of a cell.
 BINS = 6
+
+
+class _Paths(NamedTuple):
+    """Paths, each from a bin of the face."""
+
+    bins: Int[np.ndarray, " n"]
+    position_mm: Float[np.ndarray, "n 3"]
+    direction: Float[np.ndarray, "n 3"]
+    weight: Float[np.ndarray, "n wavelengths"]
+
+    def where(self, chosen: Bool[np.ndarray, " n"]) -> "_Paths":
+        return _Paths(*(a[chosen] for a in self))
 
 
 def guide_batch(
@@ -57,14 +71,26 @@ def guide_batch(
     enters = random.random(n) >= fresnel(-direction[:, 2], ratio)
     weight = np.ones((n, dots.n_wavelengths))
     found = np.zeros((shape[0] * shape[1], weight.shape[1]))
-    alive = tuple(a[enters] for a in (bins, position, direction, weight))
-    while len(alive[0]):
-        alive = _step(guide, dots, ratio, random, found, *alive)
+    paths = _Paths(bins, position, direction, weight).where(enters)
+    while len(paths.bins):
+        # All paths come to a dot before any goes on from there, because one call for many costs little more
+        # than one for a few.
+        arrived = []
+        while len(paths.bins):
+            paths, at_dots = _to_next_face(guide, ratio, random, found, paths)
+            arrived.append(at_dots)
+        paths = _Paths(*(np.concatenate(parts) for parts in zip(*arrived, strict=True)))
+        after = dots.visit(guide, paths.position_mm, paths.direction, random)
+        weight = paths.weight * after.weight
+        paths = _Paths(paths.bins, after.position_mm, after.direction, weight).where(after.goes_on)
     return (found / paths_per_bin).reshape(*shape, -1)
 
 
-def _step(guide, dots, ratio, random, found, bins, position, direction, weight):
-    """Paths after the next face; those that reach the lamp are counted."""
+def _to_next_face(
+    guide: Guide, ratio: float, random: np.random.Generator, found: Float[np.ndarray, "bins w"], paths: _Paths
+) -> tuple[_Paths, _Paths]:
+    """Paths that go on within the plate, and those on a dot; those that reach the lamp are counted."""
+    bins, position, direction, weight = paths
     sizes = np.array(guide.sizes_mm)
     n = len(bins)
     ahead = np.where(direction > 0, sizes, 0.0)
@@ -88,10 +114,4 @@ def _step(guide, dots, ratio, random, found, bins, position, direction, weight):
     stays = is_reflected & ~on_dot
     here = np.flatnonzero(stays)
     direction[here, axis[here]] *= -1
-    there = np.flatnonzero(on_dot)
-    if len(there):
-        after = dots.visit(guide, position[there], direction[there], random)
-        stays[there] = after.goes_on
-        position[there], direction[there] = after.position_mm, after.direction
-        weight[there] *= after.weight
-    return tuple(a[stays] for a in (bins, position, direction, weight))
+    return paths.where(stays), paths.where(on_dot)

@@ -43,8 +43,8 @@ class Effort:
     """
 
     batches: int = 8
-    paths: int = 40
-    hemisphere_paths: int = 10
+    paths: int = 60
+    hemisphere_paths: int = 15
     sheets: int = 4
     seed: int = 0
 
@@ -262,7 +262,7 @@ def render_guide(
     guide, effort = guide or Guide(), effort or Effort()
     if with_volume and ink.medium is None:
         raise InputRefusedError(
-            f"{ink.name}: cannot be rendered as a volume: {ink.why_no_volume} Render the sheet alone "
+            f"{ink.name}: cannot be rendered as a volume: {ink.why_no_volume} Or render the sheet alone "
             "(--no-volume)."
         )
     if len(ink.table.wavelength_nm) > 1:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxink.errors import InputRefusedError
 from jaxink.export.medium import Medium, medium_of
 from jaxink.fitting import FitResult, load_result
-from jaxink.ink.ink_layers import find_ink
+from jaxink.ink.ink_layers import InkLayers, find_ink
 from jaxink.ink.table import InkTable
 from jaxink.ink.tabulate import TableOptions, ink_table
 from jaxink.numerics.fingerprint import fingerprint
@@ -54,7 +54,8 @@ class RenderedInk:
         source: str | Path | FitResult | Sample,
         layers: Sequence[str] | None = None,
         inside: str | None = None,
-        called: str = "",
+        plate_index: float | None = None,
+        alone: bool = False,
     ) -> "RenderedInk":
         """The ink of a result, of the folder of a result or of a diagnosis, or of a sample or sample file.
 
@@ -64,31 +65,38 @@ class RenderedInk:
             Result, sample, or path.
         layers, inside
             As for `jaxink.ink.find_ink`.
-        called
-            Name for people; by default the path or the title.
+        plate_index
+            Refractive index of the plate that carries the ink in the scene, in optical contact; None: that of
+            the medium next to the ink in the sample.
+        alone
+            Whether to leave out effects that the sample declares, such as air between plate and ink, which a
+            better print does not have.
 
         Raises
         ------
         InputRefusedError
             If the ink is not clear, or has rough faces, whose lobes are narrower than the table.
         """
-        name = called or (str(source) if isinstance(source, str | Path) else "")
+        name = str(source) if isinstance(source, str | Path) else ""
         if isinstance(source, str | Path):
             path = Path(source)
             source = load_sample(path) if path.suffix == ".toml" and path.is_file() else load_result(path)
         sample = source if isinstance(source, Sample) else source.sample
-        table = ink_table(source, layers, options=TableOptions(inside=inside, accuracy=_ACCURACY))
-        if table.lobes is not None:
+        wavelengths = sample.wavelengths_nm
+        if not isinstance(source, Sample):
+            wavelengths = tuple(np.unique(source.data.wavelength_nm[source.data.used]).tolist())
+        if alone:
+            sample = dataclasses.replace(sample, effects=())
+        ink = find_ink(sample, layers, inside, plate_index)
+        if any(sample.layers[k].roughness for k in range(ink.first, ink.last + 1)):
             raise InputRefusedError(
                 f"{name or sample.title}: the ink has rough faces, whose lobes are narrower than the angles "
                 "of its table; a rendering needs smooth faces."
             )
-        try:
-            medium = medium_of(find_ink(sample, layers, inside), table.wavelength_nm.tolist())
-            why = ""
-        except InputRefusedError as problem:
-            medium, why = None, str(problem)
-        return cls(name or sample.title, table, medium, why)
+        options = TableOptions(inside=inside, index_inside=plate_index, accuracy=_ACCURACY)
+        # Of the sample, not of the result: a rendering has no use for standard errors.
+        table = ink_table(sample, layers, wavelengths or None, options=options)
+        return cls(name or sample.title, table, *_volume(ink, table))
 
     def describe(self) -> dict[str, Any]:
         """What is rendered, as plain data."""
@@ -107,3 +115,17 @@ class RenderedInk:
             "absorption_per_mm": medium.absorption_per_mm.tolist(),
             "g": medium.asymmetry.tolist(),
         }
+
+
+def _volume(ink: InkLayers, table: InkTable) -> tuple[Medium | None, str]:
+    """The medium, or why there is none."""
+    effects = table.attrs.get("effects_included")
+    if effects:
+        return None, (
+            f"its table contains the effects that the sample declares ({effects}), which a volume does not; "
+            "leave them out (--ink-alone)."
+        )
+    try:
+        return medium_of(ink, table.wavelength_nm.tolist()), ""
+    except InputRefusedError as problem:
+        return None, str(problem)
