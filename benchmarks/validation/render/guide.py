@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.pages import REPOSITORY
+from benchmarks.validation.render.one_dot import by_mitsuba, by_paths
 from jaxink.render import Effort, GuideRendering, RenderedInk, render_guide
 from jaxink.render.guide_figure import save_guide_figure
 
@@ -44,6 +45,24 @@ def numbers() -> dict:
             if case == "contact":
                 save_guide_figure(rendering, PICTURE)
             FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    if "dots" not in found:
+        found["dots"] = dots()
+        FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    return found
+
+
+def dots() -> dict:
+    """Share of diffuse light that returns from one dot, by our paths and by Mitsuba, with standard errors."""
+    found = {}
+    for name, file, alone in (("thin", "thin_ink.toml", False), ("contact", "corrected.toml", True)):
+        medium = RenderedInk.of(HERE / file, alone=alone).medium
+        for radius in (0.5, 1.5):
+            found[f"{name} {radius:g}"] = {
+                "thickness_um": medium.thickness_um,
+                "radius_mm": radius,
+                "paths": by_paths(medium, radius, 200_000, 1),
+                "mitsuba": by_mitsuba(medium, radius, 40_000, 1),
+            }
     return found
 
 
