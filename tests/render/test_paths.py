@@ -9,11 +9,12 @@ import pytest
 from jaxink.ink.hemispherical_totals import diffuse_totals
 from jaxink.ink.lobes import COMPONENTS
 from jaxink.optics.fresnel import fresnel_reflectance
-from jaxink.render import Guide
+from jaxink.render import Guide, RenderedInk
 from jaxink.render.dots import SheetDots, VolumeDots
 from jaxink.render.guide_paths import BINS, HEMISPHERE, NORMAL, guide_batch
 from jaxink.render.sheet_sampling import INSIDE, OUTSIDE, SheetSampler
 from jaxink.render.smooth_faces import fresnel, refracted
+from tests.render.inks import PRINTED
 
 N = 40_000
 
@@ -114,3 +115,22 @@ def test_without_dots_that_scatter_nothing_is_seen(ink):
     )
     seen = guide_batch(Guide(), SheetDots(SheetSampler(black)), HEMISPHERE, 5, np.random.default_rng(7))
     assert not seen.any()
+
+
+def test_weights_make_every_wavelength_right(tmp_path):
+    """Paths are drawn by the mean over the wavelengths, of which one is absorbed much more."""
+    text = PRINTED.replace("wavelength_nm = 550", "wavelength_nm = [450, 550]")
+    text = text.replace(
+        "absorption_per_mm = 4", "absorption_per_mm = { per_wavelength = true, value = [60, 4] }"
+    )
+    (tmp_path / "two.toml").write_text(text, encoding="utf-8")
+    table = RenderedInk.of(tmp_path / "two.toml").table
+    drawn = SheetSampler(table).scatter(INSIDE, np.full(N, np.deg2rad(50.0)), np.random.default_rng(8))
+    back = (drawn.goes_on & ~drawn.is_transmitted)[:, None]
+    seen = np.where(back, drawn.weight, 0.0)
+    c = COMPONENTS.index("R_II")
+    expected = [
+        np.interp(50.0, table.theta_deg, diffuse_totals(table)[c, w] + table.regular[c, w]) for w in (0, 1)
+    ]
+    assert expected[1] > 1.3 * expected[0]
+    assert np.allclose(seen.mean(axis=0), expected, atol=4 * seen.std(axis=0).max() / np.sqrt(N) + 0.003)
