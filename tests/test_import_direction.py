@@ -27,7 +27,7 @@ FLOORS = (
     ("fitting",),
     ("diagnosis", "ink", "planning"),
     ("export",),
-    ("plots",),
+    ("plots", "render"),
     ("report",),
     ("batches",),
     ("cli",),

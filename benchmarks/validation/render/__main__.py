@@ -1,4 +1,4 @@
-"""Write render.md: Mitsuba's volumetric plate against the solver.
+"""Write render.md: Mitsuba's volumetric plate against the solver, and the light guide.
 
 python -m benchmarks.validation.render
 """
@@ -11,6 +11,8 @@ import numpy as np
 
 from benchmarks.pages import table, write_page
 from benchmarks.validation.published.judgement import true_sample
+from benchmarks.validation.render.guide import numbers
+from benchmarks.validation.render.guide_section import guide_section
 from benchmarks.validation.render.plate import Plate, power
 from jaxink.export.medium import Medium, medium_of, short_forms
 from jaxink.export.volume import write_volume
@@ -74,8 +76,8 @@ def page(found: dict) -> str:
                 [f"`{name}`", side, theta, f"{solver:.5f}", f"{value:.5f} ± {error:.5f}"]
                 + [f"{100 * (value / solver - 1):+.2f} ± {100 * error / solver:.2f}"]
             )
-        for kind, numbers, r, t, rms in one["forms"]:
-            shown = ", ".join(f"{key} {value:.4g}" for key, value in numbers.items())
+        for kind, values, r, t, rms in one["forms"]:
+            shown = ", ".join(f"{key} {value:.4g}" for key, value in values.items())
             forms.append([f"`{name}`", kind, shown, *(f"{100 * v:.2f}" for v in (r, t, rms))])
     heads = ["ink", "side", "incidence, deg", "jaxink", "Mitsuba", "difference, %"]
     form_heads = ["ink", "form", "numbers", "R, % of incident", "T, % of incident", "BSDF, rms %"]
@@ -103,6 +105,8 @@ up to 75 degrees. A second lobe of Henyey and Greenstein gains nothing here: the
 these spheres is below g^2, and that of every mixture of such lobes with the same mean cosine is above it.
 
 {table(form_heads, forms)}
+
+{guide_section(numbers())}
 """
 
 

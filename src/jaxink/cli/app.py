@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from jaxink.cli.fit_commands import batch, diagnose, fit, plan
-from jaxink.cli.ink_commands import boundary, colour, export, predict
+from jaxink.cli.ink_commands import boundary, colour, export, predict, render
 from jaxink.cli.measurement_commands import convert, init
 from jaxink.cli.options import Debug, NoFigures, Quiet
 from jaxink.cli.session import draw_to_files, one_sentence, silence_xla
@@ -93,6 +93,7 @@ for command in (
     predict,
     colour,
     export,
+    render,
     boundary,
     demo,
     materials,

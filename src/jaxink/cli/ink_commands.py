@@ -1,4 +1,4 @@
-"""Commands that use a fitted ink: ``predict``, ``colour``, ``export``, ``boundary``."""
+"""Commands that use a fitted ink: ``predict``, ``colour``, ``export``, ``render``, ``boundary``."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -247,6 +247,78 @@ def export(
         }
         target = Target(format, out, choices, quiet, CommandLine("export", [source], given))
         raise typer.Exit(run_export(source, layer or (), sampling, target))
+
+
+def render(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="RESULT", help="Folder of a fit or of a diagnosis, or a sample file (.toml)."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the picture and the numbers.")],
+    scene: Annotated[
+        str, typer.Option(metavar="lightguide", help="Scene: an edge-lit plate with printed dots.")
+    ] = "lightguide",
+    uncorrected: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RESULT",
+            help="The same ink by a model that lacks something, such as the fit before a diagnosis; it is "
+            "rendered as a sheet beside the ink.",
+        ),
+    ] = None,
+    layer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Layer that is the ink; repeat the option for several layers."),
+    ] = None,
+    seen_from: Annotated[
+        str | None,
+        typer.Option("--from", metavar="LAYER", help="Layer that the ink is seen from, usually its plate."),
+    ] = None,
+    plate_index: Annotated[
+        float | None,
+        typer.Option(
+            metavar="N",
+            help="Refractive index of the plate, on which the ink is in optical contact; by default that of "
+            "the medium that it is seen from.",
+        ),
+    ] = None,
+    ink_alone: Annotated[
+        bool,
+        typer.Option(
+            "--ink-alone",
+            help="Leave out the effects of the sample, such as air between plate and ink.",
+        ),
+    ] = False,
+    volume: Annotated[
+        bool, typer.Option("--volume/--no-volume", help="Also trace every scattering within the ink.")
+    ] = True,
+    batches: Annotated[
+        int, typer.Option(metavar="N", help="Number of independent batches, for standard errors.")
+    ] = 8,
+    paths: Annotated[
+        int, typer.Option(metavar="N", help="Paths of a batch from each of the bins of the exit face.")
+    ] = 60,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print render.json instead of the tables.")] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Render a fitted ink in a scene; a stopped rendering goes on where it was."""
+    with one_sentence(debug):
+        from jaxink.cli.render import run_render
+
+        effort = {"batches": batches, "paths": paths, "seed": seed}
+        given = (
+            layer or (),
+            seen_from,
+            plate_index,
+            ink_alone,
+            uncorrected,
+            effort,
+            volume,
+            output_of(json, quiet),
+        )
+        raise typer.Exit(run_render(source, scene, out, *given))
 
 
 def boundary(

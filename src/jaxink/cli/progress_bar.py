@@ -3,6 +3,8 @@
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from jaxink.cli.progress_lines import far
+
 
 class ProgressBar:
     """Shows the task, how far it is, the misfit and the elapsed time; a `jaxink.numerics.progress.Progress`.
@@ -36,5 +38,4 @@ class ProgressBar:
     def __call__(self, what: str, step: int, misfit: float) -> None:
         """Show a step of a task."""
         self._bars.tasks[0].total = getattr(step, "total", None)
-        far = f"step {step}, misfit {misfit:.6g}"
-        self._bars.update(self._line, description=what, completed=int(step), far=far)
+        self._bars.update(self._line, description=what, completed=int(step), far=far(step, misfit))

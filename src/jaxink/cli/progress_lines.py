@@ -1,5 +1,6 @@
 """Progress as plain lines, for a log file or a continuous-integration job."""
 
+import math
 import re
 import threading
 import time
@@ -13,6 +14,11 @@ _FIRST_S = 10.0
 _SILENCE_S = 30.0
 # What stands between a kind of task and the effect or parameter of one of them.
 _BEFORE_NAME = re.compile(" with | of |, ")
+
+
+def far(step: int, misfit: float) -> str:
+    """How far a task is; a task without a misfit has nan."""
+    return f"step {step}" if math.isnan(misfit) else f"step {step}, misfit {misfit:.6g}"
 
 
 class ProgressLines:
@@ -56,7 +62,7 @@ class ProgressLines:
         with self._lock:
             is_new, self._kind, self._task = kind != self._kind, kind, what
             if is_new or self._clock() - self._written >= _BETWEEN_S:
-                self._write(f"{what}: step {step}, misfit {misfit:.6g}")
+                self._write(f"{what}: {far(step, misfit)}")
 
     def _write(self, text: str) -> None:
         self._written = self._clock()

@@ -13,14 +13,14 @@ from jaxink.colour.shown import colours_if_any, shown_colour
 from jaxink.colour.viewing import Illuminant, Viewing, read_card, read_illuminant
 
 __all__ = [
-    "GEOMETRIES",
-    "HIDING",
     "Arrangement",
     "Colour",
     "ColoursAtPoints",
     "Drawdown",
     "FittedColours",
+    "GEOMETRIES",
     "Geometry",
+    "HIDING",
     "Illuminant",
     "Known",
     "SampleSpectra",

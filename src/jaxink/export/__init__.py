@@ -3,16 +3,17 @@
 from jaxink.export.formats import FORMATS, refuse_expected, require_format, write, write_folder
 from jaxink.export.guide import warning_of
 from jaxink.export.limitations import LOSSES, ExportOptions, LossRefusedError
-from jaxink.export.medium import medium_of
+from jaxink.export.medium import Medium, medium_of
 from jaxink.export.preparation import least_bin_deg
 from jaxink.export.volume import VOLUME_FORMATS, write_volume
 
 __all__ = [
+    "ExportOptions",
     "FORMATS",
     "LOSSES",
-    "VOLUME_FORMATS",
-    "ExportOptions",
     "LossRefusedError",
+    "Medium",
+    "VOLUME_FORMATS",
     "least_bin_deg",
     "medium_of",
     "refuse_expected",

@@ -26,7 +26,8 @@ class StepOf(int):
         return f"{int(self)} of {self.total}"
 
 
-# Called with the name of the task, the step (a `StepOf` if it is known of how many), and the current misfit.
+# Called with the name of the task, the step (a `StepOf` if it is known of how many), and the current misfit
+# (nan of a task that has none).
 Progress = Callable[[str, int, float], None]
 _LOG = logging.getLogger("jaxink")
 

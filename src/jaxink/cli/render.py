@@ -1,0 +1,128 @@
+"""``jaxink render``."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from jaxink.cli import session
+from jaxink.cli.fit_tables import console
+from jaxink.cli.session import ExitCode
+from jaxink.errors import require_one_of
+from jaxink.files.encoding import json_text
+from jaxink.files.writing import require_folder, written_whole
+from jaxink.numerics.digits import with_uncertainty
+
+if TYPE_CHECKING:
+    from jaxink.render import GuideRendering
+
+SCENES = ("lightguide",)
+NUMBERS, PICTURE = "render.json", "lightguide.png"
+
+
+def run_render(
+    source: Path,
+    scene: str,
+    out: Path,
+    layers: Sequence[str],
+    inside: str | None,
+    plate_index: float | None,
+    alone: bool,
+    uncorrected: Path | None,
+    effort: dict[str, int],
+    with_volume: bool,
+    output: str,
+) -> ExitCode:
+    """Render the ink of a result, or of a sample file, in a scene.
+
+    Parameters
+    ----------
+    source, uncorrected
+        Folders of results or sample files; the second one of a model that lacks something.
+    scene
+        One of `SCENES`.
+    out
+        Folder of the numbers, the picture and the batches.
+    layers, inside, plate_index, alone
+        As for `jaxink.render.RenderedInk.of`, for the ink; the uncorrected one must be clear from its sample.
+    effort
+        Fields of `jaxink.render.lightguide.Effort`.
+    with_volume
+        Whether to render the volume.
+    output
+        ``tables``, ``json`` or ``quiet``.
+    """
+    require_one_of("--scene", scene, SCENES)
+    require_folder(out)
+    session.prepare_jax()
+    from jaxink.numerics.progress import log_progress
+    from jaxink.render import Effort, RenderedInk, render_guide, save_guide_figure
+
+    wanted = Effort(**effort)
+    ink = RenderedInk.of(source, list(layers) or None, inside, plate_index, alone)
+    other = None if uncorrected is None else RenderedInk.of(uncorrected, None, None, plate_index, alone)
+    try:
+        with session.progress(quiet=output != "tables") as follow:
+            found = render_guide(ink, out, None, other, wanted, with_volume, follow or log_progress)
+    except KeyboardInterrupt:
+        typer.echo("jaxink: the finished batches are kept; go on with the same command.", err=True)
+        raise
+    numbers = found.to_dict()
+    with written_whole(out / NUMBERS) as file:
+        file.write_text(json_text(numbers) + "\n", encoding="utf-8")
+    save_guide_figure(found, out / PICTURE)
+    if output == "json":
+        typer.echo(json_text(numbers))
+    elif output == "tables":
+        _show(found, out)
+    return ExitCode.FITTED
+
+
+def _show(found: "GuideRendering", out: Path) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    to = console()
+    to.print(f"Light guide: {found.guide.words}.", soft_wrap=True)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("")
+    for light in found.lights:
+        table.add_column(light.name, justify="right", no_wrap=True)
+    for label, of in _ROWS.items():
+        each = [of(light) for light in found.lights]
+        if any(cells is not None for cells in each):
+            table.add_row(label, *("" if cell is None else _cell(cell) for cell in each))
+    to.print(table)
+    for name, against in (("sheet", "volume"), ("uncorrected", "sheet")):
+        ratio = found.relative(name, against)
+        if ratio is not None:
+            mean, columns = ratio
+            worst = max(range(len(columns.value)), key=lambda k: abs(columns.value[k]))
+            to.print(
+                f"Luminance, {name} against {against}: {100 * mean.value:+.2f} ± {100 * mean.error:.2f} %; "
+                f"of a column at most {100 * columns.value[worst]:+.1f} ± "
+                f"{100 * columns.error[worst]:.1f} %, at {found.guide.columns_mm[worst]:g} mm.",
+                soft_wrap=True,
+            )
+    to.print(f"\nWritten: {out / PICTURE}, {out / NUMBERS}.", soft_wrap=True)
+
+
+_ROWS: dict[str, Any] = {
+    "luminance / that of the lamp": lambda light: light.mean_luminance,
+    "flux out / flux in": lambda light: light.efficiency,
+    "least / largest column": lambda light: light.uniformity,
+    "least / largest of nine points": lambda light: light.nine_points,
+    "x, far less near": lambda light: _part(light.colour_shift, 0),
+    "y, far less near": lambda light: _part(light.colour_shift, 1),
+}
+
+
+def _part(estimate, k: int):
+    return None if estimate is None else type(estimate)(estimate.value[k], estimate.error[k])
+
+
+def _cell(estimate) -> str:
+    error = float(estimate.error)
+    return with_uncertainty(float(estimate.value), error if math.isfinite(error) else None)

@@ -1,0 +1,53 @@
+"""``jaxink render``."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from jaxink.cli.app import app
+from tests.render.inks import PRINTED
+
+FEW = "--batches", "2", "--paths", "1", "--no-volume"
+
+
+@pytest.fixture
+def run(monkeypatch, tmp_path):
+    monkeypatch.setattr("jaxink.cli.session.prepare_jax", lambda: None)
+    (tmp_path / "ink.toml").write_text(PRINTED, encoding="utf-8")
+
+    def of(*words, source="ink.toml"):
+        given = ["render", str(tmp_path / source), "--out", str(tmp_path / "out"), *map(str, words)]
+        return CliRunner().invoke(app, given)
+
+    return of
+
+
+def test_numbers_and_picture_are_written(run, tmp_path):
+    done = run(*FEW)
+    assert done.exit_code == 0, done.output
+    assert "flux out / flux in" in done.stdout
+    numbers = json.loads((tmp_path / "out" / "render.json").read_text())
+    assert numbers["guide"]["dots"] >= 200
+    flux = numbers["lights"]["sheet"]["flux_out_over_flux_in"]
+    assert 0.1 < flux["value"] < 0.6
+    assert (tmp_path / "out" / "lightguide.png").exists()
+    # The same command again takes the batches that are there.
+    before = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out" / "batches").iterdir()}
+    again = run(*FEW, "--json")
+    assert json.loads(again.stdout) == numbers
+    assert before == {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out" / "batches").iterdir()}
+
+
+def test_wrong_options(run, told, tmp_path):
+    (tmp_path / "clear.toml").write_text(PRINTED[: PRINTED.rindex("[[layers]]")], encoding="utf-8")
+    for words, source, named in (
+        (("--scene", "moon"), "ink.toml", "--scene"),
+        (("--batches", "1"), "ink.toml", "batches"),
+        (("--layer", "plate"), "ink.toml", "plate"),
+        (FEW, "clear.toml", "clear.toml"),
+        (FEW, "none", "none"),
+    ):
+        done = run(*words, source=source)
+        assert done.exit_code == 5, done.output
+        told(done.stderr, named)
