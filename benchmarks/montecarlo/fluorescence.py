@@ -65,7 +65,7 @@ def emitted(sample, absorbed, number, n_photons, seed=0, detectors=None, ring_ed
     n_photons
         Incident photons of that simulation.
     seed, detectors, ring_edges
-        As of `simulate`.
+        See `simulate`.
 
     Returns
     -------

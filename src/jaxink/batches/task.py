@@ -29,9 +29,9 @@ class MeasurementTask:
     paths, contents
         Its files, and what is in them.
     sample
-        As of `sample_to_dict`.
+        See `sample_to_dict`.
     work, fit, diagnosis, reading, with_figures, checks_input
-        As of `Plan`.
+        See `Plan`.
     inputs
         Digests of all this.
     """

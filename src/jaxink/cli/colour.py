@@ -63,7 +63,7 @@ def run_colour(
     source
         Folder of the fit.
     geometries
-        As of `jaxink.colour.Geometry`; empty: the usual ones.
+        See `jaxink.colour.Geometry`; empty: the usual ones.
     illuminant
         Name of a standard illuminant, or a CSV file.
     observer_deg

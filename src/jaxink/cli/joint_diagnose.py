@@ -26,7 +26,7 @@ def require_searches_in_one_go(choices: dict[str, Any], is_resumed: bool) -> Non
 def run_joint_diagnose(
     project_file: Path, out: Path, choices: dict[str, Any], accuracy: float, with_figures: bool, output: str
 ) -> ExitCode:
-    """Diagnose a project and write the report to the folder ``out``; parameters as of `run_diagnose`."""
+    """Diagnose a project and write the report to the folder ``out``; parameters as for `run_diagnose`."""
     require_folder(out)
     project = jaxink.load_project(project_file)
     require_not_replaced(out, [project_file])

@@ -46,7 +46,7 @@ def require_project_alone(files: Sequence[Path], columns: dict[str, Any], sample
 def run_joint_fit(
     project_file: Path, out: Path, options: dict[str, Any], formats: Sequence[str], output: str
 ) -> ExitCode:
-    """Fit a project and write the result to the folder ``out``; other parameters as of `run_fit`."""
+    """Fit a project and write the result to the folder ``out``; other parameters as for `run_fit`."""
     require_folder(out)
     project = jaxink.load_project(project_file)
     require_not_replaced(out, [project_file])

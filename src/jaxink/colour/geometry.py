@@ -37,7 +37,7 @@ class Geometry:
     quantity
         Name of `jaxink.measurement.readings.QUANTITIES`; None for a pair of directions through the sample.
     theta_i_deg, theta_o_deg, phi_deg
-        Angles as of `jaxink.GonioData`; nan for a hemisphere.
+        Angles as in `jaxink.GonioData`; nan for a hemisphere.
     """
 
     name: str

@@ -155,7 +155,7 @@ def drawdown(
     thickness_um
         Thicknesses above 0, ascending.
     geometry, illuminant, observer_deg
-        As of `jaxink.colour.fitted_colours`.
+        See `jaxink.colour.fitted_colours`.
     cards
         Reflectance of the black and of the white card.
     arrangement

@@ -52,11 +52,11 @@ class AugmentedModel(eqx.Module):
     config
         Resolution of the solver; None: that of `ForwardModel.sizes` for the accuracy.
     accuracy, layer_method
-        As of `ForwardModel`.
+        See `ForwardModel`.
     """
 
     __repr__ = brief_repr
-    # As of `ForwardModel`.
+    # See `ForwardModel`.
     __hash__ = object.__hash__
 
     main: ForwardModel
@@ -137,16 +137,16 @@ class AugmentedModel(eqx.Module):
 
     @property
     def wavelength_of_point_nm(self) -> Float[np.ndarray, " points"]:
-        """As of `ForwardModel`."""
+        """See `ForwardModel`."""
         return self.scene.wavelength_nm
 
     @property
     def n_stacks(self) -> int:
-        """As of `ForwardModel`, of all models together."""
+        """See `ForwardModel`; of all models together."""
         return self.main.n_stacks + sum(model.n_stacks for _, model in self.others)
 
     def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
-        """As of `ForwardModel`; none if an effect mixes wavelengths, or one of a user's own might."""
+        """See `ForwardModel`; none if an effect mixes wavelengths, or one of a user's own might."""
         if any(self.emissions):
             return {}
         kinds = ReadingEffect | AreaWithOtherValues | UnevenSurface
@@ -158,15 +158,15 @@ class AugmentedModel(eqx.Module):
         return {name: wave for name, wave in found[0].items() if all(name in each for each in found)}
 
     def sizes(self, values, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"):
-        """As of `ForwardModel`."""
+        """See `ForwardModel`."""
         return self.main.sizes(values, accuracy, layer_method)
 
     def coefficients(self, values) -> dict[str, LayerCoefficients]:
-        """As of `ForwardModel`."""
+        """See `ForwardModel`."""
         return self.main.coefficients(values)
 
     def polarised_excess(self, values: Mapping | None = None) -> Float[Array, " points"]:
-        """As of `ForwardModel`, of the sample with the effects that change it, not those of its areas."""
+        """See `ForwardModel`; of the sample with the effects that change it, not those of its areas."""
         return self.main.polarised_excess(values)[: len(self.scene)]
 
     def bsdf(self, values: Mapping | None = None) -> Float[Array, " points"]:
@@ -252,7 +252,7 @@ def forward_model(
     data
         Its directions, sides, wavelengths and rows are used.
     config, accuracy, layer_method
-        As of `ForwardModel`.
+        See `ForwardModel`.
 
     Raises
     ------
@@ -270,7 +270,7 @@ def model_at(
     accuracy: float = DEFAULT_ACCURACY,
     layer_method: str = "fastest",
 ) -> ForwardModel | AugmentedModel:
-    """As `forward_model`, for columns as of `GonioData.directions` and the row of each point."""
+    """As `forward_model`, for columns as in `GonioData.directions` and the row of each point."""
     if not sample.effects:
         return ForwardModel(sample, *directions, config, accuracy, layer_method)
     return AugmentedModel(sample, (), Scene.of(*directions, row=row), config, accuracy, layer_method)

@@ -38,7 +38,7 @@ class Hemisphere(eqx.Module):
 
     @classmethod
     def beside(cls, columns: tuple[np.ndarray, ...], waves: tuple[float, ...]) -> "Hemisphere":
-        """For wanted directions: polar angles, azimuth and wavelength, as of `Scene.all_directions`."""
+        """For wanted directions: polar angles, azimuth and wavelength, as in `Scene.all_directions`."""
         theta_i, theta_o, phi, wavelength, _ = columns
         # The facets that are seen at 90 degrees have no area.
         theta = np.minimum([theta_i, theta_o], 89.9)

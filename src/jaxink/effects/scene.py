@@ -36,7 +36,7 @@ class Scene(eqx.Module):
     Parameters
     ----------
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
-        As of `GonioData`, used points only.
+        See `GonioData`; used points only.
     row
         Row of each point in its file, as the time at which it was measured.
     signed_deg

@@ -198,7 +198,7 @@ def readings_result(
     objective: Objective,
     found: Found,
 ) -> ReadingsResult:
-    """Readings as a joint fit predicts them; parameters as of `assemble`."""
+    """Readings as a joint fit predicts them; parameters as for `assemble`."""
     predicted = found.best.predicted
     return ReadingsResult(
         sample=_with_values(sample, objective, found.best),

@@ -69,7 +69,7 @@ def minima_of(
     best
         The lowest search, at the final resolution; a later form of one of the endings.
     scale
-        As of `noise_scale`.
+        See `noise_scale`.
     named
         Free parameters by name from unit variables.
     """

@@ -43,7 +43,7 @@ def predict_left_out(
     Raises
     ------
     NotFiniteError
-        As of `fit_near`.
+        See `fit_near`.
     """
     objective = objective_of(result)
     with computing():
@@ -90,7 +90,7 @@ def fit_near(
     end
         Where the objective of all of them has been linearised, a minimum as a rule.
     held, max_jacobians, decrement
-        As of `GradientSearch.run`.
+        See `GradientSearch.run`.
 
     Raises
     ------

@@ -54,7 +54,7 @@ def colours_of_fit(
     known
         Result of `known_of_fit`.
     geometries, illuminant, observer_deg, arrangement
-        As of `fitted_colours`.
+        See `fitted_colours`.
     """
     wave = wavelengths_of(sample, np.unique(data.wavelength_nm[data.used]).tolist())
     at_points: ColoursAtPoints | None = None

@@ -20,7 +20,7 @@ from jaxink.fitting.stepped_search import descend, is_prepared, prepare
 from jaxink.fitting.watched import LimitReached, WatchedObjective
 from jaxink.numerics.threads import in_threads
 
-# As of `DECREMENT`, of a search that only prepares another one.
+# See `DECREMENT`; for a search that only prepares another one.
 _ROUGH_DECREMENT = 0.1
 
 

@@ -40,7 +40,7 @@ class JointObjective:
     free
         Names of the free parameters in the project.
     prior_weights, prior_mean, prior_deviation
-        As of `Objective`.
+        See `Objective`.
     """
 
     __repr__ = brief_repr
@@ -73,7 +73,7 @@ class JointObjective:
         noises
             Noise of each.
         kind, accuracy, layer_method
-            As of `make_objective`.
+            See `make_objective`.
         resolutions
             Of the solver for each measurement; None to choose them for the accuracy.
         """

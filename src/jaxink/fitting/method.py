@@ -27,7 +27,7 @@ class Method(abc.ABC):
     seed
         Of random numbers, for a method that draws them.
     decrement
-        As of `jaxink.fitting.bounded.DECREMENT`, for the test of the first-order conditions.
+        See `jaxink.fitting.bounded.DECREMENT`, for the test of the first-order conditions.
     """
 
     name: ClassVar[str]

@@ -267,7 +267,7 @@ def make_objective(
     noise
         Noise; None for that of `jaxink.measurement.noise_of`.
     accuracy, layer_method
-        As of `ForwardModel`.
+        See `ForwardModel`.
 
     Raises
     ------
@@ -344,7 +344,7 @@ def compose(
     model
         Predicts the used points.
     data, sample, noise
-        As of `make_objective`; priors are those of the sample's free parameters, which come first.
+        See `make_objective`; priors are those of the sample's free parameters, which come first.
     constants
         Values by name of the parameters that the variables do not stand for.
     **fields

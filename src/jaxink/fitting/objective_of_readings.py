@@ -45,7 +45,7 @@ def readings_objective(
     noise
         Noise of the readings at the wavelengths of the sample; None for that of `noise_of_readings`.
     accuracy, layer_method
-        As of `ReadingsModel`.
+        See `ReadingsModel`.
 
     Returns
     -------

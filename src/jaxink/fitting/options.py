@@ -49,7 +49,7 @@ class FitOptions:
         Largest relative error of the BSDF due to the discretisation. The resolution is chosen for it at the
         start, and again at the solution; if that requires a higher one, the fit continues with it.
     layer_method
-        As of `SolverConfig`.
+        See `SolverConfig`.
     config
         Resolution of the solver, instead of that for the accuracy.
     """

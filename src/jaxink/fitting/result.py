@@ -406,7 +406,7 @@ class FitResult(SavedInFolder, Presented):
         return forward_model(self.sample, at, self.config)
 
     def predict(self, data: GonioData | None = None) -> np.ndarray:
-        """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as of `forward_model`."""
+        """Predicted BSDF with the fitted values, 1/sr, shape ``(points,)``; `data` as in `forward_model`."""
         return evaluate(self.forward_model(data))
 
     def colour(
@@ -416,7 +416,7 @@ class FitResult(SavedInFolder, Presented):
         observer_deg: int = 2,
         arrangement: Arrangement | None = None,
     ) -> FittedColours:
-        """CIE colours of the fitted ink; arguments as of `jaxink.colour.fitted_colours`."""
+        """CIE colours of the fitted ink; arguments as for `jaxink.colour.fitted_colours`."""
         known = known_of_fit(self.parameters, self.covariance, self.verdict.standard_errors_hold)
         seen = geometries, illuminant, observer_deg, arrangement
         return colours_of_fit(self.sample, self.data, self.predicted_per_sr, known, *seen)

@@ -72,7 +72,7 @@ class SearchState(eqx.Module):
     proposal
         Where to evaluate next.
     proposed
-        As of `Proposed`.
+        See `Proposed`.
     here
         The point of the search: the last one accepted.
     earlier
@@ -92,7 +92,7 @@ class SearchState(eqx.Module):
     decrement
         At the point of the search.
     taken, status
-        As of `Taken`, after the last evaluation, and of `Status`.
+        See `Taken`, after the last evaluation, and `Status`.
     """
 
     box: Box
@@ -133,7 +133,7 @@ def begun(
     box
         The bounds.
     relative, absolute
-        As of `SearchState`.
+        See `SearchState`.
     damping
         Of the first step.
     """

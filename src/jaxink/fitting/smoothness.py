@@ -78,7 +78,7 @@ def choose_smoothness(result: FitResult, factors: Sequence[float] = FACTORS) -> 
         If no free quantity has a smoothness, there are fewer than four wavelengths, or a factor is not
         positive.
     NotFiniteError
-        As of `jaxink.fitting.exclusion.fit_near`.
+        See `jaxink.fitting.exclusion.fit_near`.
 
     References
     ----------

@@ -56,7 +56,7 @@ def descend(
     lower, upper
         The box; equal entries hold a variable fixed.
     decrement
-        As of `DECREMENT`.
+        See `DECREMENT`.
     follow
         Called after each trial point.
     damping

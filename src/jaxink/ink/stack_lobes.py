@@ -60,7 +60,7 @@ def one_facet_lobes(
     index: tuple[np.ndarray, np.ndarray],
     grazing_deg: float,
 ) -> FacetLobes:
-    """Lobes of a boundary of facets alone; parameters as of `FacetLobes`, one density for all wavelengths."""
+    """Lobes of a boundary of facets alone; parameters: see `FacetLobes`, one density for all wavelengths."""
     reach = np.linspace(0, np.arcsinh(float(density.largest_slope / density.scale)), _N_SLOPES)
     slope = float(density.scale) * np.sinh(reach)
     # Nothing passes at 90 degrees; `FacetLobes` interpolates between the angles and this one.

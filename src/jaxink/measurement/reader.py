@@ -320,7 +320,7 @@ def read_csv(
 
 
 def read_workbook(path: str | Path, *, sheet: Wanted | None = None, **overrides: Any) -> GonioData:
-    """Read a table as of `read_csv` from a sheet of a workbook, or from several, which are joined.
+    """Read a table as in `read_csv` from a sheet of a workbook, or from several, which are joined.
 
     Parameters
     ----------

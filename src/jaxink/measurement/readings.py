@@ -67,7 +67,7 @@ class Readings(Presented):
         Polar angles of illumination and of detection, 0 to below 90 degrees; nan for a hemisphere, and for
         regular light that of detection.
     phi_deg
-        Azimuth as of `GonioData`; nan unless both polar angles are given.
+        Azimuth as in `GonioData`; nan unless both polar angles are given.
     wavelength_nm
         Wavelength in vacuum.
     value

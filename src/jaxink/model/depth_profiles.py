@@ -80,7 +80,7 @@ def profiles_at(stack, plan, config, builder, values, wavelength_nm, directions:
     Parameters
     ----------
     stack, plan, config
-        As of `diffuse_bsdf`.
+        See `diffuse_bsdf`.
     builder, values, wavelength_nm
         Of the stack.
     directions

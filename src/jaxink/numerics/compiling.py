@@ -61,7 +61,7 @@ def jit_unoptimised(
     """`jax.jit` with a low level of optimisation, for a function that runs a few times.
 
     The result is not for use within other compiled functions. With a key, its traced form is stored; `key`
-    and `calls` are as of `stored_jit`.
+    and `calls` are as in `stored_jit`.
     """
     return stored_jit(function, key, _options(level), calls)
 
@@ -76,7 +76,7 @@ class Tiered:
     runs
         Number of runs after which full optimisation pays off.
     key, calls
-        As of `stored_jit`: with a key, the traced form of the function is stored.
+        See `stored_jit`: with a key, the traced form of the function is stored.
     level
         Level of optimisation at first.
     """

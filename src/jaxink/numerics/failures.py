@@ -86,7 +86,7 @@ class Failures:
         items
             The items.
         part, name_of
-            As of `sparing`, for one item.
+            See `sparing`, for one item.
         """
         try:
             return work(items)

@@ -30,7 +30,7 @@ def difference_from_miepython(
     Parameters
     ----------
     size_parameters, relative_indices, max_size_parameter
-        As of `mie_sphere`.
+        See `mie_sphere`.
 
     References
     ----------

@@ -193,7 +193,7 @@ def save_figures(
     formats
         Any of ``png``, ``pdf`` and ``svg``.
     wavelengths_nm
-        As of `figures`.
+        See `figures`.
 
     Raises
     ------

@@ -73,7 +73,7 @@ def scan_views(result: "FitResult", wavelength_nm: float, side: str) -> list[Sca
 
 
 def drawn_residual(result: "FitResult") -> np.ndarray:
-    """Residual of each used point beside its curve, as of `ScanView`; unlike the whitened one, by point."""
+    """Residual of each used point beside its curve, as in `ScanView`; unlike the whitened one, by point."""
     if result.whitened is None:
         return 100 * (result.data.bsdf_per_sr[result.data.used] / result.predicted_per_sr - 1)
     return in_sigma(result.data, result.predicted_per_sr, result.sigma_per_sr)

@@ -113,7 +113,7 @@ class VolumeDots:
         return np.interp(np.linspace(0, 1, _QUANTILES), cumulated / cumulated[-1], cosine)
 
     def visit(self, guide: Guide, position_mm, direction, random) -> AfterDot:
-        """As of `SheetDots`."""
+        """See `SheetDots`."""
         walk = _Walk(self, guide, position_mm, direction, random)
         while len(walk.paths):
             walk.step()

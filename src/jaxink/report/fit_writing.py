@@ -41,11 +41,11 @@ def write_fit_page(
     formats
         Of the figures: any of ``png``, ``pdf`` and ``svg``; empty: neither figures nor a picture.
     inputs
-        Words of a command for the measurement, as of `next_steps`.
+        Words of a command for the measurement, as in `next_steps`.
     sample_file
         The sample file of the fit, for the commands on the page; empty: that of the result.
     wavelengths_nm
-        Whose scans are drawn, as of `jaxink.plots.figures`.
+        Whose scans are drawn, as in `jaxink.plots.figures`.
     failures
         Takes note of figures that fail; None: they are logged. The page names them.
 

@@ -43,7 +43,7 @@ def write_joint_page(
     folder
         That of the saved result; the pages of measurements are written to their folders in it.
     formats
-        Of the figures, as of `write_fit_page`.
+        Of the figures, as in `write_fit_page`.
     failures
         Takes note of what fails; None: it is only named on the pages.
 

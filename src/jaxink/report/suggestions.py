@@ -81,7 +81,7 @@ def fit_next_steps(
     folder
         Folder of its result.
     inputs
-        As of `next_steps`.
+        See `next_steps`.
     sample_file
         The sample file of the fit; empty: that of the result.
     """

@@ -77,7 +77,7 @@ def write_report(
     with_figures
         Whether to draw figures.
     inputs
-        As of `next_steps`.
+        See `next_steps`.
     change
         What `inside_change` returns, if it is known already.
     failures

@@ -22,7 +22,7 @@ class ResidualPoints:
     Parameters
     ----------
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
-        As of `jaxink.GonioData`.
+        See `jaxink.GonioData`.
     scan
         Number of the scan of each point.
     relative

@@ -90,7 +90,7 @@ def read_map(given: Any, pitch: Any, where: str, folder: Path) -> tuple[Real[np.
     Returns
     -------
     tuple
-        As of `read_heights` and `read_pitch`.
+        See `read_heights` and `read_pitch`.
 
     Raises
     ------

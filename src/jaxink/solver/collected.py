@@ -24,7 +24,7 @@ class CollectedLight(NamedTuple):
     bsdf
         Diffuse BSDF of the pairs of directions, 1/sr.
     reflectance, transmittance
-        Directional-hemispherical, regular light included, as of `hemispherical_power`.
+        Directional-hemispherical, regular light included, as in `hemispherical_power`.
     seen_through
         Radiance behind, regular light included, over that of uniformly diffuse light in front.
     front, front_alone, back

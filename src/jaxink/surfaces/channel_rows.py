@@ -12,7 +12,7 @@ from jaxink.optics import ChannelGrid, propagating_cosine
 def block_polynomials(
     grid: ChannelGrid, block: int, kappa: Float[Array, "*samples"]
 ) -> Float[Array, "nodes *samples"]:
-    """Chebyshev polynomials in the cosine of a block, at samples in it, as of `node_coefficients`."""
+    """Chebyshev polynomials in the cosine of a block, at samples in it, as in `node_coefficients`."""
     reference, end, start = (cosine[block] for cosine in grid.block_cosines)
     width = start - end
     cosine = propagating_cosine(1 - (kappa / reference) ** 2)

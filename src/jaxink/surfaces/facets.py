@@ -206,7 +206,7 @@ def mean_transmittance(
     index_there: Float[Array, ""],
     density: SlopeDensity,
 ) -> Float[Array, " receivers"]:
-    """Fresnel transmittance averaged over the visible facets by a coarse rule; arguments as of `views`.
+    """Fresnel transmittance averaged over the visible facets by a coarse rule; arguments as for `views`.
 
     The cosine is 0 or more; for 0 the result is 1.
     """

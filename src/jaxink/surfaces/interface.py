@@ -214,7 +214,7 @@ class FacetResponse(eqx.Module):
     step
         One more meeting, between the coarse channels of the four hemispheres.
     coarse_areas
-        As of ``areas``, along the coarse channels.
+        See ``areas``, along the coarse channels.
     """
 
     one: RoughResponse

@@ -58,7 +58,7 @@ def transmitted_lobe(
 ) -> Float[Array, " points"]:
     """BTDF of refraction by one facet over the squared index of the exit side, times both projected areas.
 
-    Parameters as of `reflected_lobe`, each cosine in its own medium. The result, basic radiance per
+    Parameters as for `reflected_lobe`, each cosine in its own medium. The result, basic radiance per
     irradiance in 1/sr, is 0 if no facet refracts light so far, and between equal media.
 
     References

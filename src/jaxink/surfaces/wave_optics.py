@@ -141,7 +141,7 @@ def scattered_bsdf(
     is `perturbation_factor` times the PSD; for A sigma >> 1 it is the lobe of facets with the spectrum's
     slope variance. Values below about 1e-10 of a lobe's peak are rounding errors.
 
-    Parameters as of `perturbation_factor`; several azimuths for each pair of polar angles cost little. The
+    Parameters as for `perturbation_factor`; several azimuths for each pair of polar angles cost little. The
     result is differentiable in the fields of the surface.
 
     References

@@ -287,7 +287,7 @@ def undetermined_parameters(stage: Stage, shifts: dict[str, float | None]) -> tu
 
 
 def shape_of(stage: Stage, structured: float | None = None) -> ResidualShape:
-    """Shape of a stage's residual, orthogonal to its free parameters; `structured` as of `residual_shape`."""
+    """Shape of a stage's residual, orthogonal to its free parameters; `structured` as in `residual_shape`."""
     return residual_shape(residual_points(stage), stage.projection.basis, structured)
 
 

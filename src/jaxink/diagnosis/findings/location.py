@@ -68,7 +68,7 @@ def locate(
     Parameters
     ----------
     residual, jacobian, points, at_bound, options
-        As of `find_structure`.
+        See `find_structure`.
     policy
         Thresholds for the description.
     """

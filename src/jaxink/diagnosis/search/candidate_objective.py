@@ -293,7 +293,7 @@ class CandidateObjective:
         measured
             Values to fit instead of the measured ones, 1/sr.
         max_jacobians, decrement
-            As of `fit`.
+            See `fit`.
         """
         objective, end, free = start
         if left_out is not None:

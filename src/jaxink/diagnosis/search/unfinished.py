@@ -51,7 +51,7 @@ class Unfinished:
     folder
         Created by the first piece; `clear` removes it once the result is saved.
     data, sample, options
-        As of `diagnose`; another time limit makes no difference.
+        See `diagnose`; another time limit makes no difference.
 
     Attributes
     ----------

@@ -70,7 +70,7 @@ def smooth_part(
     Parameters
     ----------
     residual, jacobian, points, at_bound, options
-        As of `find_structure`.
+        See `find_structure`.
 
     References
     ----------
@@ -121,7 +121,7 @@ def misfit_deviation(
     smooth
         The process found in the residual.
     jacobian, points, at_bound
-        As of `find_structure`.
+        See `find_structure`.
 
     References
     ----------

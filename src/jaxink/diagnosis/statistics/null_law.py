@@ -74,7 +74,7 @@ class NullLaw:
     sign
         +1 or -1 if the strength has one sign, 0 otherwise.
     links
-        As of `tree_links`.
+        See `tree_links`.
     draws
         T of the bootstrap, ascending; empty if the law is exact (one inner value, no parameter at a bound):
         the mixture 0.5 chi2_0 + 0.5 chi2_1 for one sign, chi2_1 for both.

@@ -26,7 +26,7 @@ class Points:
     scan
         Number of the scan (one side, incidence and wavelength) of each point, from 0 to scans - 1.
     theta_i_deg, theta_o_deg, phi_deg, wavelength_nm, is_transmission
-        As of `GonioData`.
+        See `GonioData`.
     order
         When each point was measured, in any unit.
     """

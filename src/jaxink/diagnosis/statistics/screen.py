@@ -161,7 +161,7 @@ class _View:
 
 @dataclass(frozen=True)
 class PValues:
-    """Significance of all candidates in many residuals, as of `ScreenedCandidate`; nan if not testable."""
+    """Significance of all candidates in many residuals, as in `ScreenedCandidate`; nan if not testable."""
 
     raw: Float[np.ndarray, "sets candidates"]
     adjusted: Float[np.ndarray, "sets candidates"]
@@ -343,12 +343,12 @@ def screen(
     residual
         Whitened measured minus predicted at the minimum, followed by the rows of priors.
     jacobian, candidates, at_bound, options, policy
-        As of `prepare_screen`.
+        See `prepare_screen`.
 
     Raises
     ------
     InputRefusedError
-        As of `prepare_screen`, or the residual is not finite.
+        See `prepare_screen`, or the residual is not finite.
 
     References
     ----------

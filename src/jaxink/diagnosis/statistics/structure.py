@@ -348,7 +348,7 @@ def prepare_structure(
     Parameters
     ----------
     jacobian, at_bound
-        As of `prepare_screen`.
+        See `prepare_screen`.
     points
         Settings of the points; further rows of the Jacobian belong to priors.
     options
@@ -394,7 +394,7 @@ def find_structure(
     residual
         Whitened measured minus predicted at the minimum: the points, then the rows of priors.
     jacobian, points, at_bound, options, policy
-        As of `prepare_structure`.
+        See `prepare_structure`.
     """
     prepared = prepare_structure(jacobian, points, at_bound=at_bound, options=options, policy=policy)
     return prepared.find(residual)

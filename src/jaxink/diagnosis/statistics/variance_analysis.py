@@ -137,7 +137,7 @@ def level_means(
 def division_p(
     labels: Int[np.ndarray, " points"], projection: Projection, left: Float[np.ndarray, " rows"]
 ) -> float:
-    """Probability that noise alone follows a division this closely; arguments as of `factors_of`."""
+    """Probability that noise alone follows a division this closely; arguments as for `factors_of`."""
     indicators = (labels[:, None] == np.arange(labels.max() + 1)).astype(float)
     padded = np.zeros((left.size, indicators.shape[1]))
     padded[: labels.size] = indicators
