@@ -3,7 +3,7 @@
 import pytest
 
 from jaxink.cli.answers import quantity, word
-from jaxink.sample.draft import ORDERS, PHASE_FUNCTIONS
+from jaxink.sample.draft import DRAFTED_PHASE_FUNCTIONS, ORDERS
 
 
 @pytest.mark.parametrize(
@@ -58,10 +58,10 @@ def test_what_is_none(name, text, refused):
         (" Plate,Ink ", ORDERS, "plate,ink"),
         ("ink", ORDERS, "ink"),
         ("2", ORDERS, "ink,plate"),
-        ("hg", PHASE_FUNCTIONS, "henyey_greenstein"),
-        ("Henyey-Greenstein", PHASE_FUNCTIONS, "henyey_greenstein"),
-        ("MIE", PHASE_FUNCTIONS, "mie"),
-        ("two term", PHASE_FUNCTIONS, "two_term_henyey_greenstein"),
+        ("hg", DRAFTED_PHASE_FUNCTIONS, "henyey_greenstein"),
+        ("Henyey-Greenstein", DRAFTED_PHASE_FUNCTIONS, "henyey_greenstein"),
+        ("MIE", DRAFTED_PHASE_FUNCTIONS, "mie"),
+        ("two term", DRAFTED_PHASE_FUNCTIONS, "two_term_henyey_greenstein"),
     ],
 )
 def test_words_are_meant_whatever_their_spelling(text, words, meant):

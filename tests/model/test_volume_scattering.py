@@ -1,5 +1,7 @@
 """From a sample file to the optics of its layers, to the prediction, and back by a fit."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,10 @@ from jaxink import ForwardModel, SolverConfig, parse_sample
 from jaxink.fitting import FitOptions
 from jaxink.model.size_classes import MieSizes, mie_sizes
 from jaxink.model.volume import volume_scattering
+from jaxink.particles import PHASE_FUNCTIONS
 from jaxink.particles.mie import MieSphere, mie_coefficients
 from jaxink.particles.structure_factor import InterferingPhaseFunction
+from jaxink.sample import schema
 
 PLATE = """\
 schema_version = 1
@@ -209,3 +213,14 @@ def test_a_tabulated_phase_function_that_is_none_is_refused_before_anything_is_c
     sample = parse_sample(f"schema_version = 1\n{text}scattering_per_mm = 50\nabsorption_per_mm = 0.1\n")
     with refused(named):
         ForwardModel(sample, [0.0], [10.0], [180.0], [WAVELENGTH], [False], COARSE)
+
+
+def test_numbers_of_a_sample_file_are_the_fields_of_its_phase_function():
+    of_numbers = {
+        name: numbers for name, numbers in schema.PHASE_FUNCTIONS.items() if name in PHASE_FUNCTIONS
+    }
+    assert set(schema.PHASE_FUNCTIONS) - set(of_numbers) == {"mie", "tabulated"}
+    assert set(PHASE_FUNCTIONS) == set(of_numbers)
+    for name, numbers in of_numbers.items():
+        assert [field.name for field in dataclasses.fields(PHASE_FUNCTIONS[name])] == list(numbers)
+    assert set(schema.PHASE_WORDS) == set(schema.PHASE_FUNCTIONS)

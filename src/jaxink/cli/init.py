@@ -19,9 +19,9 @@ from jaxink.files.writing import require_file, written_whole
 from jaxink.measurement import refuse_other_samples
 from jaxink.sample import (
     ASYMMETRIES,
+    DRAFTED_PHASE_FUNCTIONS,
     OPAQUE,
     ORDERS,
-    PHASE_FUNCTIONS,
     Draft,
     chosen_wavelengths,
     draft_text,
@@ -34,12 +34,12 @@ _QUESTIONS = {
     "plate_mm": "Thickness of the plate, mm",
     "ink_index": "Refractive index of the ink's binder",
     "ink_um": "Thickness of the ink, um (or: opaque)",
-    "phase_function": f"Phase function of the ink ({' | '.join(PHASE_FUNCTIONS)})",
+    "phase_function": f"Phase function of the ink ({' | '.join(DRAFTED_PHASE_FUNCTIONS)})",
     "particle_index": "Refractive index of the particles",
     "radius_nm": "Radius of the particles, nm (a guess)",
     "asymmetry": f"Asymmetry g: one for all {{n}} wavelengths, or each its own ({' | '.join(ASYMMETRIES)})",
 }
-_WORDS = {"order": ORDERS, "phase_function": PHASE_FUNCTIONS, "asymmetry": ASYMMETRIES}
+_WORDS = {"order": ORDERS, "phase_function": DRAFTED_PHASE_FUNCTIONS, "asymmetry": ASYMMETRIES}
 
 
 def run_init(

@@ -204,9 +204,10 @@ class Objective(eqx.Module):
     ) -> tuple[Float[Array, " rows"], Float[Array, " points"]]:
         """Residual vector, whose sum of squares is minimised, and the prediction, 1/sr.
 
-        The residual has one row for each point (measured minus predicted), then one for each prior and for
-        each pair of neighbouring wavelengths of a parameter with a smoothness; free
-        parameters are scaled to [0, 1].
+        The residual has one row for each point, then one for each prior and for each pair of neighbouring
+        wavelengths of a parameter with a smoothness; free parameters are scaled to [0, 1]. A row of a point
+        is what the objective makes of measured minus predicted; for ``chi_square`` it is in units of the
+        noise, and independent of the other points of its scan, whose common factor `whiten_scans` removes.
         """
         return self.residual_at(self.scale.to_physical(unit))
 

@@ -20,7 +20,7 @@ class FitOptions:
         ``gradient``: jaxink's own; ``simplex`` (Nelder-Mead) is the baseline. The others, of scipy and of
         optimistix, are for comparison; their names are the keys of `jaxink.fitting.METHODS`.
     objective
-        ``chi_square``, ``absolute``, ``relative`` or ``logarithmic``.
+        ``chi_square``, ``absolute``, ``relative``, ``logarithmic``, ``intensity`` or ``photometric``.
     starts
         Number of starts: that of the sample, and random ones. The result tells how many of them ended in
         which minimum.

@@ -23,10 +23,10 @@ from jaxink.fitting.uncertainty import Covariance, Profile, covariance, profile
 from jaxink.numerics.progress import Progress, StepOf
 from jaxink.sample import Parameter
 
-# A profile is computed for a larger standard error, as a share of the range, or a larger correlation.
+# A parameter is profiled if its standard error exceeds this fraction of its range, or a correlation this.
 _WIDE = 0.1
 _CORRELATED = 0.98
-# Of more parameters than this, only the weakest are followed unless all are asked for.
+# If more qualify, only the least well determined are profiled unless all are asked for.
 _MOST_PROFILES = 6
 # A search along a profile that ends this much lower in chi-square has found a lower minimum.
 _LOWER = 1e-3
@@ -38,9 +38,9 @@ _STACKS_AT_ONCE = 1024
 # Values of the radius and of the index. A grid of 12 by 5 misses minima that one of 16 by 6 finds.
 _SHAPE = (16, 6)
 _HELD_JACOBIANS, _RELEASED_JACOBIANS = 4, 8
-# Share of the fits at grid points, the lowest ones, that go on with all parameters.
+# Fraction of the fits at grid points, lowest first, that are continued with all parameters free.
 _RELEASED = 1 / 3
-# So many are searched to their end: the lowest minimum, and the rivals that a result lists.
+# This many are run to convergence: the lowest minimum, and the rivals that a result lists.
 _KEPT = 8
 # Of ends that are closer in both unit variables, the lowest one is searched.
 _SAME = 0.04
@@ -57,7 +57,7 @@ def minimise(
     Parameters
     ----------
     objective_at
-        The objective at a resolution of the solver; None: that which the accuracy needs at the start.
+        The objective at a resolution of the solver; None: the one that the accuracy requires at the start.
     free
         The free parameters, in the order of its variables.
     options
@@ -89,7 +89,7 @@ def minimise(
         refined = _lowest([search(method, compile_objective(objective), best.unit, budget, follow)], free)
         best, shift = refined, shift + refined.loss - best.loss
         searches.append(best)
-    # At a goal, which is no minimum, the covariance says nothing about the distance from one.
+    # A search that stopped at its goal is not at a minimum, and has no meaningful covariance.
     at_minimum = best.outcome is not Outcome.GOAL
     errors = _covariance(best) if options.objective == "chi_square" and at_minimum else None
     # The best ending as refined; the others are as far from it as they were at their own resolution.
@@ -98,7 +98,7 @@ def minimise(
         for e in endings
     )
     found = Found(best, errors, tuple(searches), scans, endings)
-    # A search that a limit ended has no minimum to follow chi-square from.
+    # A search that was stopped by a limit has no minimum to follow chi-square from.
     if errors is not None and options.profile != "none" and best.outcome.converged:
         found = _with_profiles(GradientSearch(objective), objective.free, found, options.profile, progress)
     return objective, found
@@ -152,7 +152,7 @@ def _search(
         searches += many
         best = _lowest(searches, free)
         if any(best is found for found in many):
-            # The method itself, which leaves bounds far from the minimum, has the last word.
+            # The method itself finishes, because it can leave bounds far from the minimum.
             searches.append(search(options.make_method(), programs, best.unit, budget, follow))
             endings.append(Ending(searches[-1]))
     return searches, scans, tuple(endings)
@@ -165,7 +165,7 @@ def _at_once(objective: FitObjective, options: FitOptions, n_random: int) -> int
     limits = options.limits(objective.n_points)
     if options.method != "gradient" or not limits.is_open or limits.goal_loss is not None or n_random < 2:
         return None
-    # Nothing is gained on a processor: a batch takes as long as its members, and its program half a minute.
+    # Nothing is gained on a CPU: a batch takes as long as its members, and its program half a minute.
     if jax.default_backend() == "cpu":
         return None
     return min(max(_STACKS_AT_ONCE // objective.n_stacks, 1), n_random)
@@ -235,7 +235,7 @@ def _profiles(
 
 
 def _to_follow(errors: Covariance | None, which: str) -> tuple[list[int], list[int]]:
-    """Parameters whose profiles are computed, in their order, and weak ones for which that would be long."""
+    """Parameters whose profiles are computed, in their order, and weak ones left out to save time."""
     if errors is None:
         return [], []
     if which == "all":
@@ -317,7 +317,7 @@ def scan_grid(
     best = held[: round(len(points) * _RELEASED)]
     ends = _apart(_by_loss([direct, *(run(one.unit, None, _RELEASED_JACOBIANS) for one in best)]), positions)
     whole = together("scan", every, ends[0] if ends else direct)
-    # Along a valley, ends that are left elsewhere are no minima of their own: only searches tell.
+    # Along a valley, other ends need not be separate minima: only a full search can tell.
     return Scan([one.unit for one in ends[:_KEPT]] or [direct.unit], whole, direct, (), {})
 
 

@@ -38,7 +38,7 @@ class ReadOptions:
     Parameters
     ----------
     wavelength_nm, side
-        Value of all rows, if the table has no such column.
+        Value for all rows, if the table has no such column.
     sample
         The sample to read, if column ``sample`` contains several.
     columns
@@ -48,13 +48,13 @@ class ReadOptions:
     cosine_weighted
         Whether the values are the BSDF times cos(theta_o).
     theta_i_deg, phi_deg, phi_o_deg
-        Angle of all rows, if the table has no such column.
+        Angle for all rows, if the table has no such column.
     matrix
         Quantities down and along the edges of a matrix, or the latter only; also as text with a comma.
     needs_values
         Whether the column of values is required; without it all values are 0.
     rows
-        Cell of the wanted rows by column.
+        The rows to read, as a cell for each column.
     """
 
     wavelength_nm: float | None = None
@@ -76,7 +76,7 @@ class ReadOptions:
         return self.matrix.split(",") if isinstance(self.matrix, str) else self.matrix
 
     def of_side(self, side: str, source: str) -> "ReadOptions":
-        """The same with the side of a sheet; one that is stated already must be equal."""
+        """The same with the side of a sheet; a different one that is stated already is rejected."""
         if self.side not in (None, side):
             raise refusal(
                 source, f"the caller gives {side} for the sheet, but {self.side} for all rows; remove one"
@@ -174,7 +174,7 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
     angles |= relative_azimuths(table, known, angles.get("phi_deg"), notes)
     derived = "phi_deg" not in angles
     if derived:
-        # In the plane of incidence, towards the peak.
+        # In the plane of incidence, on the specular side.
         angles["phi_deg"] = np.zeros(len(table.rows))
     checks.refuse_radians(table, angles)
     angles["theta_i_deg"] = checks.polar_angles(table, angles["theta_i_deg"], "theta_i_deg")
@@ -186,7 +186,7 @@ def _angles(table: TextTable, known, signed: bool, notes) -> dict[str, Any]:
 
 
 def _cosine(table: TextTable, theta_o_deg: np.ndarray, weighted: bool, notes) -> np.ndarray | float:
-    """What the values have to be divided by."""
+    """Divisor of the values: cos(theta_o), or 1."""
     if not weighted:
         return 1.0
     horizon = np.flatnonzero(theta_o_deg > 90 - 1e-6)
@@ -347,7 +347,7 @@ def relative_azimuths(
             raise refusal(table.source, text, line, "phi_deg")
         return {}
     if view is None:
-        # The caller says that polar angles have a sign.
+        # The caller says that polar angles are signed.
         return {}
     notes.append(
         f"phi_deg is {named['phi_o_deg']} minus {named['phi_i_deg']}, the azimuth of the direction towards "
@@ -374,7 +374,7 @@ def _turned(difference_deg: np.ndarray) -> np.ndarray:
 def unsigned_directions(
     table: TextTable, angles: Mapping[str, np.ndarray], derived: bool, notes: list[str]
 ) -> dict[str, np.ndarray]:
-    """Polar angle of view from 0, and azimuth turned by 180 degrees where the angle was negative.
+    """Viewing angle, 0 or more, and azimuth turned by 180 degrees where the angle was negative.
 
     Parameters
     ----------

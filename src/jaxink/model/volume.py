@@ -1,5 +1,6 @@
 """Optics and coefficients of a layer from the values of its parameters."""
 
+import dataclasses
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from jaxink.model.size_classes import MieSizes
 from jaxink.numerics.precision import computing
 from jaxink.optics import OPAQUE_OPTICAL_THICKNESS, ClearLayer, ScatteringLayer, ScatteringMatrix
 from jaxink.particles import (
-    HenyeyGreenstein,
+    PHASE_FUNCTIONS,
     MieCoefficients,
     MixtureCoefficients,
     PhaseFunction,
@@ -22,7 +23,6 @@ from jaxink.particles import (
     Rayleigh,
     TabulatedByAngle,
     TabulatedByMoments,
-    TwoTermHenyeyGreenstein,
     discrete,
     log_normal,
     mie_coefficients,
@@ -175,13 +175,9 @@ def _phase_function(layer: Layer, get) -> PhaseFunction:
         if kind == "moments":
             return TabulatedByMoments(jnp.asarray(np.array(numbers)))
         return TabulatedByAngle(np.cos(np.deg2rad(angles)), np.array(numbers))
-    if layer.phase_function == "henyey_greenstein":
-        return HenyeyGreenstein(get("asymmetry_parameter"))
-    if layer.phase_function == "two_term_henyey_greenstein":
-        return TwoTermHenyeyGreenstein(
-            get("asymmetry_parameter"), get("second_asymmetry_parameter"), get("second_weight")
-        )
-    return Rayleigh()
+    assert layer.phase_function is not None, "a layer that scatters has one"
+    of_name = PHASE_FUNCTIONS[layer.phase_function]
+    return of_name(**{field.name: get(field.name) for field in dataclasses.fields(of_name)})
 
 
 def _mie(layer: Layer, values, wavelength_nm, sizes: MieSizes) -> VolumeScattering:

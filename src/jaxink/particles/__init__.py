@@ -4,6 +4,7 @@ from jaxink.particles.independent_series import difference_from_miepython
 from jaxink.particles.mie import DEFAULT_MAX_SIZE_PARAMETER, MieCoefficients, mie_coefficients
 from jaxink.particles.mixture import MixtureCoefficients, Population, mixture_coefficients, mixture_matrix
 from jaxink.particles.phase_function import (
+    PHASE_FUNCTIONS,
     HenyeyGreenstein,
     LegendreSeries,
     PhaseFunction,
@@ -21,6 +22,7 @@ __all__ = [
     "LegendreSeries",
     "MieCoefficients",
     "MixtureCoefficients",
+    "PHASE_FUNCTIONS",
     "PhaseFunction",
     "Population",
     "Rayleigh",

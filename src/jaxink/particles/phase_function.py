@@ -290,3 +290,11 @@ def _require_not_negative(phase_function: PhaseFunction, cosines: np.ndarray, wh
             f"the tabulated phase function is {values[worst]:.3g} at a scattering angle of "
             f"{np.rad2deg(np.arccos(cosines[worst])):.4g} deg; give more {what} to make it positive."
         )
+
+
+# By the names that a sample file gives them; the fields are its numbers.
+PHASE_FUNCTIONS: dict[str, type[PhaseFunction]] = {
+    "henyey_greenstein": HenyeyGreenstein,
+    "two_term_henyey_greenstein": TwoTermHenyeyGreenstein,
+    "rayleigh": Rayleigh,
+}

@@ -3,19 +3,11 @@
 from html import escape
 
 from jaxink.numerics.digits import rounded
-from jaxink.sample import Layer, Sample
+from jaxink.sample import PHASE_WORDS, Layer, Sample
 
 _WIDTH, _LAYER, _TEXT, _LEFT = 150, 44, 330, 10
 _ABOVE, _BACKING, _GAP = 40, 16, 8
 _CLEAR, _SCATTERING, _EDGE = "#dcebf7", "#e9dfc8", "#444"
-# Of a layer that scatters.
-_PHASES = {
-    "henyey_greenstein": "Henyey\N{EN DASH}Greenstein scattering",
-    "two_term_henyey_greenstein": "scattering by two Henyey\N{EN DASH}Greenstein terms",
-    "rayleigh": "Rayleigh scattering",
-    "mie": "scattering by Mie spheres",
-    "tabulated": "scattering by a tabulated phase function",
-}
 # When a backing is there, by its side; always if not named.
 _WHEN = {"R": "only during the scans in reflection"}
 
@@ -41,7 +33,7 @@ def layer_sketch(sample: Sample) -> str:
 
 def layer_words(sample: Sample, layer: Layer) -> str:
     """Kind, phase function, index and thickness of a layer."""
-    words = [_PHASES.get(layer.phase_function or "", layer.kind)]
+    words = [layer.kind if layer.phase_function is None else PHASE_WORDS[layer.phase_function]]
     if any(d.name == f"{layer.name}.refractive_index" for d in sample.dispersions):
         words.append("n depends on the wavelength")
     elif index := _value(sample, f"{layer.name}.refractive_index"):

@@ -8,8 +8,8 @@ from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.document import document_of, text_of
 from jaxink.sample.draft import (
     ASYMMETRIES,
+    DRAFTED_PHASE_FUNCTIONS,
     ORDERS,
-    PHASE_FUNCTIONS,
     Draft,
     chosen_wavelengths,
     draft_text,
@@ -25,7 +25,16 @@ from jaxink.sample.populations import Population
 from jaxink.sample.reading import load_sample, parse_sample, sample_of_document
 from jaxink.sample.replacing import AMBIGUOUS, assigned, converted, is_length
 from jaxink.sample.roughness import Roughness
-from jaxink.sample.schema import OPAQUE, ROUGHNESS, SPECTRA, SURROUNDINGS, Entry, Quantity, quoted
+from jaxink.sample.schema import (
+    OPAQUE,
+    PHASE_WORDS,
+    ROUGHNESS,
+    SPECTRA,
+    SURROUNDINGS,
+    Entry,
+    Quantity,
+    quoted,
+)
 from jaxink.sample.turning import OPPOSITE_FACE, opposite_medium, turned_layers, turned_over
 from jaxink.sample.writing import sample_text
 
@@ -35,9 +44,10 @@ __all__ = [
     "EFFECTS",
     "NULLS",
     "OPAQUE",
+    "PHASE_WORDS",
     "OPPOSITE_FACE",
     "ORDERS",
-    "PHASE_FUNCTIONS",
+    "DRAFTED_PHASE_FUNCTIONS",
     "ROUGHNESS",
     "SPECTRA",
     "SURROUNDINGS",

@@ -15,7 +15,8 @@ from jaxink.sample.measurement_schema import SCHEMA_VERSION
 from jaxink.sample.schema import OPAQUE
 
 ORDERS = ("plate,ink", "ink,plate", "ink")
-PHASE_FUNCTIONS = ("henyey_greenstein", "two_term_henyey_greenstein", "rayleigh", "mie")
+DRAFTED_PHASE_FUNCTIONS = ("henyey_greenstein", "two_term_henyey_greenstein", "rayleigh", "mie")
+_HAVE_ASYMMETRY = DRAFTED_PHASE_FUNCTIONS[:2]
 # Whether one asymmetry serves all wavelengths, or each has its own.
 ASYMMETRIES = ("one", "each")
 _OF_ASYMMETRY = {"one": "One for all wavelengths", "each": "Each wavelength has its own"}
@@ -40,7 +41,7 @@ class Draft:
     ink_um
         Thickness of the ink, or ``opaque``.
     phase_function
-        One of `PHASE_FUNCTIONS`.
+        One of `DRAFTED_PHASE_FUNCTIONS`.
     particle_index, radius_nm
         For ``mie``: refractive index of the particles, and a guess of their radius.
     wavelengths_nm
@@ -59,7 +60,7 @@ class Draft:
     plate_mm: float = 3.0
     ink_index: float = 1.5
     ink_um: float | str = 20.0
-    phase_function: str = PHASE_FUNCTIONS[0]
+    phase_function: str = DRAFTED_PHASE_FUNCTIONS[0]
     particle_index: float = 2.6
     radius_nm: float = 150.0
     wavelengths_nm: tuple[float, ...] = ()
@@ -68,7 +69,7 @@ class Draft:
 
     def __post_init__(self):
         require_one_of("order", self.order, ORDERS)
-        require_one_of("phase_function", self.phase_function, PHASE_FUNCTIONS)
+        require_one_of("phase_function", self.phase_function, DRAFTED_PHASE_FUNCTIONS)
         require_one_of("asymmetry", self.asymmetry, ASYMMETRIES)
         if self.ink_um != OPAQUE and not (
             isinstance(self.ink_um, int | float) and 0 < self.ink_um < math.inf
@@ -90,7 +91,7 @@ class Draft:
         """Fields that this sample depends on."""
         plate = ("plate_index", "plate_mm") if "plate" in self.layers else ()
         particles = ("particle_index", "radius_nm") if self.phase_function == "mie" else ()
-        several = len(self.wavelengths_nm) > 1 and "henyey_greenstein" in self.phase_function
+        several = len(self.wavelengths_nm) > 1 and self.phase_function in _HAVE_ASYMMETRY
         asymmetry = ("asymmetry",) if several else ()
         return ("order", *plate, "ink_index", "ink_um", "phase_function", *particles, *asymmetry)
 
@@ -224,7 +225,7 @@ class _Writer:
             yield from self._particles()
         else:
             yield from self._coefficients()
-        if "henyey_greenstein" in draft.phase_function:
+        if draft.phase_function in _HAVE_ASYMMETRY:
             yield "# Mean cosine of the scattering angle: 0 scatters evenly, towards 1 forwards."
             each = self.draft.asymmetry == ASYMMETRIES[1] and len(self.wavelengths) > 1
             if len(self.wavelengths) > 1:

@@ -220,6 +220,14 @@ PHASE_FUNCTIONS: dict[str, dict[str, Quantity]] = {
     "tabulated": {},
     "mie": MIE,
 }
+# How each is called in a report.
+PHASE_WORDS = {
+    "henyey_greenstein": "Henyey\N{EN DASH}Greenstein scattering",
+    "two_term_henyey_greenstein": "scattering by two Henyey\N{EN DASH}Greenstein terms",
+    "rayleigh": "Rayleigh scattering",
+    "tabulated": "scattering by a tabulated phase function",
+    "mie": "scattering by Mie spheres",
+}
 PHASE_TABLE = {
     "moments": Entry("list starting with 1", "none", "Legendre moments without the factor 2l + 1"),
     "angle_deg": Entry("list of four or more, from 0 to 180", "none", "scattering angles, deg"),

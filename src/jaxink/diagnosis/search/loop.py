@@ -1,6 +1,6 @@
 """The search for effects: screen, refit, accept, and repeat with the enlarged model.
 
-One effect in place of several: before several are believed, each is fitted alone, from every start.
+Before several effects are accepted, each candidate is tried alone, from every start.
 
 Two unlike effects, one of them weak, may imitate a third one that was never fitted in full: because its
 program is costly, because it is degenerate at the minimum of the declared model, or because its refit ended
@@ -42,7 +42,7 @@ from jaxink.sample import Sample
 from jaxink.solver import SolverConfig
 
 _LOG = logging.getLogger("jaxink")
-# Minima closer than this share of the scanned range are the same one.
+# Minima closer together than this fraction of the scanned range count as one.
 _ANOTHER_MINIMUM = 0.02
 
 
@@ -53,9 +53,9 @@ class SearchResult:
     Parameters
     ----------
     options
-        Of the diagnosis.
+        Options of the diagnosis.
     fit
-        Of the declared model.
+        Fit of the declared model.
     setup, points, cross_validation
         The measurement, the settings of its points, and predictions of held-out points.
     first, last
@@ -125,7 +125,7 @@ def search_effects(
             break
         screenings.append(Screening.of(stage))
         room = options.max_effects - len(steps)
-        # What the verdict calls noise is explained by none but the clearest effects.
+        # If the residual passes as noise, only highly significant effects are accepted.
         is_noise = _is_quiet(stage, structure, options.policy.noise_p)
         added = selection.next_step(screenings[-1], room > 1, is_noise) if room > 0 else None
         if added is None:
@@ -139,7 +139,7 @@ def search_effects(
             break
         stage, steps = ahead, [s for s in (*steps, step) if s.form in accepted.effects]
         if not (_is_quiet(stage, structure, options.level) or deadline.is_over):
-            # Now with all effects that may still be missing.
+            # Screen again, for all effects that are not yet in the model.
             with failures.sparing("the search for an effect in addition to {}", step.effect):
                 stage = Stage(setup, accepted.effects, stage.solution.values)
                 structure = _structure(stage, points)
@@ -205,7 +205,7 @@ def _setup(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SearchP
 
 
 def _rivals(fit: FitResult, sample: Sample, policy: SearchPolicy) -> tuple[dict[str, float], ...]:
-    """Other minima of the fit along a parameter whose misfit has many, lowest first."""
+    """Other minima of the fit along a parameter for which the misfit has several, lowest first."""
     free = {p.name: p for p in sample.parameters.free}
     rugged = next((p for p in free.values() if p.multimodal), None)
     if rugged is None:
@@ -225,7 +225,7 @@ def _rivals(fit: FitResult, sample: Sample, policy: SearchPolicy) -> tuple[dict[
 
 
 def _sizes(fit: FitResult, sample: Sample, options: DiagnosisOptions) -> SolverConfig:
-    """Resolution of the fit; of its start if the fit is far off, as it may have run into a narrow peak."""
+    """Resolution of the fit, or of its start if the fit is far off: it may have run into a narrow peak."""
     reduced, far = fit.merit.reduced_chi_square, options.policy.far_reduced_chi_square
     if options.fit.config is not None or reduced is None or reduced < far:
         return fit.config
@@ -286,7 +286,7 @@ def rival_minima(stage: Stage) -> tuple[Solution, ...]:
     Returns
     -------
     tuple of Solution
-        Those that have converged at values which mean what they say; empty if the declared misfit has one
+        Those that have converged at physically valid values; empty if the declared misfit has one
         minimum.
     """
     setup, here = stage.setup, stage.solution

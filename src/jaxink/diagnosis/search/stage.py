@@ -30,7 +30,7 @@ _NEAR_BOUND = 1e-6
 
 
 class Score(NamedTuple):
-    """Score of a column after projection off the free parameters, and the norm of the projected column."""
+    """Score of a column after projecting out the free parameters, and the norm of what is left of it."""
 
     z: float
     norm: float
@@ -46,7 +46,7 @@ class _Fitted(NamedTuple):
 class Stage:
     """The model with the effects found so far.
 
-    A candidate with which the model fails, or has no finite derivatives, is left out, and noted.
+    A candidate that makes the model fail, or its derivatives infinite, is left out and recorded.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Stage:
     def _fit(
         self, values: dict[str, float], bench: CandidateObjective | None, names: Sequence[str]
     ) -> list[str]:
-        """Fit the model beside some of the candidates, and return their names."""
+        """Fit the model with some candidates included at zero strength, and return their names."""
         setup = self.setup.with_candidates(names)
         self.listed = setup.listed(self.accepted)
         self.bench = bench or setup.shared_bench(self.accepted, self.listed)
@@ -110,7 +110,7 @@ class Stage:
         self.solution, self._made = self._fitted(values, with_programs=is_whole and not self.accepted)
         self.linearised = self.bench.linearised(self.solution.values, self.free)
         self.jacobian, self.residual = self.linearised.derivatives
-        # One derivative that is not finite spoils those of all parameters of a program.
+        # One derivative that is not finite invalidates those of all parameters of a program.
         if not np.all(np.isfinite(self.jacobian)):
             at = ", ".join(f"{name} = {self.solution.values[name]:g}" for name in self.free)
             raise NotFiniteError(f"the model or its derivatives are not finite at {at}")
@@ -128,7 +128,7 @@ class Stage:
 
     @cached_property
     def projection(self) -> Projection:
-        """Projection off the free parameters that are not at a bound."""
+        """Projection that removes the free parameters that are not at a bound."""
         return Projection(orthonormal_range(self.jacobian[:, self.at_bound == 0]))
 
     def own_bench(self, effect: Effect) -> CandidateObjective:
@@ -151,14 +151,14 @@ class Stage:
                     self.own_bench(effect).prepare(self.solution.values, free)
 
     def release(self, kept: CandidateObjective) -> None:
-        """Drop the compiled programs of a stage that is no longer needed, but for one workbench."""
+        """Drop the compiled programs of a stage that is no longer needed, except those of one objective."""
         for bench in (self.bench, *self._own.values()):
             if bench is not kept:
                 bench.release()
         release_programs()
 
     def directions(self, with_own: bool = True) -> dict[str, list[Direction]]:
-        """Columns of all forms at all settings, by name; `with_own`: of those with an own program, too."""
+        """Columns of all forms at all settings, by name; `with_own`: also of those with their own program."""
         by_name: dict[str, list[Direction]] = {}
         inside = [e for e in self.listed.forms if not e.own_program]
         inside = inside if self._may_screen(inside) else []
@@ -183,7 +183,7 @@ class Stage:
         return {name: programs[name] for name in [*names[::2], *names[1::2]]}
 
     def _fitted(self, values: dict[str, float], with_programs: bool) -> _Fitted:
-        """The fit; meanwhile, programs that the screen will need are compiled if so wished."""
+        """The fit; meanwhile, programs that the screen will need are compiled if requested."""
 
         def make(effects):
             if self.setup.deadline.is_over:
@@ -214,7 +214,7 @@ class Stage:
             self.setup.follow(f"screen with {names}", step, self.solution.chi_square)
             made = self._made.get(program)
             if made is not None and not made.cancelled():
-                # What has failed there is raised again below.
+                # Any error there is raised again below.
                 made.exception()
             found = list[Direction]()
             for effect in programs[program]:
@@ -253,7 +253,7 @@ class Stage:
         return max(decreases)
 
     def score(self, direction: Direction) -> Score:
-        """Score of a column after projection off the free parameters."""
+        """Score of a column after projecting out the free parameters."""
         column = self.projection.remove(direction.column)
         norm = float(np.linalg.norm(column))
         return Score(float(column @ self.residual) / norm if norm > 0 else 0.0, norm)
