@@ -32,7 +32,7 @@ from jaxink.effects.surfaces import RoughInk
 from jaxink.fitting import predict_left_out
 from jaxink.fitting.objective import weights_of
 from jaxink.fitting.outcome import Outcome, Search
-from jaxink.sample import Parameter, parse_sample
+from jaxink.sample import Parameter, ResidualWeight, parse_sample
 from tests.diagnosis.printed import SAMPLE, SIZES, TRUE, columns, drawn
 
 CATALOGUE = (AngleOffset, StrayLight, Drift, PlateAbsorption)
@@ -192,7 +192,9 @@ def test_report_is_plain_and_complete(pair, tmp_path):
 @pytest.fixture(scope="module")
 def weighted(pair):
     """A description without two effects; reflection and one incidence count less, nothing is added."""
-    sample = dataclasses.replace(parse_sample(SAMPLE), weights=((None, "R", 0.1), (50.0, "T", 0.3)))
+    sample = dataclasses.replace(
+        parse_sample(SAMPLE), weights=(ResidualWeight(0.1, side="R"), ResidualWeight(0.3, 50.0, "T"))
+    )
     return diagnose(pair.declared.data, sample, dataclasses.replace(OPTIONS, max_effects=0))
 
 
@@ -226,7 +228,7 @@ def test_weights_count_where_a_model_goes_on(weighted):
 def test_points_of_weight_0_are_not_judged(nothing):
     spoilt = nothing.declared.data
     values = np.where(spoilt.is_transmission, spoilt.bsdf_per_sr, 1.3 * spoilt.bsdf_per_sr)
-    sample = dataclasses.replace(parse_sample(SAMPLE), weights=((None, "R", 0.0),))
+    sample = dataclasses.replace(parse_sample(SAMPLE), weights=(ResidualWeight(0.0, side="R"),))
     found = diagnose(spoilt.replace(bsdf_per_sr=values), sample, OPTIONS)
     assert found.verdict.code is VerdictCode.NO_MISFIT
     assert np.array_equal(found.declared.data.used, spoilt.is_transmission)

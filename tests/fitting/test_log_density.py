@@ -14,6 +14,7 @@ from jaxink.errors import InputRefusedError, PrecisionError
 from jaxink.fitting import make_objective
 from jaxink.fitting.log_density import LogDensity
 from jaxink.measurement import Noise
+from jaxink.sample import ResidualWeight
 from jaxink.sample.parameters import Prior
 
 SCATTERING, ABSORPTION = "ink.scattering_per_mm", "ink.absorption_per_mm"
@@ -114,7 +115,7 @@ def test_whitened_posterior_is_nearly_standard_normal(example_result):
 
 
 def test_a_weight_of_zero_leaves_a_scan_out(example_result, few, fitted, elsewhere):
-    ignored = density_of(example_result, few, weights=((30.0, None, 0.0),))
+    ignored = density_of(example_result, few, weights=(ResidualWeight(0.0, 30.0),))
     without = density_of(example_result, few.with_masks(user=few.theta_i_deg == 30.0))
     for values in (fitted, elsewhere):
         assert float(ignored(values)) == pytest.approx(float(without(values)), rel=1e-10)

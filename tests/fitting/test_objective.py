@@ -11,7 +11,7 @@ from jaxink.fitting import make_objective, prepare_data
 from jaxink.fitting.figures_of_merit import factor_of_points
 from jaxink.fitting.objective import whiten_scans
 from jaxink.measurement import GonioData, noise_of
-from jaxink.sample import Noise, Prior, parse_sample
+from jaxink.sample import Noise, Prior, ResidualWeight, parse_sample
 from jaxink.solver.config import SolverConfig
 from tests.samples import edited
 
@@ -94,11 +94,62 @@ def test_rmsd_objectives_follow_their_definition(data, sample, kind, definition)
 
 def test_weights_count_a_scan_so_many_times(data, sample):
     plain = make_objective(data, sample, config=SMALL)
-    weighted = make_objective(data, dataclasses.replace(sample, weights=((40.0, "T", 9.0),)), config=SMALL)
+    weighted = make_objective(
+        data, dataclasses.replace(sample, weights=(ResidualWeight(9.0, 40.0, "T"),)), config=SMALL
+    )
     unit = jnp.array([0.5, 0.5])
     ratio = np.asarray(weighted.residual(unit)[0] / plain.residual(unit)[0])
     chosen = (data.theta_i_deg == 40) & data.is_transmission
     assert ratio == pytest.approx(np.where(chosen, 3.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("weight", "chosen"),
+    [
+        (
+            ResidualWeight(4.0, theta_o_deg=(30.0, 50.0)),
+            lambda d: (d.theta_o_deg >= 30) & (d.theta_o_deg <= 50),
+        ),
+        (ResidualWeight(4.0, wavelength_nm=(600.0, 700.0)), lambda d: d.wavelength_nm > 600),
+    ],
+    ids=["view", "wavelength"],
+)
+def test_weights_of_points_multiply_their_squares(data, sample, weight, chosen):
+    assert squares_of(data, sample, weight) == pytest.approx(np.where(chosen(data), 4.0, 1.0))
+
+
+def test_a_column_of_weights_multiplies_the_squares_of_its_points(data, sample):
+    counts = np.arange(16) % 3
+    found = squares_of(
+        data.replace(extra={"count": counts}), sample, ResidualWeight(4.0, side="T", column="count")
+    )
+    assert found == pytest.approx(np.where(data.is_transmission, 4.0 * counts, 1.0))
+
+
+def squares_of(data, sample, weight):
+    """Squared residuals over those without the weight."""
+    samples = (dataclasses.replace(sample, weights=weights) for weights in ((), (weight,)))
+    plain, weighted = (
+        np.asarray(make_objective(data, s, "relative", SMALL).residual(jnp.array([0.5, 0.5]))[0])
+        for s in samples
+    )
+    return (weighted / plain) ** 2
+
+
+@pytest.mark.parametrize(
+    ("weight", "kind"),
+    [
+        (ResidualWeight(2.0, theta_o_deg=(0.0, 30.0)), "chi_square"),
+        (ResidualWeight(1.0, column="counts"), "relative"),
+        (ResidualWeight(1.0, column="count"), "relative"),
+    ],
+    ids=["within scans", "no column", "negative"],
+)
+def test_weights_that_cannot_be_are_refused(data, sample, weight, kind, told):
+    counted = data.replace(extra={"count": np.arange(16) - 4}, source="print.csv")
+    with pytest.raises(InputRefusedError) as refused:
+        make_objective(counted, dataclasses.replace(sample, weights=(weight,)), kind, SMALL)
+    told(str(refused.value))
 
 
 def test_prior_adds_one_row_in_standard_deviations(data, sample):

@@ -13,6 +13,7 @@ from jaxink.fitting.uncertainty import Covariance
 from jaxink.fitting.verdict import exceeds_noise, falls_short_of_noise, judge_fit
 from jaxink.measurement import Noise, NoiseLevel
 from jaxink.numerics.chi_square import probability_above, residual_above, residual_below
+from jaxink.sample import ResidualWeight
 
 N, PARAMETERS = 648, 3
 
@@ -63,7 +64,7 @@ def test_points_of_weight_zero_do_not_count(example_result):
     is_r = ~example_result.data.is_transmission[example_result.data.used]
     spoiled = dataclasses.replace(example_result, whitened=example_result.whitened + 30.0 * is_r)
     assert spoiled.verdict.is_misfit
-    ignoring = dataclasses.replace(spoiled.sample, weights=((None, "R", 0.0),))
+    ignoring = dataclasses.replace(spoiled.sample, weights=(ResidualWeight(0.0, side="R"),))
     assert dataclasses.replace(spoiled, sample=ignoring).verdict.code == "consistent"
 
 

@@ -22,6 +22,7 @@ from jaxink.plots import (
 )
 from jaxink.plots.cuts import FITTED, MASKED, MEASURED
 from jaxink.plots.scan_views import overview_words, scan_views
+from jaxink.sample import ResidualWeight
 
 
 def lines(axes, style):
@@ -330,7 +331,7 @@ def test_comparison_draws_each_fit_and_its_residuals(example_result, ball, refus
 
 
 def test_title_has_the_chi_square_that_was_minimised(example_result, told):
-    weighed = dataclasses.replace(example_result.sample, weights=((None, "R", 0.0),))
+    weighed = dataclasses.replace(example_result.sample, weights=(ResidualWeight(0.0, side="R"),))
     result = dataclasses.replace(example_result, sample=weighed)
     side_t = example_result.data.is_transmission[example_result.data.used]
     freedom = side_t.sum() - 3

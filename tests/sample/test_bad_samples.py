@@ -294,6 +294,16 @@ BAD_SAMPLES = [
         "weights.side",
     ),
     (
+        "weight of one angle of view",
+        ("[noise]", "[[weights]]\ntheta_o_deg = 30\nweight = 2\n[noise]"),
+        "weights.theta_o_deg",
+    ),
+    (
+        "weight of a number of a column",
+        ("[noise]", "[[weights]]\ncolumn = 3\n[noise]"),
+        "weights.column",
+    ),
+    (
         "negative weight",
         ("[noise]", "[[weights]]\nweight = -2\n[noise]"),
         "weights.weight",

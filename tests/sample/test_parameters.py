@@ -40,6 +40,10 @@ floor_per_sr = 1e-4
 theta_i_deg = 30
 side = "T"
 weight = 0.5
+[[weights]]
+theta_o_deg = [0, 60]
+wavelength_nm = [500, 600]
+column = "count"
 """
 
 

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxink.display.brief import brief_repr
 from jaxink.effects import model_at, tabulated
@@ -17,7 +17,7 @@ from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.figures_of_merit import INTENSITIES, factor_of_points
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, GonioData, noise_of
-from jaxink.sample import Parameter, Sample
+from jaxink.sample import Parameter, ResidualWeight, Sample
 from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
 OBJECTIVES: tuple[str, ...] = ("chi_square", "absolute", "relative", "logarithmic", *INTENSITIES)
@@ -283,6 +283,7 @@ def make_objective(
         )
     free = free_of(sample)
     noise = noise_of(data, sample.noise) if noise is None else noise
+    require_even_scans(kind, sample.weights)
     require_positive(kind, data.bsdf_per_sr[used], "used points", "mask them")
     model = model_at(sample, data.used_directions, data.reading_order[used], config, accuracy, layer_method)
     names = tuple(p.name for p in free)
@@ -387,20 +388,53 @@ def priors_of(
 
 
 def weights_of(data: GonioData, sample: Sample) -> Float[np.ndarray, " points"]:
-    """Weight of the squared residual of each used point, the same for all points of a scan."""
-    return weights_at(data.theta_i_deg[data.used], data.is_transmission[data.used], sample)
+    """Weight of the squared residual of each used point.
 
-
-def weights_at(
-    theta_i_deg: Float[np.ndarray, " points"], is_transmission: Bool[np.ndarray, " points"], sample: Sample
-) -> Float[np.ndarray, " points"]:
-    """Weight of the squared residual at each incidence and side."""
-    weight = np.ones(len(theta_i_deg))
-    for angle, side, factor in sample.weights:
-        chosen = np.ones_like(weight, bool)
-        if angle is not None:
-            chosen &= np.abs(theta_i_deg - angle) < 1e-6
-        if side is not None:
-            chosen &= is_transmission == (side == "T")
-        weight[chosen] *= factor
+    Raises
+    ------
+    InputRefusedError
+        The measurement lacks a column of weights, or it holds what is no weight; with the column and row.
+    """
+    weight = np.ones(int(data.used.sum()))
+    settings = (data.theta_i_deg, data.theta_o_deg, data.wavelength_nm, data.is_transmission)
+    for one in sample.weights:
+        chosen = one.chosen(*(values[data.used] for values in settings))
+        weight[chosen] *= one.weight
+        if one.column is not None:
+            weight[chosen] *= _column_of_weights(data, one.column)[chosen]
     return weight
+
+
+def require_even_scans(kind: str, weights: Sequence[ResidualWeight]) -> None:
+    """Reject weights that differ within a scan where its points have a common error.
+
+    Raises
+    ------
+    InputRefusedError
+        For the objective ``chi_square``.
+    """
+    if kind == "chi_square" and any(weight.differs_within_scans for weight in weights):
+        raise InputRefusedError(
+            "weights with theta_o_deg or column are for the objectives that do not know the noise "
+            f"({', '.join(name for name in OBJECTIVES if name != kind)}); chi_square weighs points by their "
+            "noise: state it in [noise] or a column sigma_per_sr, or mask points."
+        )
+
+
+def _column_of_weights(data: GonioData, column: str) -> Float[np.ndarray, " points"]:
+    name = data.source or "the measurement"
+    if column not in data.extra:
+        others = ", ".join(data.extra) or "none"
+        raise InputRefusedError(
+            f"{name}: has no column '{column}', which weights.column names; it has these: {others}."
+        )
+    values = data.extra[column][data.used]
+    is_number = np.issubdtype(values.dtype, np.number)
+    wrong = ~(np.isfinite(values) & (values >= 0)) if is_number else np.ones(len(values), bool)
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        raise InputRefusedError(
+            f"{name}, row {data.row[data.used][first]}: {column} is {values[first]}; "
+            "a weight is a number, 0 or more."
+        )
+    return values.astype(float)

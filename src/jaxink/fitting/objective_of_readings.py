@@ -1,6 +1,7 @@
 """The objective of a fit to readings of instruments other than a goniometer."""
 
 import numpy as np
+from jaxtyping import Float
 
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.figures_of_merit import INTENSITIES
@@ -11,7 +12,6 @@ from jaxink.fitting.objective import (
     free_of,
     priors_of,
     require_positive,
-    weights_at,
 )
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, Noise, Readings
@@ -64,6 +64,11 @@ def readings_objective(
             f"the objective '{kind}' is of the directions of a goniometer, and "
             f"{readings.source or 'the readings'} are numbers of other instruments; choose chi_square."
         )
+    if any(weight.differs_within_scans for weight in sample.weights):
+        raise InputRefusedError(
+            f"{readings.source or 'the readings'}: [[weights]] with theta_o_deg or column are for a "
+            "goniometer; use theta_i_deg, side or wavelength_nm."
+        )
     free = free_of(sample)
     readings = readings.at_wavelengths(sample.wavelengths_nm)
     require_positive(kind, readings.value, "readings", "leave them out")
@@ -77,7 +82,7 @@ def readings_objective(
         measured=readings.value,
         sigma=noise.sigma_per_sr,
         scan=readings.scan_index,
-        weight=np.sqrt(weights_at(readings.theta_i_deg, readings.is_transmission, sample)),
+        weight=np.sqrt(_weights_of(readings, sample)),
         scale=UnitScale.of(free),
         prior_weights=prior_weights,
         prior_mean=prior_mean,
@@ -126,3 +131,11 @@ def noise_of_readings(readings: Readings, declared: Noise) -> FitNoise:
         )
     origin = f"declared: {relative:.3g} of the value, floor {declared.floor_per_sr:.3g}"
     return FitNoise(sigma, scan_relative, origin)
+
+
+def _weights_of(readings: Readings, sample: Sample) -> Float[np.ndarray, " readings"]:
+    settings = (readings.theta_i_deg, readings.theta_o_deg, readings.wavelength_nm, readings.is_transmission)
+    weight = np.ones(len(readings.value))
+    for one in sample.weights:
+        weight[one.chosen(*settings)] *= one.weight
+    return weight

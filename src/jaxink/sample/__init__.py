@@ -24,6 +24,7 @@ from jaxink.sample.parameters import Parameter, ParameterTable, Prior, Smoothnes
 from jaxink.sample.populations import Population
 from jaxink.sample.reading import load_sample, parse_sample, sample_of_document
 from jaxink.sample.replacing import AMBIGUOUS, assigned, converted, is_length
+from jaxink.sample.residual_weight import ResidualWeight
 from jaxink.sample.roughness import Roughness
 from jaxink.sample.schema import (
     OPAQUE,
@@ -65,6 +66,7 @@ __all__ = [
     "Population",
     "Prior",
     "Quantity",
+    "ResidualWeight",
     "Roughness",
     "Sample",
     "Smoothness",

@@ -11,6 +11,7 @@ from jaxink.files.encoding import plain as as_plain
 from jaxink.sample.declared_effects import DeclaredEffect, FormValue, own_kinds
 from jaxink.sample.description import Sample
 from jaxink.sample.parameters import Parameter, ParameterTable
+from jaxink.sample.residual_weight import with_named_fields
 from jaxink.sample.soundness import require_sound
 
 # A tied parameter has no value, and a range may be unbounded.
@@ -42,7 +43,7 @@ def sample_from_dict(plain: Any, key: str = "sample", effects: Collection[Any] =
     effects
         Classes of effects of a user's own that the sample may declare.
     """
-    sample = decode(Sample, plain, key, _rules(own_kinds(effects)))
+    sample = decode(Sample, with_named_fields(plain), key, _rules(own_kinds(effects)))
     try:
         require_sound(sample)
     except InputRefusedError as problem:

@@ -12,6 +12,7 @@ from jaxink.sample.dispersion import Dispersion
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import Population
 from jaxink.sample.replacing import with_values
+from jaxink.sample.residual_weight import ResidualWeight
 from jaxink.sample.roughness import Roughness
 
 
@@ -109,7 +110,7 @@ class Sample(Presented):
     masks
         Half-angles and limits of the masks, by key of `schema.MASKS`.
     weights
-        (incidence in degrees or None for all, side or None for both, weight) for residuals.
+        Weights of residuals.
     dispersions
         Refractive indices given as functions of the wavelength.
     backing
@@ -126,7 +127,7 @@ class Sample(Presented):
     detector_half_angle_deg: float = 0.0
     noise: Noise = Noise()
     masks: tuple[tuple[str, float], ...] = ()
-    weights: tuple[tuple[float | None, str | None, float], ...] = ()
+    weights: tuple[ResidualWeight, ...] = ()
     dispersions: tuple[Dispersion, ...] = ()
     backing: Backing | None = None
     beam_diameter_mm: float | None = None

@@ -1,4 +1,4 @@
-"""Reading the light, instrument, noise, masks and weights of a sample file."""
+"""Reading the light, instrument, noise and masks of a sample file."""
 
 import itertools
 from typing import Any
@@ -90,25 +90,6 @@ def read_masks(document: dict[str, Any]) -> tuple[tuple[str, float], ...]:
     table = table_of(document, "masks")
     only(table, schema.MASKS, "[masks]")
     return tuple(_numbers(table, schema.MASKS, "masks").items())
-
-
-def read_weights(document: dict[str, Any]) -> tuple[tuple[float | None, str | None, float], ...]:
-    """Incidence in degrees or None, side or None, and weight of each table."""
-    tables = document.get("weights", [])
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in tables):
-        raise InputRefusedError("weights must be a list of [[weights]] tables.")
-    result = []
-    for table in tables:
-        only(table, schema.WEIGHTS | schema.WEIGHTS_ENTRIES, "[[weights]]")
-        side = table.get("side")
-        if side not in (None, *schema.SIDES):
-            raise InputRefusedError(f'weights.side is {side!r}; it must be "R" or "T".')
-        angle = table.get("theta_i_deg")
-        if angle is not None:
-            angle = bounded(angle, schema.WEIGHTS["theta_i_deg"], "weights.theta_i_deg")
-        weight = bounded(table.get("weight"), schema.WEIGHTS["weight"], "weights.weight")
-        result.append((angle, side, weight))
-    return tuple(result)
 
 
 def _numbers(table: dict[str, Any], quantities: dict[str, Quantity], where: str) -> dict[str, Any]:

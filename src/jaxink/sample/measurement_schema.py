@@ -153,7 +153,16 @@ SIDES = ("R", "T")
 WEIGHTS = {
     "theta_i_deg": Quantity("deg", 0.0, 90.0, otherwise="all", meaning="angle of incidence"),
     "weight": Quantity(
-        "", 0.0, math.inf, meaning="factor of the squared residuals; factors of several tables multiply"
+        "",
+        0.0,
+        math.inf,
+        otherwise="required, or 1 with `column`",
+        meaning="factor of the squared residuals; factors of several tables multiply",
     ),
 }
-WEIGHTS_ENTRIES = {"side": Entry(quoted(SIDES), "both", "side of the sample")}
+WEIGHTS_ENTRIES = {
+    "side": Entry(quoted(SIDES), "both", "side of the sample"),
+    "theta_o_deg": Entry("list of two numbers", "all", "lowest and highest polar angle of view, deg"),
+    "wavelength_nm": Entry("list of two numbers", "all", "lowest and highest wavelength, nm"),
+    "column": Entry("text", "none", "column of the measurement with a further factor for each point"),
+}

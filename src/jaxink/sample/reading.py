@@ -20,12 +20,12 @@ from jaxink.sample.measurement_reading import (
     read_masks,
     read_noise,
     read_wavelengths,
-    read_weights,
 )
 from jaxink.sample.measurement_schema import SCHEMA_VERSION, TOP
 from jaxink.sample.parameter_reading import ParameterReader
 from jaxink.sample.parameters import ParameterTable
 from jaxink.sample.populations import check_volume
+from jaxink.sample.residual_weight import read_weights
 
 
 def load_sample(path: str | Path, effects: Collection[Any] = ()) -> Sample:

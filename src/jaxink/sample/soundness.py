@@ -38,9 +38,9 @@ def require_sound(sample: Sample) -> None:
         _require_ascending("illumination", sample.illumination[0])
     if {key for key, _ in sample.masks} - set(MASKS):
         raise InputRefusedError(f"masks has unknown keys; valid keys are: {', '.join(MASKS)}.")
-    for _, side, _ in sample.weights:
-        if side is not None:
-            require_one_of("side of weights", side, SIDES)
+    for weight in sample.weights:
+        if weight.side is not None:
+            require_one_of("side of weights", weight.side, SIDES)
     _require_numbers(sample)
 
 

@@ -61,8 +61,8 @@ class _Writer:
         yield from self._instrument()
         yield from _plain_table("[noise]", dataclasses.asdict(sample.noise))
         yield from _plain_table("[masks]", dict(sample.masks))
-        for angle, side, weight in sample.weights:
-            yield from _plain_table("[[weights]]", {"theta_i_deg": angle, "side": side, "weight": weight})
+        for weight in sample.weights:
+            yield from _plain_table("[[weights]]", dataclasses.asdict(weight))
         for effect in sample.effects:
             yield from self._table(
                 f"[effects.{effect.name}]",
