@@ -35,7 +35,7 @@ def ending_after(data, seconds, clock=None):
     deadline = functools.partial(Deadline, clock=clock or Ticks())
     options = dataclasses.replace(OPTIONS, time_limit_s=float(seconds))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxink.diagnosis.procedure.Allowance", deadline)
+        patch.setattr("jaxink.diagnosis.procedure.Deadline", deadline)
         return diagnose(data, parse_sample(SAMPLE), options)
 
 
