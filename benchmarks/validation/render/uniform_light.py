@@ -14,6 +14,7 @@ from jaxink.numerics.precision import computing
 from jaxink.optics.layers import ClearLayer
 from jaxink.render import Booth, PrintedPlate
 from jaxink.render.booth import (
+    PER_MM,
     SHEET,
     SOLID,
     VOLUME,
@@ -32,8 +33,8 @@ from jaxink.solver.stack import Stack
 N_BATCHES = 10
 _PIXELS, _CONFIG = 4, SolverConfig(32, 24, 96, 4)
 # The same sphere about the origin, so that the face that is looked at is a radius away from it.
-AWAY = "volume, 50 mm from the origin"
-PATHS = {SHEET: 200_000, SOLID: 120_000, VOLUME: 300_000, AWAY: 300_000}
+AWAY = "volume, 20 mm from the origin"
+PATHS = {SHEET: 100_000, SOLID: 100_000, VOLUME: 200_000, AWAY: 100_000}
 
 
 def known(plate: PrintedPlate) -> float:
@@ -45,8 +46,13 @@ def known(plate: PrintedPlate) -> float:
         return float(hemispherical_power(stack, np.zeros(1), _CONFIG)[0][0])
 
 
-def seen(plate: PrintedPlate, way: str, n_paths: int, booth: Booth | None = None) -> tuple[float, float]:
-    """Radiance at the centre of the sphere at the first wavelength, and its standard error from batches."""
+def seen(
+    plate: PrintedPlate, way: str, n_paths: int, booth: Booth | None = None, core: bool = True
+) -> tuple[float, float]:
+    """Radiance at the centre of the sphere at the first wavelength, and its standard error from batches.
+
+    Without its black ``core`` the sphere is hollow.
+    """
     booth, around = booth or Booth(), float(plate.surroundings[0])
     wavelength = float(plate.wavelength_nm[0])
     with mitsuba() as mi, tempfile.TemporaryDirectory() as folder:
@@ -59,13 +65,15 @@ def seen(plate: PrintedPlate, way: str, n_paths: int, booth: Booth | None = None
             body = solid_sphere(booth, file, wavelength, float(table.index_inside[0]), around)
         else:
             body = volume_sphere(booth, plate.ink.medium, 0, around)
+        if not core:
+            del body["core"]
         view = camera(booth, _PIXELS, centre=True)
         if way == AWAY:
             body = {
                 name: one | {"center": [0, 0, 0]} if one["type"] == "sphere" else one
                 for name, one in body.items()
             }
-            forward = mi.ScalarTransform4f().translate([0, 0, booth.radius_mm])
+            forward = mi.ScalarTransform4f().translate([0, 0, PER_MM * booth.radius_mm])
             view["to_world"] = forward @ view["to_world"]
         scene = mi.load_dict(
             {"type": "scene", "integrator": integrator(VOLUME if way == AWAY else way), "camera": view}

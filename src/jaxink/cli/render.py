@@ -10,16 +10,16 @@ import typer
 from jaxink.cli import session
 from jaxink.cli.fit_tables import console
 from jaxink.cli.session import ExitCode
-from jaxink.errors import require_one_of
+from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.encoding import json_text
 from jaxink.files.writing import require_folder, written_whole
 from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
-    from jaxink.render import GuideRendering
+    from jaxink.render import GuideRendering, SphereRendering
 
-SCENES = ("lightguide",)
-NUMBERS, PICTURE = "render.json", "lightguide.png"
+LIGHTGUIDE, SPHERE = SCENES = ("lightguide", "sphere")
+NUMBERS = "render.json"
 
 
 def run_render(
@@ -55,32 +55,60 @@ def run_render(
         ``tables``, ``json`` or ``quiet``.
     """
     require_one_of("--scene", scene, SCENES)
+    if scene == SPHERE:
+        for option, value in (("--plate-index", plate_index), ("--uncorrected", uncorrected)):
+            if value is not None:
+                raise InputRefusedError(
+                    f"{option} {value} is for the light guide only; leave it out with --scene {SPHERE}."
+                )
     require_folder(out)
     session.prepare_jax()
     from jaxink.numerics.progress import log_progress
-    from jaxink.render import Effort, RenderedInk, render_guide, save_guide_figure
+    from jaxink.render import (
+        Effort,
+        PrintedPlate,
+        RenderedInk,
+        SphereEffort,
+        render_guide,
+        render_sphere,
+        save_guide_figure,
+        save_sphere_figure,
+    )
 
-    wanted = Effort(**effort)
-    ink = RenderedInk.of(source, list(layers) or None, inside, plate_index, alone)
-    other = None if uncorrected is None else RenderedInk.of(uncorrected, None, None, plate_index, alone)
+    picture, chosen = out / f"{scene}.png", list(layers) or None
     try:
-        with session.progress(quiet=output != "tables") as follow:
-            found = render_guide(ink, out, None, other, wanted, with_volume, follow or log_progress)
+        with session.progress(quiet=output != "tables") as following:
+            follow = following or log_progress
+            if scene == SPHERE:
+                plate = PrintedPlate.of(source, chosen, inside, alone)
+                sphere = render_sphere(plate, out, None, SphereEffort(**effort), with_volume, follow)
+                numbers, show = sphere.to_dict(), lambda: _show_sphere(sphere)
+                save_sphere_figure(sphere, picture)
+            else:
+                wanted = Effort(**effort)
+                ink = RenderedInk.of(source, chosen, inside, plate_index, alone)
+                other = (
+                    None
+                    if uncorrected is None
+                    else RenderedInk.of(uncorrected, None, None, plate_index, alone)
+                )
+                guide = render_guide(ink, out, None, other, wanted, with_volume, follow)
+                numbers, show = guide.to_dict(), lambda: _show(guide)
+                save_guide_figure(guide, picture)
     except KeyboardInterrupt:
         typer.echo("jaxink: the finished batches are kept; go on with the same command.", err=True)
         raise
-    numbers = found.to_dict()
     with written_whole(out / NUMBERS) as file:
         file.write_text(json_text(numbers) + "\n", encoding="utf-8")
-    save_guide_figure(found, out / PICTURE)
     if output == "json":
         typer.echo(json_text(numbers))
     elif output == "tables":
-        _show(found, out)
+        show()
+        console().print(f"\nWritten: {picture}, {out / NUMBERS}.", soft_wrap=True)
     return ExitCode.FITTED
 
 
-def _show(found: "GuideRendering", out: Path) -> None:
+def _show(found: "GuideRendering") -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -106,7 +134,34 @@ def _show(found: "GuideRendering", out: Path) -> None:
                 f"{100 * columns.error[worst]:.1f} %, at {found.guide.columns_mm[worst]:g} mm.",
                 soft_wrap=True,
             )
-    to.print(f"\nWritten: {out / PICTURE}, {out / NUMBERS}.", soft_wrap=True)
+
+
+def _show_sphere(found: "SphereRendering") -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    to = console()
+    to.print(f"Booth: {found.booth.words}.", soft_wrap=True)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("centre of the sphere")
+    for light in found.lights:
+        table.add_column(light.name, justify="right", no_wrap=True)
+    table.add_row("luminance / white sphere's", *(_cell(found.luminance_factor(one)) for one in found.lights))
+    table.add_row("luminance / lamps'", *(_cell(one.luminance) for one in found.lights))
+    if len(found.plate.wavelength_nm) > 1:
+        for k, name in enumerate("xy"):
+            table.add_row(name, *(_cell(_part(one.chromaticity, k)) for one in found.lights))
+    to.print(table)
+    for one, other in found.pairs:
+        ratio, xy = found.compared(one, other)
+        words = (
+            f"{one.name} against {other.name}: luminance {100 * ratio.value:+.2f} ± {100 * ratio.error:.2f} %"
+        )
+        if xy is not None:
+            words += ", " + ", ".join(
+                f"{name} {xy.value[k]:+.4f} ± {xy.error[k]:.4f}" for k, name in enumerate("xy")
+            )
+        to.print(f"{words}.", soft_wrap=True)
 
 
 _ROWS: dict[str, Any] = {

@@ -1,8 +1,8 @@
 """A light booth with a sphere whose surface is a printed plate, as a scene of Mitsuba 3.
 
-The point of the sphere in the middle of the picture is the origin: Mitsuba has single precision and goes on
-at a distance from each face of 9e-5 times the largest coordinate, which near the origin is far less than the
-thickness of an ink.
+Mitsuba's scalar variants have single precision: light goes on at a distance from each face of 9e-5 (1 + the
+largest coordinate) and skips the ink up to there. So the point of the sphere in the middle of the picture is
+the origin, only a small spot around it is evaluated, the unit is small, and so are sphere and plate.
 """
 
 import dataclasses
@@ -15,10 +15,12 @@ from jaxink.errors import InputRefusedError, require_number
 from jaxink.export import Medium, even_table
 
 SHEET, SOLID, VOLUME, WHITE = "sheet", "solid", "volume", "white"
+# Units of the scene in a mm.
+PER_MM = 20
 # Half the width of the centre that is looked at, over the radius.
-_CENTRE = 0.1
+_CENTRE = 0.005
 # Distance of the black core from the ink: more than the step of single precision.
-_GAP_MM = 0.1
+_GAP_MM = 0.05
 # Part of the picture's width that the sphere takes.
 FILLS = 0.85
 
@@ -44,9 +46,9 @@ class Booth:
         Their radius.
     """
 
-    radius_mm: float = 50.0
-    plate_mm: float = 0.1
-    side_mm: float = 800.0
+    radius_mm: float = 20.0
+    plate_mm: float = 0.05
+    side_mm: float = 400.0
     wall: float = 0.7
     tubes: int = 8
     tube_radius_mm: float = 19.0
@@ -73,10 +75,10 @@ class Booth:
     def words(self) -> str:
         """The scene in words."""
         return (
-            f"a sphere of {2 * self.radius_mm:g} mm, a shell of plate {self.plate_mm:g} mm thick with the ink on "
-            f"its inner face and black within, in a booth of {self.side_mm:g} mm with diffuse "
-            f"walls of {100 * self.wall:g} % and {self.tubes:g} tubes of {2 * self.tube_radius_mm:g} mm below "
-            "its ceiling"
+            f"a sphere of {2 * self.radius_mm:g} mm, a shell of plate {self.plate_mm:g} mm thick with the "
+            f"ink on its inner face and black within, in a booth of {self.side_mm:g} mm with diffuse walls "
+            f"of {100 * self.wall:g} % and {self.tubes:g} tubes of {2 * self.tube_radius_mm:g} mm below its "
+            "ceiling"
         )
 
 
@@ -84,8 +86,8 @@ def lit(booth: Booth) -> dict[str, Any]:
     """Walls and tubes of radiance 1."""
     import mitsuba as mi
 
-    to, half = mi.ScalarTransform4f(), booth.side_mm / 2
-    middle = to.translate([0, 0, -booth.radius_mm])
+    to, half = mi.ScalarTransform4f(), PER_MM * booth.side_mm / 2
+    middle = to.translate([0, 0, -PER_MM * booth.radius_mm])
     wall = {"type": "twosided", "bsdf": _diffuse(booth.wall)}
     # Rectangles look along +z.
     turns = {
@@ -104,14 +106,15 @@ def lit(booth: Booth) -> dict[str, Any]:
         }
         for name, turn in turns.items()
     }
-    height = half - 2 * booth.tube_radius_mm
+    radius = PER_MM * booth.tube_radius_mm
+    height = half - 2 * radius
     for k in range(int(booth.tubes)):
-        z = half * ((2 * k + 1) / booth.tubes - 1) - booth.radius_mm
+        z = half * ((2 * k + 1) / booth.tubes - 1) - PER_MM * booth.radius_mm
         scene[f"tube{k}"] = {
             "type": "cylinder",
             "p0": [-0.9 * half, height, z],
             "p1": [0.9 * half, height, z],
-            "radius": booth.tube_radius_mm,
+            "radius": radius,
             "bsdf": _diffuse(0.0),
             "emitter": {"type": "area", "radiance": _value(1.0)},
         }
@@ -133,7 +136,9 @@ def camera(booth: Booth, pixels: int, centre: bool) -> dict[str, Any]:
     return {
         "type": "perspective",
         "fov": float(np.rad2deg(2 * np.arctan(half / away))),
-        "to_world": mi.ScalarTransform4f().look_at(origin=[0, 0, distance], target=[0, 0, 0], up=[0, 1, 0]),
+        "to_world": mi.ScalarTransform4f().look_at(
+            origin=[0, 0, PER_MM * distance], target=[0, 0, 0], up=[0, 1, 0]
+        ),
         "film": {
             "type": "hdrfilm",
             "width": pixels,
@@ -198,8 +203,8 @@ def volume_sphere(booth: Booth, medium: Medium, wavelength: int, around: float) 
 
 
 def _sphere(booth: Booth, depth_mm: float, bsdf: dict, **more) -> dict[str, Any]:
-    centre = [0, 0, -booth.radius_mm]
-    return {"type": "sphere", "center": centre, "radius": booth.radius_mm - depth_mm, "bsdf": bsdf, **more}
+    centre, radius = [0, 0, -PER_MM * booth.radius_mm], PER_MM * (booth.radius_mm - depth_mm)
+    return {"type": "sphere", "center": centre, "radius": radius, "bsdf": bsdf, **more}
 
 
 def _core(booth: Booth, depth_mm: float) -> dict[str, Any]:
@@ -229,7 +234,7 @@ def _medium(medium: Medium, w: int) -> dict[str, Any]:
     _, phase = even_table(medium.phase[w])
     return {
         "type": "homogeneous",
-        "sigma_t": {"type": "constvolume", "value": extinction},
+        "sigma_t": {"type": "constvolume", "value": extinction / PER_MM},
         "albedo": {"type": "constvolume", "value": float(medium.scattering_per_mm[w]) / extinction},
         # Lamps cannot be seen through the faces, which refract.
         "sample_emitters": False,

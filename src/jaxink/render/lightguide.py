@@ -211,7 +211,9 @@ class GuideRendering:
         one, other = self.light(name), self.light(to)
         if one is None or other is None:
             return None
-        return ratio_less_one(one.mean_luminance, other.mean_luminance), ratio_less_one(one.profile, other.profile)
+        return ratio_less_one(one.mean_luminance, other.mean_luminance), ratio_less_one(
+            one.profile, other.profile
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Scene, numbers and comparisons, as plain data."""

@@ -50,6 +50,7 @@ def with_table_plugin(mi: Any, written: Mapping[str, Sequence[Path]]) -> dict[st
     assert mi.variant() == _VARIANT, "the plug-in is of the variant that is set"
     (plugin,) = {file for files in written.values() for file in files if file.stem == _PLUGIN}
     spec = importlib.util.spec_from_file_location(_PLUGIN, plugin)
-    assert spec is not None and spec.loader is not None, "the export contains the plug-in"
+    assert spec is not None, "the export contains the plug-in"
+    assert spec.loader is not None, "a Python file has a loader"
     spec.loader.exec_module(importlib.util.module_from_spec(spec))
     return {name: next(f for f in files if f.suffix == ".nc") for name, files in written.items()}

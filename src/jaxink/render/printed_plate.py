@@ -74,9 +74,7 @@ class PrintedPlate:
         name, sample, wavelengths = sample_of(source, alone)
         called = name or sample.title
         ink = find_ink(sample, layers, inside)
-        others = [
-            layer for k, layer in enumerate(sample.layers) if not ink.first <= k <= ink.last
-        ]
+        others = [layer for k, layer in enumerate(sample.layers) if not ink.first <= k <= ink.last]
         if len(others) != 1 or others[0].scatters or ink.media[0] != others[0].name:
             raise InputRefusedError(
                 f"{called}: consists of the layers {', '.join(layer.name for layer in sample.layers)}; the "
@@ -85,8 +83,8 @@ class PrintedPlate:
         (plate,) = others
         if sample.backing is not None:
             raise InputRefusedError(
-                f"{called}: the sample has a backing; the sphere is made of a plate with ink in front of black, "
-                "so take a sample without a backing."
+                f"{called}: the sample has a backing; the sphere is made of a plate with ink in front of "
+                "black, so take a sample without a backing."
             )
         if sample.effects:
             raise InputRefusedError(
@@ -103,8 +101,8 @@ class PrintedPlate:
             absorbs = float(values.get(f"{plate.name}.absorption_per_mm", 0.0))
             if absorbs > 0:
                 raise InputRefusedError(
-                    f"{called}: the plate '{plate.name}' absorbs ({absorbs:g} per mm); the sphere has a thinner "
-                    "plate, so take one without absorption."
+                    f"{called}: the plate '{plate.name}' absorbs ({absorbs:g} per mm); the sphere has a "
+                    "thinner plate, so take one without absorption."
                 )
         rendered = RenderedInk.of(source, layers, inside, alone=alone)
         every = [layer.name for layer in sample.layers]

@@ -106,9 +106,7 @@ class RenderedInk:
         }
 
 
-def sample_of(
-    source: str | Path | FitResult | Sample, alone: bool
-) -> tuple[str, Sample, tuple[float, ...]]:
+def sample_of(source: str | Path | FitResult | Sample, alone: bool) -> tuple[str, Sample, tuple[float, ...]]:
     """What a source is called, its sample, and the wavelengths that are known of it.
 
     Parameters: see `RenderedInk.of`.

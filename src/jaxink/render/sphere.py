@@ -66,9 +66,9 @@ class SphereEffort:
     """
 
     batches: int = 8
-    paths: int = 24_000
+    paths: int = 16_000
     pixels: int = 48
-    pixel_paths: int = 12
+    pixel_paths: int = 8
     seed: int = 0
 
     def __post_init__(self):
@@ -153,13 +153,23 @@ class SphereRendering:
     @property
     def pairs(self) -> tuple[tuple[SphereLight, SphereLight], ...]:
         """Ways that are compared."""
-        found = [(self.light(a), self.light(b)) for a, b in ((SHEET, SOLID), (SHEET, VOLUME), (SOLID, VOLUME))]
+        found = [
+            (self.light(a), self.light(b)) for a, b in ((SHEET, SOLID), (SHEET, VOLUME), (SOLID, VOLUME))
+        ]
         return tuple((a, b) for a, b in found if a is not None and b is not None)
 
     def luminance_factor(self, light: SphereLight) -> Estimate:
         """Luminance at the centre over that of the white sphere in the same booth."""
         relative = ratio_less_one(light.luminance, estimate(self.white))
         return Estimate(1 + relative.value, relative.error)
+
+    def compared(self, one: SphereLight, other: SphereLight) -> tuple[Estimate, Estimate | None]:
+        """Ratio less 1 of luminance at the centre, and difference in x, y, None for a single wavelength."""
+        ratio = ratio_less_one(one.luminance, other.luminance)
+        a, b = one.chromaticity, other.chromaticity
+        if a is None or b is None:
+            return ratio, None
+        return ratio, Estimate(a.value - b.value, np.hypot(a.error, b.error))
 
     def to_dict(self) -> dict[str, Any]:
         """Scene, numbers and comparisons, as plain data."""
@@ -171,9 +181,10 @@ class SphereRendering:
                 "xy": _plain(light.chromaticity),
             }
         for one, other in self.pairs:
+            ratio, xy = self.compared(one, other)
             comparisons[f"{one.name}_against_{other.name}"] = {
-                "luminance_ratio_less_1": _plain(ratio_less_one(one.luminance, other.luminance)),
-                "xy_difference": _plain(xy_difference(one, other)),
+                "luminance_ratio_less_1": _plain(ratio),
+                "xy_difference": _plain(xy),
             }
         return {
             "scene": "sphere",
@@ -184,14 +195,6 @@ class SphereRendering:
             "lights": lights,
             "comparisons": comparisons,
         }
-
-
-def xy_difference(one: SphereLight, other: SphereLight) -> Estimate | None:
-    """CIE x, y of one way less those of another; None for a single wavelength."""
-    a, b = one.chromaticity, other.chromaticity
-    if a is None or b is None:
-        return None
-    return Estimate(a.value - b.value, np.hypot(a.error, b.error))
 
 
 def render_sphere(
@@ -229,8 +232,8 @@ def render_sphere(
     medium, wavelengths = plate.ink.medium, plate.wavelength_nm
     if with_volume and medium is None:
         raise InputRefusedError(
-            f"{plate.ink.name}: cannot be rendered as a volume: {plate.ink.why_no_volume} Or leave the volume "
-            "out (--no-volume)."
+            f"{plate.ink.name}: cannot be rendered as a volume: {plate.ink.why_no_volume} Or leave the "
+            "volume out (--no-volume)."
         )
     if len(wavelengths) > 1:
         # Refuses a band that has no colour before anything is traced.

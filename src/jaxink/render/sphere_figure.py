@@ -64,7 +64,8 @@ def sphere_figure(rendering: SphereRendering) -> Figure:
         found = block_differences(one, other)
         shown = panel.imshow(100 * found.value, vmin=-_PER_CENT, vmax=_PER_CENT, cmap="coolwarm")
         panel.set_title(
-            f"{one.name} less {other.name}\nerror of a block {100 * np.nanmedian(found.error):.1f} %", fontsize=8
+            f"{one.name} less {other.name}\nerror of a block {100 * np.nanmedian(found.error):.1f} %",
+            fontsize=8,
         )
     figure.colorbar(shown, ax=list(axes[1]), shrink=0.8).set_label("difference, %", fontsize=8)
     for panel in axes.ravel():
