@@ -48,7 +48,7 @@ def run_render(
     layers, inside, plate_index, alone
         As for `jaxink.render.RenderedInk.of`, for the ink; the uncorrected one must be clear from its sample.
     effort
-        Fields of `jaxink.render.lightguide.Effort`.
+        Fields of `jaxink.render.Effort`, or of `jaxink.render.SphereEffort`.
     with_volume
         Whether to render the volume.
     output
@@ -64,37 +64,17 @@ def run_render(
     require_folder(out)
     session.prepare_jax()
     from jaxink.numerics.progress import log_progress
-    from jaxink.render import (
-        Effort,
-        PrintedPlate,
-        RenderedInk,
-        SphereEffort,
-        render_guide,
-        render_sphere,
-        save_guide_figure,
-        save_sphere_figure,
-    )
 
     picture, chosen = out / f"{scene}.png", list(layers) or None
     try:
         with session.progress(quiet=output != "tables") as following:
             follow = following or log_progress
             if scene == SPHERE:
-                plate = PrintedPlate.of(source, chosen, inside, alone)
-                sphere = render_sphere(plate, out, None, SphereEffort(**effort), with_volume, follow)
-                numbers, show = sphere.to_dict(), lambda: _show_sphere(sphere)
-                save_sphere_figure(sphere, picture)
+                given = (source, chosen, inside, alone)
+                numbers, show = _sphere(given, out, effort, with_volume, follow, picture)
             else:
-                wanted = Effort(**effort)
-                ink = RenderedInk.of(source, chosen, inside, plate_index, alone)
-                other = (
-                    None
-                    if uncorrected is None
-                    else RenderedInk.of(uncorrected, None, None, plate_index, alone)
-                )
-                guide = render_guide(ink, out, None, other, wanted, with_volume, follow)
-                numbers, show = guide.to_dict(), lambda: _show(guide)
-                save_guide_figure(guide, picture)
+                inks = (source, chosen, inside, plate_index, alone), uncorrected
+                numbers, show = _light_guide(*inks, out, effort, with_volume, follow, picture)
     except KeyboardInterrupt:
         typer.echo("jaxink: the finished batches are kept; go on with the same command.", err=True)
         raise
@@ -106,6 +86,37 @@ def run_render(
         show()
         console().print(f"\nWritten: {picture}, {out / NUMBERS}.", soft_wrap=True)
     return ExitCode.FITTED
+
+
+def _light_guide(given, uncorrected: Path | None, out: Path, effort, with_volume, follow, picture: Path):
+    """Render it, write the picture, and return the numbers and what shows them."""
+    from jaxink.render import Effort, RenderedInk, render_guide, save_guide_figure
+
+    wanted, (*_, plate_index, alone) = Effort(**effort), given
+    ink, other = RenderedInk.of(*given), None
+    if uncorrected is not None:
+        other = RenderedInk.of(uncorrected, None, None, plate_index, alone)
+    found = render_guide(ink, out, None, other, wanted, with_volume, follow)
+    save_guide_figure(found, picture)
+    return found.to_dict(), lambda: _show(found)
+
+
+def _sphere(given, out: Path, effort, with_volume, follow, picture: Path):
+    """As `_light_guide`, for the booth."""
+    from jaxink.render import (
+        PrintedPlate,
+        SphereEffort,
+        render_sphere,
+        require_mitsuba,
+        save_sphere_figure,
+    )
+
+    # Before the tables are computed.
+    require_mitsuba()
+    wanted = SphereEffort(**effort)
+    found = render_sphere(PrintedPlate.of(*given), out, None, wanted, with_volume, follow)
+    save_sphere_figure(found, picture)
+    return found.to_dict(), lambda: _show_sphere(found)
 
 
 def _show(found: "GuideRendering") -> None:

@@ -4,6 +4,7 @@ from jaxink.render.booth import Booth
 from jaxink.render.guide import Guide
 from jaxink.render.guide_figure import save_guide_figure
 from jaxink.render.lightguide import Effort, GuideRendering, render_guide
+from jaxink.render.mitsuba_session import require_mitsuba
 from jaxink.render.printed_plate import PrintedPlate
 from jaxink.render.rendered_ink import RenderedInk
 from jaxink.render.sphere import SphereEffort, SphereRendering, render_sphere
@@ -20,6 +21,7 @@ __all__ = [
     "SphereRendering",
     "render_guide",
     "render_sphere",
+    "require_mitsuba",
     "save_guide_figure",
     "save_sphere_figure",
 ]

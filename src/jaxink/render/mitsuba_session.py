@@ -12,9 +12,8 @@ _VARIANT = "scalar_rgb"
 _PLUGIN = "jaxink_table"
 
 
-@contextmanager
-def mitsuba() -> Iterator[Any]:
-    """The package, with a scalar variant set; afterwards the variant is what it was.
+def require_mitsuba() -> Any:
+    """The package.
 
     Raises
     ------
@@ -22,12 +21,22 @@ def mitsuba() -> Iterator[Any]:
         If it is not installed.
     """
     try:
-        import mitsuba as mi
+        import mitsuba
     except ImportError:
         raise InputRefusedError(
             "the sphere is rendered by the package mitsuba, which is not installed; run "
             "`pip install 'jaxink[render]'`."
         ) from None
+    return mitsuba
+
+
+@contextmanager
+def mitsuba() -> Iterator[Any]:
+    """The package, with a scalar variant set; afterwards the variant is what it was.
+
+    Raises: see `require_mitsuba`.
+    """
+    mi = require_mitsuba()
     before = mi.variant()
     mi.set_variant(_VARIANT)
     try:
