@@ -26,7 +26,7 @@ def light(name, spectrum, wavelengths=(550.0,), seed=1, noise=1e-3, pixels=16):
 
 
 def rendering(*lights, white=0.25):
-    return SphereRendering(Booth(), SphereEffort(), None, np.full(6, white), lights)
+    return SphereRendering(Booth(), SphereEffort(), {}, np.full(6, white), lights)
 
 
 @pytest.mark.parametrize(

@@ -159,7 +159,7 @@ def _show_sphere(found: "SphereRendering") -> None:
         table.add_column(light.name, justify="right", no_wrap=True)
     table.add_row("luminance / white sphere's", *(_cell(found.luminance_factor(one)) for one in found.lights))
     table.add_row("luminance / lamps'", *(_cell(one.luminance) for one in found.lights))
-    if len(found.plate.wavelength_nm) > 1:
+    if found.lights[0].chromaticity is not None:
         for k, name in enumerate("xy"):
             table.add_row(name, *(_cell(_part(one.chromaticity, k)) for one in found.lights))
     to.print(table)

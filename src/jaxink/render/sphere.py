@@ -132,8 +132,8 @@ class SphereRendering:
     ----------
     booth, effort
         What was rendered, and with how many paths.
-    plate
-        The printed plate.
+    ink
+        The ink as plain data.
     white
         Radiance at the centre of a sphere that is a perfect diffuser, by batch.
     lights
@@ -142,7 +142,7 @@ class SphereRendering:
 
     booth: Booth
     effort: SphereEffort
-    plate: PrintedPlate
+    ink: dict[str, Any]
     white: Float[np.ndarray, " batches"]
     lights: tuple[SphereLight, ...]
 
@@ -190,7 +190,7 @@ class SphereRendering:
             "scene": "sphere",
             "booth": dataclasses.asdict(self.booth) | {"words": self.booth.words},
             "effort": dataclasses.asdict(self.effort),
-            "ink": self.plate.ink.describe(),
+            "ink": self.ink,
             "white_sphere_over_lamp": _plain(estimate(self.white)),
             "lights": lights,
             "comparisons": comparisons,
@@ -302,7 +302,7 @@ def render_sphere(
             SphereLight(way, wavelengths, centre(way), batches(way, 1, effort.pixel_paths, "picture"))
             for way in ways
         )
-    return SphereRendering(booth, effort, plate, white, lights)
+    return SphereRendering(booth, effort, plate.ink.describe(), white, lights)
 
 
 def _plain(found: Estimate | None) -> dict[str, Any] | None:
