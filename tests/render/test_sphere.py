@@ -26,17 +26,17 @@ def clear_plate(tmp_path_factory):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_without_absorption_a_hollow_sphere_in_uniform_light_cannot_be_seen(way, clear_plate):
-    value, error = seen(clear_plate, way, 3_000, core=False)
+    value, error = seen(clear_plate, way, 1_600, core=False)
     # The tables are interpolated.
     assert value == pytest.approx(1.0, abs=3.5 * error + 0.01)
-    assert error < 0.01
+    assert error < 0.02
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_in_uniform_light_the_reflectance_is_seen(way, plate):
-    value, error = seen(plate, way, 8_000)
+    value, error = seen(plate, way, 4_000)
     assert value == pytest.approx(known(plate), abs=3.5 * error + 0.005)
-    assert error < 0.03
+    assert error < 0.04
 
 
 def test_a_rendering_goes_on_where_it_was(plate, tmp_path):
