@@ -13,10 +13,10 @@ from jaxink.render import PrintedPlate, SphereEffort, render_sphere, save_sphere
 FILE = Path(__file__).with_name("booth.json")
 PICTURE = REPOSITORY / "docs" / "sphere.png"
 SHOWN = "coloured_ink"
-# The picture of one ink is shown; of the others only the centre counts.
+# The picture of one ink is shown; of the others only the centre counts, most for the one that reflects least.
 _EFFORTS = {
     "white_ink_mie": SphereEffort(pixel_paths=1),
-    "white_ink_rough": SphereEffort(pixel_paths=1),
+    "white_ink_rough": SphereEffort(batches=24, pixel_paths=1),
     SHOWN: SphereEffort(),
 }
 CHECKED = "white_ink_mie"

@@ -38,7 +38,7 @@ def booth_section(found: dict) -> str:
         if way != "known"
     ]
     shown = inks[SHOWN]
-    effort = shown["effort"]
+    batches = ", ".join(f"{one['effort']['batches']} for `{name}`" for name, one in inks.items())
     words = "\n".join(textwrap.wrap(f"{shown['booth']['words']}.", 110))
     heads = ["ink", "way", "luminance, % of the white sphere's", "x", "y"]
     return f"""## The booth
@@ -56,7 +56,9 @@ smooth faces. Mitsuba 3, variant `scalar_rgb`, renders each wavelength by itself
 
 {table(["ink", "ways", "luminance, %", "x", "y"], compared)}
 
-± is one standard error, from {effort["batches"]} batches with seeds of their own. {_verdict(inks)}
+± is one standard error, from batches with seeds of their own: {batches}.
+
+{_verdict(inks)}
 
 **Uniform light.** In light of radiance 1 from everywhere, the radiance along the normal of a flat plate is
 its directional-hemispherical reflectance, which the solver knows: {known:.5f} for `{CHECKED}`. The sphere in

@@ -34,7 +34,7 @@ N_BATCHES = 10
 _PIXELS, _CONFIG = 4, SolverConfig(32, 24, 96, 4)
 # The same sphere about the origin, so that the face that is looked at is a radius away from it.
 AWAY = "volume, 20 mm from the origin"
-PATHS = {SHEET: 100_000, SOLID: 100_000, VOLUME: 200_000, AWAY: 100_000}
+PATHS = {SHEET: 60_000, SOLID: 60_000, VOLUME: 200_000, AWAY: 100_000}
 
 
 def known(plate: PrintedPlate) -> float:
