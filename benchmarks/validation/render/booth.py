@@ -16,7 +16,7 @@ SHOWN = "coloured_ink"
 # The picture of one ink is shown; of the others only the centre counts, most for the one that reflects least.
 _EFFORTS = {
     "white_ink_mie": SphereEffort(pixel_paths=1),
-    "white_ink_rough": SphereEffort(batches=24, pixel_paths=1),
+    "white_ink_rough": SphereEffort(batches=16, pixel_paths=1),
     SHOWN: SphereEffort(),
 }
 CHECKED = "white_ink_mie"
