@@ -71,8 +71,8 @@ The last row has the centre of the sphere at the origin, so that the face that i
 it, and nothing else is different: single precision makes the same volume darker. Mitsuba's scalar variants go
 on at a distance from each face of 9e-5 (1 + the largest coordinate), in units of the scene. That is 1.8 um at
 20 mm, and a mean free path in this ink is 1.7 um. So the point that is evaluated is the origin, in a spot of
-0.2 mm, with a unit of 0.05 mm, where the step is some 0.02 um. Towards the outline of the sphere, where the step
-is larger, the picture of the volume must be expected to be too dark."""
+0.2 mm, with a unit of 0.05 mm, where the step is some 0.02 um. Towards the outline of the sphere, where the
+step is larger, the picture of the volume must be expected to be too dark."""
 
 
 def _shown(one: dict, factor: float = 1.0, digits: int = 4, sign: str = "") -> str:
