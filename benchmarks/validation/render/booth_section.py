@@ -57,7 +57,8 @@ smooth faces. Mitsuba 3, variant `scalar_rgb`, renders each wavelength by itself
 {table(["ink", "ways", "luminance, %", "x", "y"], compared)}
 
 ± is one standard error, from batches with seeds of their own:
-{batches}.
+{batches}. The second eight of `white_ink_rough` were
+added because the first eight had put the sheet 1.80 ± 0.75 % below the volume.
 
 {_verdict(inks)}
 
