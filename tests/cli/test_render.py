@@ -39,10 +39,24 @@ def test_numbers_and_picture_are_written(run, tmp_path):
     assert before == {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out" / "batches").iterdir()}
 
 
+def test_a_sphere_in_a_booth(run, tmp_path):
+    pytest.importorskip("mitsuba", reason="needs mitsuba: pip install 'jaxink[render]'")
+    done = run("--scene", "sphere", "--batches", "2", "--paths", "160", "--no-volume")
+    assert done.exit_code == 0, done.output
+    assert "sheet against solid" in done.stdout
+    numbers = json.loads((tmp_path / "out" / "render.json").read_text())
+    assert set(numbers["lights"]) == {"sheet", "solid"}
+    for light in numbers["lights"].values():
+        assert 0.2 < light["luminance_over_white_sphere"]["value"] < 0.9
+    assert (tmp_path / "out" / "sphere.png").exists()
+
+
 def test_wrong_options(run, told, tmp_path):
     (tmp_path / "clear.toml").write_text(PRINTED[: PRINTED.rindex("[[layers]]")], encoding="utf-8")
     for words, source, named in (
         (("--scene", "moon"), "ink.toml", "--scene"),
+        (("--scene", "sphere", "--plate-index", "1.6"), "ink.toml", "--plate-index"),
+        (("--scene", "sphere", "--uncorrected", "other"), "ink.toml", "--uncorrected"),
         (("--batches", "1"), "ink.toml", "batches"),
         (("--layer", "plate"), "ink.toml", "plate"),
         (FEW, "clear.toml", "clear.toml"),

@@ -1,4 +1,4 @@
-"""Write render.md: Mitsuba's volumetric plate against the solver, and the light guide.
+"""Write render.md: Mitsuba's volumetric plate against the solver, the light guide, and the booth.
 
 python -m benchmarks.validation.render
 """
@@ -11,7 +11,8 @@ import numpy as np
 
 from benchmarks.pages import table, write_page
 from benchmarks.validation.published.judgement import true_sample
-from benchmarks.validation.render.guide import numbers
+from benchmarks.validation.render import booth, guide
+from benchmarks.validation.render.booth_section import booth_section
 from benchmarks.validation.render.guide_section import guide_section
 from benchmarks.validation.render.plate import Plate, power
 from jaxink.export.medium import Medium, medium_of, short_forms
@@ -106,7 +107,9 @@ these spheres is below g^2, and that of every mixture of such lobes with the sam
 
 {table(form_heads, forms)}
 
-{guide_section(numbers())}
+{guide_section(guide.numbers())}
+
+{booth_section(booth.numbers())}
 """
 
 

@@ -83,9 +83,7 @@ diffuse light in the plate that returns into it, with the light that the rim sen
 A whole guide cannot be traced by Mitsuba's scalar variants. They have single precision and go on at a
 distance from each face of 9e-5 times the coordinate, 4.5 um at 50 mm, where a mean free path in these inks
 is 3 to 14 um. Plates of ink in trials 50 mm from the origin reflected less than the solver says, the less
-the thinner the ink, and at the origin as much. We take the step to be the cause, but have not proved it.
-
-Not done: the booth with a sphere, in which single sheets, a reconstructed solid and a volume are compared."""
+the thinner the ink, and at the origin as much. The booth below shows the same."""
 
 
 def _numbers(light: dict) -> list[str]:

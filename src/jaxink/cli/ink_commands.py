@@ -256,7 +256,12 @@ def render(
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the picture and the numbers.")],
     scene: Annotated[
-        str, typer.Option(metavar="lightguide", help="Scene: an edge-lit plate with printed dots.")
+        str,
+        typer.Option(
+            metavar="lightguide|sphere",
+            help="Scene: an edge-lit plate with printed dots, or a sphere of printed plate in a light booth, "
+            "which needs mitsuba.",
+        ),
     ] = "lightguide",
     uncorrected: Annotated[
         Path | None,
@@ -296,8 +301,13 @@ def render(
         int, typer.Option(metavar="N", help="Number of independent batches, for standard errors.")
     ] = 8,
     paths: Annotated[
-        int, typer.Option(metavar="N", help="Paths of a batch from each of the bins of the exit face.")
-    ] = 60,
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Paths of a batch: from each bin of the light guide's exit face (60), or from the centre of "
+            "the sphere (16000).",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print render.json instead of the tables.")] = False,
     quiet: Quiet = False,
@@ -307,7 +317,7 @@ def render(
     with one_sentence(debug):
         from jaxink.cli.render import run_render
 
-        effort = {"batches": batches, "paths": paths, "seed": seed}
+        effort = {"batches": batches, "seed": seed} | ({} if paths is None else {"paths": paths})
         given = (
             layer or (),
             seen_from,

@@ -10,16 +10,16 @@ import typer
 from jaxink.cli import session
 from jaxink.cli.fit_tables import console
 from jaxink.cli.session import ExitCode
-from jaxink.errors import require_one_of
+from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.files.encoding import json_text
 from jaxink.files.writing import require_folder, written_whole
 from jaxink.numerics.digits import with_uncertainty
 
 if TYPE_CHECKING:
-    from jaxink.render import GuideRendering
+    from jaxink.render import GuideRendering, SphereRendering
 
-SCENES = ("lightguide",)
-NUMBERS, PICTURE = "render.json", "lightguide.png"
+LIGHTGUIDE, SPHERE = SCENES = ("lightguide", "sphere")
+NUMBERS = "render.json"
 
 
 def run_render(
@@ -48,39 +48,78 @@ def run_render(
     layers, inside, plate_index, alone
         As for `jaxink.render.RenderedInk.of`, for the ink; the uncorrected one must be clear from its sample.
     effort
-        Fields of `jaxink.render.lightguide.Effort`.
+        Fields of `jaxink.render.Effort`, or of `jaxink.render.SphereEffort`.
     with_volume
         Whether to render the volume.
     output
         ``tables``, ``json`` or ``quiet``.
     """
     require_one_of("--scene", scene, SCENES)
+    if scene == SPHERE:
+        for option, value in (("--plate-index", plate_index), ("--uncorrected", uncorrected)):
+            if value is not None:
+                raise InputRefusedError(
+                    f"{option} {value} is for the light guide only; leave it out with --scene {SPHERE}."
+                )
     require_folder(out)
     session.prepare_jax()
     from jaxink.numerics.progress import log_progress
-    from jaxink.render import Effort, RenderedInk, render_guide, save_guide_figure
 
-    wanted = Effort(**effort)
-    ink = RenderedInk.of(source, list(layers) or None, inside, plate_index, alone)
-    other = None if uncorrected is None else RenderedInk.of(uncorrected, None, None, plate_index, alone)
+    picture, chosen = out / f"{scene}.png", list(layers) or None
     try:
-        with session.progress(quiet=output != "tables") as follow:
-            found = render_guide(ink, out, None, other, wanted, with_volume, follow or log_progress)
+        with session.progress(quiet=output != "tables") as following:
+            follow = following or log_progress
+            if scene == SPHERE:
+                given = (source, chosen, inside, alone)
+                numbers, show = _sphere(given, out, effort, with_volume, follow, picture)
+            else:
+                inks = (source, chosen, inside, plate_index, alone), uncorrected
+                numbers, show = _light_guide(*inks, out, effort, with_volume, follow, picture)
     except KeyboardInterrupt:
         typer.echo("jaxink: the finished batches are kept; go on with the same command.", err=True)
         raise
-    numbers = found.to_dict()
     with written_whole(out / NUMBERS) as file:
         file.write_text(json_text(numbers) + "\n", encoding="utf-8")
-    save_guide_figure(found, out / PICTURE)
     if output == "json":
         typer.echo(json_text(numbers))
     elif output == "tables":
-        _show(found, out)
+        show()
+        console().print(f"\nWritten: {picture}, {out / NUMBERS}.", soft_wrap=True)
     return ExitCode.FITTED
 
 
-def _show(found: "GuideRendering", out: Path) -> None:
+def _light_guide(given, uncorrected: Path | None, out: Path, effort, with_volume, follow, picture: Path):
+    """Render it, write the picture, and return the numbers and what shows them."""
+    from jaxink.render import Effort, RenderedInk, render_guide, save_guide_figure
+
+    wanted, (*_, plate_index, alone) = Effort(**effort), given
+    ink, other = RenderedInk.of(*given), None
+    if uncorrected is not None:
+        other = RenderedInk.of(uncorrected, None, None, plate_index, alone)
+    found = render_guide(ink, out, None, other, wanted, with_volume, follow)
+    save_guide_figure(found, picture)
+    return found.to_dict(), lambda: _show(found)
+
+
+def _sphere(given, out: Path, effort, with_volume, follow, picture: Path):
+    """As `_light_guide`, for the booth."""
+    from jaxink.render import (
+        PrintedPlate,
+        SphereEffort,
+        render_sphere,
+        require_mitsuba,
+        save_sphere_figure,
+    )
+
+    # Before the tables are computed.
+    require_mitsuba()
+    wanted = SphereEffort(**effort)
+    found = render_sphere(PrintedPlate.of(*given), out, None, wanted, with_volume, follow)
+    save_sphere_figure(found, picture)
+    return found.to_dict(), lambda: _show_sphere(found)
+
+
+def _show(found: "GuideRendering") -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -106,7 +145,34 @@ def _show(found: "GuideRendering", out: Path) -> None:
                 f"{100 * columns.error[worst]:.1f} %, at {found.guide.columns_mm[worst]:g} mm.",
                 soft_wrap=True,
             )
-    to.print(f"\nWritten: {out / PICTURE}, {out / NUMBERS}.", soft_wrap=True)
+
+
+def _show_sphere(found: "SphereRendering") -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    to = console()
+    to.print(f"Booth: {found.booth.words}.", soft_wrap=True)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("centre of the sphere")
+    for light in found.lights:
+        table.add_column(light.name, justify="right", no_wrap=True)
+    table.add_row("luminance / white sphere's", *(_cell(found.luminance_factor(one)) for one in found.lights))
+    table.add_row("luminance / lamps'", *(_cell(one.luminance) for one in found.lights))
+    if found.lights[0].chromaticity is not None:
+        for k, name in enumerate("xy"):
+            table.add_row(name, *(_cell(_part(one.chromaticity, k)) for one in found.lights))
+    to.print(table)
+    for one, other in found.pairs:
+        ratio, xy = found.compared(one, other)
+        words = (
+            f"{one.name} against {other.name}: luminance {100 * ratio.value:+.2f} ± {100 * ratio.error:.2f} %"
+        )
+        if xy is not None:
+            words += ", " + ", ".join(
+                f"{name} {xy.value[k]:+.4f} ± {xy.error[k]:.4f}" for k, name in enumerate("xy")
+            )
+        to.print(f"{words}.", soft_wrap=True)
 
 
 _ROWS: dict[str, Any] = {

@@ -5,7 +5,7 @@ from jaxink.export.guide import warning_of
 from jaxink.export.limitations import LOSSES, ExportOptions, LossRefusedError
 from jaxink.export.medium import Medium, medium_of
 from jaxink.export.preparation import least_bin_deg
-from jaxink.export.volume import VOLUME_FORMATS, write_volume
+from jaxink.export.volume import VOLUME_FORMATS, even_table, write_volume
 
 __all__ = [
     "ExportOptions",
@@ -14,6 +14,7 @@ __all__ = [
     "LossRefusedError",
     "Medium",
     "VOLUME_FORMATS",
+    "even_table",
     "least_bin_deg",
     "medium_of",
     "refuse_expected",

@@ -89,3 +89,23 @@ def estimate(batches: Float[np.ndarray, "batches ..."]) -> Estimate:
     if n < _FEWEST:
         raise InputRefusedError(f"there is {n} batch; a standard error needs at least {_FEWEST} (--batches).")
     return Estimate(batches.mean(axis=0), batches.std(axis=0, ddof=1) / np.sqrt(n))
+
+
+def jackknife(batches: Float[np.ndarray, "batches ..."], of: Callable[[np.ndarray], Any]) -> Estimate:
+    """A function of the mean of the batches, and its error from leaving out each batch in turn."""
+    n, total = len(batches), batches.sum(axis=0)
+    without = np.array([of((total - one) / (n - 1)) for one in batches])
+    spread = np.sum((without - without.mean(axis=0)) ** 2, axis=0)
+    return Estimate(np.asarray(of(total / n)), np.sqrt((n - 1) / n * spread))
+
+
+def ratio_less_one(one: Estimate, other: Estimate) -> Estimate:
+    """Relative difference of two independent estimates."""
+    ratio = one.value / other.value
+    relative = np.hypot(one.error / one.value, other.error / other.value)
+    return Estimate(np.asarray(ratio - 1), np.asarray(ratio * relative))
+
+
+def chromaticity(xyz: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 2"]:
+    """CIE x, y of tristimulus values."""
+    return xyz[..., :2] / xyz.sum(axis=-1, keepdims=True)

@@ -10,7 +10,15 @@ from jaxtyping import Float
 from jaxink.colour import Viewing
 from jaxink.errors import InputRefusedError, require_number
 from jaxink.numerics.progress import Progress, log_progress
-from jaxink.render.batches import Estimate, Kept, batches_of, estimate
+from jaxink.render.batches import (
+    Estimate,
+    Kept,
+    batches_of,
+    chromaticity,
+    estimate,
+    jackknife,
+    ratio_less_one,
+)
 from jaxink.render.dots import Dots, SheetDots, VolumeDots
 from jaxink.render.guide import Guide
 from jaxink.render.guide_paths import BINS, HEMISPHERE, NORMAL, guide_batch
@@ -121,7 +129,7 @@ class GuideLight:
     @property
     def uniformity(self) -> Estimate:
         """Least over largest column of the profile; errors by leaving out each batch in turn."""
-        return _jackknife(self.luminance.mean(axis=1), lambda columns: columns.min() / columns.max())
+        return jackknife(self.luminance.mean(axis=1), lambda columns: columns.min() / columns.max())
 
     @property
     def nine_points(self) -> Estimate:
@@ -135,7 +143,7 @@ class GuideLight:
             ]
             return min(spots) / max(spots)
 
-        return _jackknife(self.luminance, ratio)
+        return jackknife(self.luminance, ratio)
 
     @property
     def chromaticity(self) -> Estimate | None:
@@ -143,7 +151,7 @@ class GuideLight:
         if len(self.wavelength_nm) == 1:
             return None
         weights = Viewing.of(self.wavelength_nm).weights
-        return _jackknife(self.cells.mean(axis=1) @ weights.T, _xy)
+        return jackknife(self.cells.mean(axis=1) @ weights.T, chromaticity)
 
     @property
     def colour_shift(self) -> Estimate | None:
@@ -154,9 +162,9 @@ class GuideLight:
         n = max(1, round(_END * self.guide.columns))
 
         def shift(columns):
-            return _xy(columns[-n:].mean(axis=0)) - _xy(columns[:n].mean(axis=0))
+            return chromaticity(columns[-n:].mean(axis=0)) - chromaticity(columns[:n].mean(axis=0))
 
-        return _jackknife(self.cells.mean(axis=1) @ weights.T, shift)
+        return jackknife(self.cells.mean(axis=1) @ weights.T, shift)
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers with standard errors, as plain data."""
@@ -203,7 +211,9 @@ class GuideRendering:
         one, other = self.light(name), self.light(to)
         if one is None or other is None:
             return None
-        return _ratio(one.mean_luminance, other.mean_luminance), _ratio(one.profile, other.profile)
+        return ratio_less_one(one.mean_luminance, other.mean_luminance), ratio_less_one(
+            one.profile, other.profile
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Scene, numbers and comparisons, as plain data."""
@@ -315,21 +325,3 @@ def _spot(n: int, third: int) -> slice:
     middle = (third + 0.5) * n / 3
     first = max(0, round(middle - _SPOT_CELLS / 2))
     return slice(first, min(n, first + _SPOT_CELLS))
-
-
-def _xy(xyz: np.ndarray) -> np.ndarray:
-    return xyz[..., :2] / xyz.sum(axis=-1, keepdims=True)
-
-
-def _jackknife(batches: Float[np.ndarray, "batches ..."], of) -> Estimate:
-    """A function of the mean of the batches, and its error from leaving out each batch in turn."""
-    n, total = len(batches), batches.sum(axis=0)
-    without = np.array([of((total - one) / (n - 1)) for one in batches])
-    spread = np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    return Estimate(np.asarray(of(total / n)), np.sqrt((n - 1) / n * spread))
-
-
-def _ratio(one: Estimate, other: Estimate) -> Estimate:
-    ratio = one.value / other.value
-    relative = np.hypot(one.error / one.value, other.error / other.value)
-    return Estimate(np.asarray(ratio - 1), np.asarray(ratio * relative))

@@ -15,7 +15,7 @@ from jaxink.numerics.fingerprint import fingerprint
 from jaxink.sample import Sample, load_sample
 
 # Interpolation of a narrow peak; a rendering needs no more.
-_ACCURACY = 1e-3
+ACCURACY = 1e-3
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,23 +75,14 @@ class RenderedInk:
         InputRefusedError
             If the ink is not clear, or has rough faces, whose lobes are narrower than the table.
         """
-        name = str(source) if isinstance(source, str | Path) else ""
-        if isinstance(source, str | Path):
-            path = Path(source)
-            source = load_sample(path) if path.suffix == ".toml" and path.is_file() else load_result(path)
-        sample = source if isinstance(source, Sample) else source.sample
-        wavelengths = sample.wavelengths_nm
-        if not isinstance(source, Sample):
-            wavelengths = tuple(np.unique(source.data.wavelength_nm[source.data.used]).tolist())
-        if alone:
-            sample = dataclasses.replace(sample, effects=())
+        name, sample, wavelengths = sample_of(source, alone)
         ink = find_ink(sample, layers, inside, plate_index)
         if any(sample.layers[k].roughness for k in range(ink.first, ink.last + 1)):
             raise InputRefusedError(
                 f"{name or sample.title}: the ink has rough faces, whose lobes are narrower than the angles "
                 "of its table; a rendering needs smooth faces."
             )
-        options = TableOptions(inside=inside, index_inside=plate_index, accuracy=_ACCURACY)
+        options = TableOptions(inside=inside, index_inside=plate_index, accuracy=ACCURACY)
         # Of the sample, not of the result: a rendering has no use for standard errors.
         table = ink_table(sample, layers, wavelengths or None, options=options)
         return cls(name or sample.title, table, *_volume(ink, table))
@@ -113,6 +104,24 @@ class RenderedInk:
             "absorption_per_mm": medium.absorption_per_mm.tolist(),
             "g": medium.asymmetry.tolist(),
         }
+
+
+def sample_of(source: str | Path | FitResult | Sample, alone: bool) -> tuple[str, Sample, tuple[float, ...]]:
+    """What a source is called, its sample, and the wavelengths that are known of it.
+
+    Parameters: see `RenderedInk.of`.
+    """
+    name = str(source) if isinstance(source, str | Path) else ""
+    if isinstance(source, str | Path):
+        path = Path(source)
+        source = load_sample(path) if path.suffix == ".toml" and path.is_file() else load_result(path)
+    sample = source if isinstance(source, Sample) else source.sample
+    wavelengths = sample.wavelengths_nm
+    if not isinstance(source, Sample):
+        wavelengths = tuple(np.unique(source.data.wavelength_nm[source.data.used]).tolist())
+    if alone:
+        sample = dataclasses.replace(sample, effects=())
+    return name, sample, wavelengths
 
 
 def _volume(ink: InkLayers, table: InkTable) -> tuple[Medium | None, str]:
