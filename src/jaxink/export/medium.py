@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxink.display.brief import brief_repr
 from jaxink.errors import InputRefusedError
 from jaxink.ink import InkLayers
 from jaxink.model import mie_sizes, volume_scattering
@@ -61,6 +62,8 @@ class Medium:
     faces
         Rough faces that the layer declares, in words; empty if all are smooth.
     """
+
+    __repr__ = brief_repr
 
     name: str
     wavelength_nm: Float[np.ndarray, " wavelengths"]
