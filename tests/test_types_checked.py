@@ -41,7 +41,7 @@ def test_no_function_or_class_opts_out():
 @pytest.mark.parametrize(
     ("place", "arguments"),
     [
-        ("surfaces.tabulated_spectrum:tabulated_spectrum", (jnp.ones((3, 1)), jnp.ones(3))),
+        ("surfaces.spectrum:tabulated_spectrum", (jnp.ones((3, 1)), jnp.ones(3))),
         ("ink.hemispherical_totals:azimuth_weights", (np.zeros((2, 2)),)),
         ("measurement.pairs:direction_groups", ("a measurement",)),
     ],

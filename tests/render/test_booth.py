@@ -53,7 +53,6 @@ def test_luminance_is_that_over_the_white_sphere():
 
 
 def test_ways_that_differ_are_told_apart():
-    pytest.importorskip("colour", reason="needs colour-science: pip install 'jaxink[colour]'")
     grey, yellow = np.full(5, 0.1), np.array([0.05, 0.08, 0.1, 0.1, 0.1])
     found = rendering(
         light("sheet", yellow, COLOURS, 1),

@@ -32,7 +32,6 @@ def test_numbers_of_a_falling_luminance():
 
 
 def test_a_grey_guide_has_no_colour_shift_and_a_yellowing_one_has():
-    pytest.importorskip("colour", reason="needs colour-science: pip install 'jaxink[colour]'")
     wavelengths = 450.0, 500.0, 550.0, 600.0, 650.0
     grey = light(np.full((GUIDE.columns, 5), 0.01), wavelengths)
     assert np.all(np.abs(grey.colour_shift.value) < 4 * grey.colour_shift.error + 1e-9)
