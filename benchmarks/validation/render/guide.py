@@ -44,11 +44,17 @@ def numbers() -> dict:
             found[case] = rendering.to_dict()
             if case == "contact":
                 save_guide_figure(rendering, PICTURE)
-            FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            _keep(found)
     if "dots" not in found:
         found["dots"] = dots()
-        FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        _keep(found)
     return found
+
+
+def _keep(found: dict) -> None:
+    """Write the numbers; inks are named by their files in the repository, wherever that is."""
+    text = json.dumps(found, indent=1).replace(f"{REPOSITORY}/", "")
+    FILE.write_text(text + "\n", encoding="utf-8")
 
 
 def dots() -> dict:
