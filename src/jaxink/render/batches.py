@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, require_number
 from jaxink.files.reading import shown_path
 from jaxink.files.writing import written_whole
 from jaxink.numerics.progress import Progress, StepOf
@@ -23,6 +23,10 @@ class Estimate(NamedTuple):
 
     value: Float[np.ndarray, "..."]
     error: Float[np.ndarray, "..."]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"value": self.value.tolist(), "standard_error": self.error.tolist()}
 
 
 class Kept:
@@ -83,6 +87,15 @@ def batches_of(
     return np.stack(found)
 
 
+def require_counts(options: Any, **least: int) -> None:
+    """Reject fields of ``options`` that are no numbers, or below the least of each."""
+    for name, lowest in least.items():
+        count = getattr(options, name)
+        require_number(name, count)
+        if count < lowest:
+            raise InputRefusedError(f"{name} is {count}; it must be at least {lowest}.")
+
+
 def estimate(batches: Float[np.ndarray, "batches ..."]) -> Estimate:
     """Mean over the first axis, and its standard error from the scatter of the batches."""
     n = len(batches)
@@ -104,8 +117,3 @@ def ratio_less_one(one: Estimate, other: Estimate) -> Estimate:
     ratio = one.value / other.value
     relative = np.hypot(one.error / one.value, other.error / other.value)
     return Estimate(np.asarray(ratio - 1), np.asarray(ratio * relative))
-
-
-def chromaticity(xyz: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 2"]:
-    """CIE x, y of tristimulus values."""
-    return xyz[..., :2] / xyz.sum(axis=-1, keepdims=True)

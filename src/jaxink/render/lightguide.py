@@ -7,21 +7,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.colour import Viewing
-from jaxink.errors import InputRefusedError, require_number
+from jaxink.errors import InputRefusedError
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.render.batches import (
     Estimate,
     Kept,
     batches_of,
-    chromaticity,
     estimate,
     jackknife,
     ratio_less_one,
+    require_counts,
 )
 from jaxink.render.dots import Dots, SheetDots, VolumeDots
 from jaxink.render.guide import Guide
 from jaxink.render.guide_paths import BINS, HEMISPHERE, NORMAL, guide_batch
+from jaxink.render.luminance import chromaticity, luminance_weights, tristimulus_weights
 from jaxink.render.rendered_ink import RenderedInk
 from jaxink.render.sheet_sampling import SheetSampler
 
@@ -57,16 +57,7 @@ class Effort:
     seed: int = 0
 
     def __post_init__(self):
-        for name, least in (
-            ("batches", 2),
-            ("paths", 1),
-            ("hemisphere_paths", 1),
-            ("sheets", 1),
-            ("seed", 0),
-        ):
-            require_number(name, getattr(self, name))
-            if getattr(self, name) < least:
-                raise InputRefusedError(f"{name} is {getattr(self, name)}; it must be at least {least}.")
+        require_counts(self, batches=2, paths=1, hemisphere_paths=1, sheets=1, seed=0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -100,9 +91,7 @@ class GuideLight:
     @property
     def luminance_weights(self) -> Float[np.ndarray, " wavelengths"]:
         """From the spectrum to luminance over that of the lamp, whose light is D65."""
-        if len(self.wavelength_nm) == 1:
-            return np.ones(1)
-        return Viewing.of(self.wavelength_nm).weights[1] / 100
+        return luminance_weights(self.wavelength_nm)
 
     @property
     def luminance(self) -> Float[np.ndarray, "batches rows columns"]:
@@ -148,23 +137,23 @@ class GuideLight:
     @property
     def chromaticity(self) -> Estimate | None:
         """CIE x, y of each column, shape ``(columns, 2)``; None for a single wavelength."""
-        if len(self.wavelength_nm) == 1:
+        weights = tristimulus_weights(self.wavelength_nm)
+        if weights is None:
             return None
-        weights = Viewing.of(self.wavelength_nm).weights
-        return jackknife(self.cells.mean(axis=1) @ weights.T, chromaticity)
+        return jackknife(self.cells.mean(axis=1) @ weights, chromaticity)
 
     @property
     def colour_shift(self) -> Estimate | None:
         """CIE x, y at the far end less those at the lamp, each over 15 % of the length."""
-        if len(self.wavelength_nm) == 1:
+        weights = tristimulus_weights(self.wavelength_nm)
+        if weights is None:
             return None
-        weights = Viewing.of(self.wavelength_nm).weights
         n = max(1, round(_END * self.guide.columns))
 
         def shift(columns):
             return chromaticity(columns[-n:].mean(axis=0)) - chromaticity(columns[:n].mean(axis=0))
 
-        return jackknife(self.cells.mean(axis=1) @ weights.T, shift)
+        return jackknife(self.cells.mean(axis=1) @ weights, shift)
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers with standard errors, as plain data."""
@@ -177,10 +166,7 @@ class GuideLight:
             "xy_of_columns": self.chromaticity,
             "xy_far_less_near": self.colour_shift,
         }
-        return {
-            name: None if e is None else {"value": e.value.tolist(), "standard_error": e.error.tolist()}
-            for name, e in found.items()
-        }
+        return {name: None if one is None else one.to_dict() for name, one in found.items()}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -223,8 +209,7 @@ class GuideRendering:
             if found is not None:
                 keys = "mean_luminance", "luminance_of_columns"
                 comparisons[f"{name}_over_{to}_less_1"] = {
-                    key: {"value": e.value.tolist(), "standard_error": e.error.tolist()}
-                    for key, e in zip(keys, found, strict=True)
+                    key: one.to_dict() for key, one in zip(keys, found, strict=True)
                 }
         return {
             "scene": "lightguide",
@@ -275,9 +260,8 @@ def render_guide(
             f"{ink.name}: cannot be rendered as a volume: {ink.why_no_volume} Or render the sheet alone "
             "(--no-volume)."
         )
-    if len(ink.table.wavelength_nm) > 1:
-        # Refuses a band that has no colour before anything is traced.
-        Viewing.of(ink.table.wavelength_nm)
+    # Refuses a band that has no colour before anything is traced.
+    tristimulus_weights(ink.table.wavelength_nm)
     plan = {
         "scene": "lightguide",
         "guide": dataclasses.asdict(guide),

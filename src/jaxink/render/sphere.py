@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from jaxink.colour import Viewing
-from jaxink.errors import InputRefusedError, require_number
+from jaxink.errors import InputRefusedError
 from jaxink.export import ExportOptions, write
 from jaxink.numerics.progress import Progress, log_progress
 from jaxink.render.batches import (
     Estimate,
     Kept,
     batches_of,
-    chromaticity,
     estimate,
     jackknife,
     ratio_less_one,
+    require_counts,
 )
 from jaxink.render.booth import (
     SHEET,
@@ -36,6 +35,7 @@ from jaxink.render.booth import (
     volume_sphere,
     white_sphere,
 )
+from jaxink.render.luminance import chromaticity, luminance_weights, tristimulus_weights
 from jaxink.render.mitsuba_session import mitsuba, with_table_plugin
 from jaxink.render.printed_plate import PrintedPlate
 
@@ -72,10 +72,7 @@ class SphereEffort:
     seed: int = 0
 
     def __post_init__(self):
-        for name, least in (("batches", 2), ("paths", 1), ("pixels", 8), ("pixel_paths", 1), ("seed", 0)):
-            require_number(name, getattr(self, name))
-            if getattr(self, name) < least:
-                raise InputRefusedError(f"{name} is {getattr(self, name)}; it must be at least {least}.")
+        require_counts(self, batches=2, paths=1, pixels=8, pixel_paths=1, seed=0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -102,9 +99,7 @@ class SphereLight:
     @property
     def luminance_weights(self) -> Float[np.ndarray, " wavelengths"]:
         """From the spectrum to luminance over that of the lamps, whose light is D65."""
-        if len(self.wavelength_nm) == 1:
-            return np.ones(1)
-        return Viewing.of(self.wavelength_nm).weights[1] / 100
+        return luminance_weights(self.wavelength_nm)
 
     @property
     def luminance(self) -> Estimate:
@@ -114,9 +109,8 @@ class SphereLight:
     @property
     def chromaticity(self) -> Estimate | None:
         """CIE x, y at the centre, shape ``(2,)``; None for a single wavelength."""
-        if len(self.wavelength_nm) == 1:
-            return None
-        return jackknife(self.centre @ Viewing.of(self.wavelength_nm).weights.T, chromaticity)
+        weights = tristimulus_weights(self.wavelength_nm)
+        return None if weights is None else jackknife(self.centre @ weights, chromaticity)
 
     @property
     def picture(self) -> Estimate:
@@ -235,9 +229,8 @@ def render_sphere(
             f"{plate.ink.name}: cannot be rendered as a volume: {plate.ink.why_no_volume} Or leave the "
             "volume out (--no-volume)."
         )
-    if len(wavelengths) > 1:
-        # Refuses a band that has no colour before anything is traced.
-        Viewing.of(wavelengths)
+    # Refuses a band that has no colour before anything is traced.
+    tristimulus_weights(wavelengths)
     with mitsuba() as mi, tempfile.TemporaryDirectory() as folder:
         files = with_table_plugin(
             mi,
@@ -306,4 +299,4 @@ def render_sphere(
 
 
 def _plain(found: Estimate | None) -> dict[str, Any] | None:
-    return None if found is None else {"value": found.value.tolist(), "standard_error": found.error.tolist()}
+    return None if found is None else found.to_dict()
