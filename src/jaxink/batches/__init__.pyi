@@ -1,0 +1,9 @@
+from .plan import Plan as Plan
+from .plan import load_plan as load_plan
+from .result import REPORT_PAGE as REPORT_PAGE
+from .result import SUMMARY_CSV as SUMMARY_CSV
+from .result import Batch as Batch
+from .result import UnfinishedBatchError as UnfinishedBatchError
+from .row import Row as Row
+from .row import RowOutcome as RowOutcome
+from .run import batch as batch

@@ -1,0 +1,15 @@
+from .formats import FORMATS as FORMATS
+from .formats import refuse_expected as refuse_expected
+from .formats import require_format as require_format
+from .formats import write as write
+from .formats import write_folder as write_folder
+from .guide import warning_of as warning_of
+from .limitations import LOSSES as LOSSES
+from .limitations import ExportOptions as ExportOptions
+from .limitations import LossRefusedError as LossRefusedError
+from .medium import Medium as Medium
+from .medium import medium_of as medium_of
+from .preparation import least_bin_deg as least_bin_deg
+from .volume import VOLUME_FORMATS as VOLUME_FORMATS
+from .volume import even_table as even_table
+from .volume import write_volume as write_volume
