@@ -2,17 +2,32 @@
 
 import dataclasses
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from jaxink.export import Medium
-from jaxink.render.guide import Guide
 from jaxink.render.sheet_sampling import INSIDE, SheetSampler, turned
 from jaxink.render.smooth_faces import fresnel, refracted
 
 _QUANTILES, _ANGLES = 100_001, 20_001
+
+
+class Pattern(Protocol):
+    """Where dots are on the face of a plate."""
+
+    def dot_at(
+        self, position_mm: Float[np.ndarray, "n 3"]
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+        """Middle and radius in mm of the dot at each point."""
+        ...
+
+    def is_clear(
+        self, x_mm: Float[np.ndarray, " n"], y_mm: Float[np.ndarray, " n"]
+    ) -> Bool[np.ndarray, " n"]:
+        """Whether points at the height of the printed face are on it and not on a dot."""
+        ...
 
 
 class AfterDot(NamedTuple):
@@ -57,12 +72,12 @@ class SheetDots:
         """Number of wavelengths that a path carries."""
         return len(self.sampler.table.wavelength_nm)
 
-    def visit(self, guide: Guide, position_mm, direction, random) -> AfterDot:  # noqa: ARG002
+    def visit(self, pattern: Pattern, position_mm, direction, random) -> AfterDot:  # noqa: ARG002
         """What becomes of paths that arrive on dots, at the height 0, from above.
 
         Parameters
         ----------
-        guide
+        pattern
             Where the dots are.
         position_mm, direction
             Of the paths, shape ``(n, 3)``.
@@ -112,39 +127,71 @@ class VolumeDots:
         cumulated = np.concatenate([[0.0], np.cumsum(share)])
         return np.interp(np.linspace(0, 1, _QUANTILES), cumulated / cumulated[-1], cosine)
 
-    def visit(self, guide: Guide, position_mm, direction, random) -> AfterDot:
+    def visit(self, pattern: Pattern, position_mm, direction, random) -> AfterDot:
         """See `SheetDots`."""
-        walk = _Walk(self, guide, position_mm, direction, random)
-        while len(walk.paths):
-            walk.step()
+        walk = Walk(self, pattern, len(position_mm), random)
+        walk.enter(position_mm, direction)
+        walk.finish()
         return AfterDot(walk.goes_on, walk.left_at, walk.left_along, np.ones((len(position_mm), 1)))
 
 
 Dots = SheetDots | VolumeDots
 
 
-class _Walk:
-    """Paths within dots. Positions are counted from the middle of each dot, heights are 0 down to minus h."""
+class Walk:
+    """Paths within dots. Positions are counted from the middle of each dot, heights are 0 down to minus h.
 
-    def __init__(self, dots: VolumeDots, guide: Guide, position_mm, direction, random):
+    Parameters
+    ----------
+    dots, pattern
+        The dots, and where they are.
+    n
+        Number of paths.
+    random
+        Source of random numbers.
+
+    Attributes
+    ----------
+    goes_on, leaves_plate, is_scattered
+        Of each path, whether it is in the plate again, left into what is around the plate, and was scattered.
+    left_at, left_along
+        Positions and directions in the plate of those that are there again, shape ``(n, 3)``.
+    paths
+        Numbers of the paths that are still in a dot.
+    """
+
+    def __init__(self, dots: VolumeDots, pattern: Pattern, n: int, random: np.random.Generator):
         w, medium = dots.wavelength, dots.medium
-        self._guide, self._random, self._quantiles = guide, random, dots._quantiles
+        self._pattern, self._random, self._quantiles = pattern, random, dots._quantiles
         self._height_mm = medium.thickness_um / 1000
         self._extinction = float(medium.extinction_per_mm[w])
         self._albedo = float(medium.scattering_per_mm[w]) / max(self._extinction, 1e-300)
         index, (plate, around) = float(medium.refractive_index[w]), dots.indices
         self._to_plate, self._to_around, self._around_to_plate = index / plate, index / around, around / plate
-        n = len(position_mm)
-        self.goes_on = np.zeros(n, bool)
-        self.left_at, self.left_along = position_mm.copy(), direction.copy()
-        # The upper face of the ink, from the plate.
-        is_reflected = random.random(n) < fresnel(-direction[:, 2], 1 / self._to_plate)
+        self.goes_on, self.leaves_plate, self.is_scattered = np.zeros((3, n), bool)
+        self.left_at, self.left_along = np.zeros((2, n, 3))
+
+    def enter(self, position_mm: Float[np.ndarray, "n 3"], direction: Float[np.ndarray, "n 3"]) -> None:
+        """Start from the plate: the upper face of the ink reflects some of the paths."""
+        is_reflected = self._random.random(len(direction)) < fresnel(-direction[:, 2], 1 / self._to_plate)
         self.goes_on[is_reflected] = True
-        self.left_along[is_reflected, 2] *= -1
-        self.paths = np.flatnonzero(~is_reflected)
-        self._centre, self._radius = guide.dot_at(position_mm[self.paths])
-        self._at = position_mm[self.paths] - self._centre
-        self._along = refracted(direction[self.paths], 2, 1 / self._to_plate)
+        self.left_at[is_reflected] = position_mm[is_reflected]
+        self.left_along[is_reflected] = direction[is_reflected] * [1.0, 1.0, -1.0]
+        paths = np.flatnonzero(~is_reflected)
+        self.start(paths, position_mm[paths], refracted(direction[paths], 2, 1 / self._to_plate))
+
+    def start(
+        self, paths: Int[np.ndarray, " m"], position_mm: Float[np.ndarray, "m 3"], along: Float[np.ndarray, "m 3"]
+    ) -> None:
+        """Start some of the paths inside the ink, in the directions ``along`` there."""
+        self.paths = paths
+        self._centre, self._radius = self._pattern.dot_at(position_mm)
+        self._at, self._along = position_mm - self._centre, along
+
+    def finish(self) -> None:
+        """Follow all paths until they have left or are absorbed."""
+        while len(self.paths):
+            self.step()
 
     def step(self) -> None:
         """To the next scattering or face."""
@@ -167,6 +214,7 @@ class _Walk:
         stays[scatters] = random.random(np.count_nonzero(scatters)) < self._albedo
         here = np.flatnonzero(scatters & stays)
         self._along[here] = self._scattered(along[here])
+        self.is_scattered[self.paths[here]] = True
         self._at[on_plane, 2] = ahead[on_plane]
         upper = np.flatnonzero(on_plane & goes_up)
         stays[upper] = self._at_upper_face(upper)
@@ -174,8 +222,9 @@ class _Walk:
         is_reflected = random.random(len(lower)) < fresnel(-along[lower, 2], self._to_around)
         self._along[lower[is_reflected], 2] *= -1
         stays[lower[~is_reflected]] = False
+        self.leaves_plate[self.paths[lower[~is_reflected]]] = True
         rim = np.flatnonzero(meets_rim)
-        stays[rim] = self._at_rim(rim)
+        stays[rim] = self.at_rim(rim)
         for name in ("paths", "_centre", "_radius", "_at", "_along"):
             setattr(self, name, getattr(self, name)[stays])
 
@@ -208,8 +257,11 @@ class _Walk:
         self._leave(leaves, self._at[leaves], refracted(self._along[leaves], 2, self._to_plate))
         return is_reflected
 
-    def _at_rim(self, rim: np.ndarray) -> np.ndarray:
-        """Whether paths stay in the ink; of the others, those that go up enter the plate from below."""
+    def at_rim(self, rim: np.ndarray) -> np.ndarray:
+        """Whether paths stay in the ink; of the others, those that go up enter the plate from below.
+
+        ``rim``: positions of the paths that meet it in ``paths``.
+        """
         along = self._along[rim]
         normal = self._at[rim] * [1.0, 1.0, 0.0]
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -221,18 +273,19 @@ class _Walk:
         along, normal, cosine = along[~is_reflected], normal[~is_reflected], cosine[~is_reflected]
         beyond = np.sqrt(np.maximum(1 - n**2 * (1 - cosine**2), 0.0))
         along = n * along + (beyond - n * cosine)[:, None] * normal
+        self.leaves_plate[self.paths[outside]] = True
         goes_up = along[:, 2] > 1e-9
         outside, along = outside[goes_up], along[goes_up]
         at = self._at[outside]
         at = at - (at[:, 2] / along[:, 2])[:, None] * along
         enters = self._random.random(len(outside)) >= fresnel(along[:, 2], self._around_to_plate)
         place = at + self._centre[outside]
-        enters &= self._guide.is_clear(place[:, 0], place[:, 1])
+        enters &= self._pattern.is_clear(place[:, 0], place[:, 1])
         self._leave(outside[enters], at[enters], refracted(along[enters], 2, self._around_to_plate))
         return is_reflected
 
     def _leave(self, which: np.ndarray, at: np.ndarray, along: np.ndarray) -> None:
         paths = self.paths[which]
-        self.goes_on[paths] = True
+        self.goes_on[paths], self.leaves_plate[paths] = True, False
         self.left_at[paths] = at + self._centre[which]
         self.left_along[paths] = along
