@@ -11,8 +11,9 @@ import numpy as np
 
 from benchmarks.pages import table, write_page
 from benchmarks.validation.published.judgement import true_sample
-from benchmarks.validation.render import booth, guide
+from benchmarks.validation.render import booth, dot_size, guide
 from benchmarks.validation.render.booth_section import booth_section
+from benchmarks.validation.render.dot_size_section import dot_size_section
 from benchmarks.validation.render.guide_section import guide_section
 from benchmarks.validation.render.plate import Plate, power
 from jaxink.export.medium import Medium, medium_of, short_forms
@@ -108,6 +109,8 @@ these spheres is below g^2, and that of every mixture of such lobes with the sam
 {table(form_heads, forms)}
 
 {guide_section(guide.numbers())}
+
+{dot_size_section(dot_size.numbers())}
 
 {booth_section(booth.numbers())}
 """

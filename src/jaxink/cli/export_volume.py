@@ -35,15 +35,15 @@ def run_volume(
             "diagnosis."
         )
     session.prepare_jax()
-    from jaxink.export import VOLUME_FORMATS, medium_of, write_volume
+    from jaxink.export import VOLUME_FORMATS, dot_remark, medium_of, write_volume
     from jaxink.ink import find_ink
 
     require_one_of("format", format, VOLUME_FORMATS)
     require_folder(out)
     result = jaxink.load_result(source)
     wavelengths = np.unique(result.data.wavelength_nm[result.data.used]).tolist()
-    medium = medium_of(find_ink(result.sample, list(layers) or None, inside), wavelengths)
-    files = write_volume(medium, format, out, name)
+    ink = find_ink(result.sample, list(layers) or None, inside)
+    files = write_volume(medium_of(ink, wavelengths), format, out, name, dot_remark(ink, wavelengths))
     if not quiet:
         shown = ", ".join(f"{wavelength:g}" for wavelength in wavelengths)
         typer.echo("\n".join([f"Volume of {source} at {shown} nm, for {format}.", *map(str, files)]))

@@ -16,6 +16,7 @@ _REMARKS = {
     "effects_left_out": "Effects of the sample that the files do not contain",
     "effects_of_the_instrument_removed": "Effects of the measurement, which are no part of the ink",
     "fit": "The fit",
+    "printed_dots": "Printed dots",
 }
 # Towards the horizon, the sums of a table are less accurate.
 _LARGEST_DEG = 80.0

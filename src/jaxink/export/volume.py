@@ -33,7 +33,9 @@ DIALOGUES = {
 VOLUME_FORMATS = ("mitsuba", *DIALOGUES, "csv")
 
 
-def write_volume(medium: Medium, format: str, directory: str | Path, name: str = "ink") -> list[Path]:
+def write_volume(
+    medium: Medium, format: str, directory: str | Path, name: str = "ink", on_dots: str | None = None
+) -> list[Path]:
     """Write the ink as a volume.
 
     Parameters
@@ -46,6 +48,8 @@ def write_volume(medium: Medium, format: str, directory: str | Path, name: str =
         Folder, created if it does not exist; files of the same names are replaced, all of them or none.
     name
         Prefix of the file names.
+    on_dots
+        From `dot_remark`.
 
     Returns
     -------
@@ -54,7 +58,7 @@ def write_volume(medium: Medium, format: str, directory: str | Path, name: str =
     """
     with whole_folder(directory) as folder:
         forms = [short_forms(medium, w) for w in range(len(medium.wavelength_nm))]
-        write_lines(folder / f"{name}_volume.txt", _sheet(medium, forms, format))
+        write_lines(folder / f"{name}_volume.txt", _sheet(medium, forms, format, on_dots))
         _write_values(medium, forms, folder / f"{name}_volume.csv")
         _write_phase(medium, folder / f"{name}_phase.csv")
         if format == "mitsuba":
@@ -117,7 +121,7 @@ def _interfaces(medium: Medium, w: int) -> list[str]:
     ]
 
 
-def _sheet(medium: Medium, forms: list[list[ShortForm]], format: str) -> list[str]:
+def _sheet(medium: Medium, forms: list[list[ShortForm]], format: str, on_dots: str | None) -> list[str]:
     lines = [f"Volume scattering of '{medium.name}', by jaxink {installed_version()}.", ""]
     if format in DIALOGUES:
         lines += [
@@ -133,6 +137,8 @@ def _sheet(medium: Medium, forms: list[list[ShortForm]], format: str) -> list[st
         "cent of the incident power, and rms of the relative difference of the BSDF up to 75 degrees, of the "
         "layer with smooth faces between its media, against the fitted phase function (the table).",
     ]
+    if on_dots is not None:
+        lines.append(f"Printed dots: {on_dots}")
     for w, of_wavelength in enumerate(forms):
         extinction = medium.extinction_per_mm[w]
         lines += ["", *_interfaces(medium, w)]

@@ -19,6 +19,7 @@ from .hemispherical_totals import excess_of_power as excess_of_power
 from .hemispherical_totals import exit_angles_deg as exit_angles_deg
 from .hemispherical_totals import power_sent_out as power_sent_out
 from .hemispherical_totals import projected_weights as projected_weights
+from .ink_layers import SURROUNDINGS as SURROUNDINGS
 from .ink_layers import InkChoice as InkChoice
 from .ink_layers import InkLayers as InkLayers
 from .ink_layers import UnclearInkError as UnclearInkError

@@ -156,8 +156,8 @@ class Walk:
         Of each path, whether it is in the plate again, left into what is around the plate, and was scattered.
     left_at, left_along
         Positions and directions in the plate of those that are there again, shape ``(n, 3)``.
-    paths
-        Numbers of the paths that are still in a dot.
+    paths, at, along
+        Numbers, positions and directions of the paths that are still in a dot.
     """
 
     def __init__(self, dots: VolumeDots, pattern: Pattern, n: int, random: np.random.Generator):
@@ -181,12 +181,15 @@ class Walk:
         self.start(paths, position_mm[paths], refracted(direction[paths], 2, 1 / self._to_plate))
 
     def start(
-        self, paths: Int[np.ndarray, " m"], position_mm: Float[np.ndarray, "m 3"], along: Float[np.ndarray, "m 3"]
+        self,
+        paths: Int[np.ndarray, " m"],
+        position_mm: Float[np.ndarray, "m 3"],
+        along: Float[np.ndarray, "m 3"],
     ) -> None:
         """Start some of the paths inside the ink, in the directions ``along`` there."""
         self.paths = paths
         self._centre, self._radius = self._pattern.dot_at(position_mm)
-        self._at, self._along = position_mm - self._centre, along
+        self.at, self.along = position_mm - self._centre, along
 
     def finish(self) -> None:
         """Follow all paths until they have left or are absorbed."""
@@ -196,7 +199,7 @@ class Walk:
     def step(self) -> None:
         """To the next scattering or face."""
         random, n = self._random, len(self.paths)
-        at, along = self._at, self._along
+        at, along = self.at, self.along
         free = random.exponential(1 / self._extinction, n)
         goes_up = along[:, 2] > 0
         ahead = np.where(goes_up, 0.0, -self._height_mm)
@@ -208,29 +211,29 @@ class Walk:
         end = at[:, :2] + distance[:, None] * along[:, :2]
         beyond = np.flatnonzero(end[:, 0] ** 2 + end[:, 1] ** 2 > self._radius**2)
         distance[beyond], scatters[beyond], meets_rim[beyond] = self._to_rim(beyond), False, True
-        self._at = at + distance[:, None] * along
+        self.at = at + distance[:, None] * along
         on_plane = ~scatters & ~meets_rim
         stays = np.ones(n, bool)
         stays[scatters] = random.random(np.count_nonzero(scatters)) < self._albedo
         here = np.flatnonzero(scatters & stays)
-        self._along[here] = self._scattered(along[here])
+        self.along[here] = self._scattered(along[here])
         self.is_scattered[self.paths[here]] = True
-        self._at[on_plane, 2] = ahead[on_plane]
+        self.at[on_plane, 2] = ahead[on_plane]
         upper = np.flatnonzero(on_plane & goes_up)
         stays[upper] = self._at_upper_face(upper)
         lower = np.flatnonzero(on_plane & ~goes_up)
         is_reflected = random.random(len(lower)) < fresnel(-along[lower, 2], self._to_around)
-        self._along[lower[is_reflected], 2] *= -1
+        self.along[lower[is_reflected], 2] *= -1
         stays[lower[~is_reflected]] = False
         self.leaves_plate[self.paths[lower[~is_reflected]]] = True
         rim = np.flatnonzero(meets_rim)
         stays[rim] = self.at_rim(rim)
-        for name in ("paths", "_centre", "_radius", "_at", "_along"):
+        for name in ("paths", "_centre", "_radius", "at", "along"):
             setattr(self, name, getattr(self, name)[stays])
 
     def _to_rim(self, which: np.ndarray) -> np.ndarray:
-        x, y = self._at[which, :2].T
-        dx, dy = self._along[which, :2].T
+        x, y = self.at[which, :2].T
+        dx, dy = self.along[which, :2].T
         square, inward = dx**2 + dy**2, x * dx + y * dy
         inside = np.maximum(self._radius[which] ** 2 - x**2 - y**2, 0.0)
         return np.maximum((np.sqrt(inward**2 + square * inside) - inward) / square, 0.0)
@@ -251,10 +254,10 @@ class Walk:
 
     def _at_upper_face(self, upper: np.ndarray) -> np.ndarray:
         """Whether paths stay in the ink; the others are back in the plate."""
-        is_reflected = self._random.random(len(upper)) < fresnel(self._along[upper, 2], self._to_plate)
-        self._along[upper[is_reflected], 2] *= -1
+        is_reflected = self._random.random(len(upper)) < fresnel(self.along[upper, 2], self._to_plate)
+        self.along[upper[is_reflected], 2] *= -1
         leaves = upper[~is_reflected]
-        self._leave(leaves, self._at[leaves], refracted(self._along[leaves], 2, self._to_plate))
+        self._leave(leaves, self.at[leaves], refracted(self.along[leaves], 2, self._to_plate))
         return is_reflected
 
     def at_rim(self, rim: np.ndarray) -> np.ndarray:
@@ -262,13 +265,13 @@ class Walk:
 
         ``rim``: positions of the paths that meet it in ``paths``.
         """
-        along = self._along[rim]
-        normal = self._at[rim] * [1.0, 1.0, 0.0]
+        along = self.along[rim]
+        normal = self.at[rim] * [1.0, 1.0, 0.0]
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         cosine = np.clip(np.sum(along * normal, axis=1), 0.0, 1.0)
         is_reflected = self._random.random(len(rim)) < fresnel(cosine, self._to_around)
         back = along - 2 * cosine[:, None] * normal
-        self._along[rim[is_reflected]] = back[is_reflected]
+        self.along[rim[is_reflected]] = back[is_reflected]
         outside, n = rim[~is_reflected], self._to_around
         along, normal, cosine = along[~is_reflected], normal[~is_reflected], cosine[~is_reflected]
         beyond = np.sqrt(np.maximum(1 - n**2 * (1 - cosine**2), 0.0))
@@ -276,7 +279,7 @@ class Walk:
         self.leaves_plate[self.paths[outside]] = True
         goes_up = along[:, 2] > 1e-9
         outside, along = outside[goes_up], along[goes_up]
-        at = self._at[outside]
+        at = self.at[outside]
         at = at - (at[:, 2] / along[:, 2])[:, None] * along
         enters = self._random.random(len(outside)) >= fresnel(along[:, 2], self._around_to_plate)
         place = at + self._centre[outside]

@@ -1,0 +1,183 @@
+"""The part of render.md on the size of printed dots, and its figure."""
+
+import itertools
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from benchmarks.pages import REPOSITORY, table
+from benchmarks.validation.render.dot_size import (
+    FITTED,
+    INKS,
+    KEPT_ASIDE,
+    LIGHTS,
+    RATIOS,
+    THICKNESSES,
+    edge,
+    fitted,
+    ink,
+    key,
+    wide_layer,
+)
+from jaxink.export.dot_size import RIM, sheet_error
+from jaxink.render.batches import Estimate
+
+FIGURE = REPOSITORY / "docs" / "validation" / "render-dot-size.png"
+_NAMES = {"thin_ink": "pale", "coloured_dot": "coloured", "white_dot": "white"}
+_COLOURS = {"thin_ink": "tab:blue", "coloured_dot": "tab:red", "white_dot": "black"}
+_PLATE, _AIR = 0, 1
+_SIDES = {_PLATE: "into the plate", _AIR: "into air"}
+# Below this diameter over thickness at 1 %, a relative error of the rule does not matter.
+_SMALL = 10.0
+
+
+def dot_size_section(found: dict) -> str:
+    """Text with the numbers of `benchmarks.validation.render.dot_size`."""
+    _figure(found).savefig(FIGURE, dpi=110, metadata={"Software": None})
+    constants = fitted(found)
+    errors = [
+        [f"`{name}`", light, f"{ratio:g}", *_shown(found[key(name, light, 1.0, ratio)]["error"])]
+        for name, light in itertools.product(INKS, LIGHTS)
+        for ratio in RATIOS
+    ]
+    rows = [_row(found, *case) for case in itertools.product(INKS, LIGHTS, THICKNESSES)]
+    heads = ["ink", "light", "thickness, um", "optical thickness", "reduced"]
+    heads += ["into plate, at 1 %", "rule", "into air, at 1 %", "rule"]
+    return f"""## The size of a dot
+
+![Error of a sheet by the diameter of the dot](render-dot-size.png)
+
+From which diameter on is a sheet enough? One round dot of ink on a plate, in light that arrives in the plate,
+uniform over the dot's footprint: from all directions alike (diffuse), or at 60 degrees (guided). What is scattered
+back into the plate and what is scattered into air, through all faces of the dot, is compared with the same of a
+sheet. The rim faces air; a part of what leaves through it enters the plate beside the dot and counts as returned.
+Regular light is left out. By `python -m benchmarks.validation.render.dot_size`, the same paths in double precision
+as above: from where a path first meets the rim it goes on twice, in a layer without a rim and in the dot. Inks:
+`thin_ink` (g 0.6, albedo 0.989), `coloured_dot` (g 0.8, albedo 0.929) and `white_dot` (spheres of rutile without
+absorption, g 0.64, in a binder of index 1.54 on a plate of 1.49).
+
+Error of the sheet, its light over that of the volume less 1, at the thickness of the file:
+
+{table(["ink", "light", "diameter / thickness", "into the plate, %", "into air, %"], errors)}
+
+Errors are inverse to the diameter. {_law(found)} So one number tells all sizes: the diameter over
+thickness at which the error is 1 %. A sheet returns too much and sends too little into air. The error into air is
+relative to what a sheet transmits, so that opaque inks need large dots for it; without absorption, both are the same
+power.
+
+{table(heads, rows)}
+
+± is one standard error. **The rule** that `jaxink export` states takes the rim as an absorber: what leaves through it
+follows from the mean way of light in the ink and its reduced optical thickness, and what would have become of it from
+the derivatives of both totals by the absorption coefficient, which the solver knows (`export/dot_size.py`). Its three
+constants were fitted to {_words(FITTED)} in both lights: f = {constants.leak:.3f}, u =
+{constants.upwards:.3f}, c = {constants.scatterings:.2f} (the program has {RIM.leak:g}, {RIM.upwards:g} and
+{RIM.scatterings:g}). {_judged(found, FITTED, "These inks")} {_judged(found, (KEPT_ASIDE,), "The ink kept aside,")}
+
+The export makes the statement for one scattering layer with smooth faces between plate and air, with optical
+thickness 1.5 to 40, albedo above 0.92, g of 0.5 to 0.85 and index 1.45 to 1.6, which is about what was tried here."""
+
+
+def _shown(one: dict) -> list[str]:
+    values, errors = (100 * np.array(one[part]) for part in ("value", "standard_error"))
+    return [f"{v:+.2f} ± {e:.2f}" for v, e in zip(values, errors, strict=True)]
+
+
+def _at_one_percent(found: dict, name: str, light: str, thickness: float) -> tuple[Estimate, np.ndarray]:
+    """Diameter over thickness at 1 %, for plate and air, by the paths and by the rule."""
+    sign = np.array([100.0, -100.0])
+    seen = edge(found, name, light, thickness)
+    rule = np.array(sheet_error(wide_layer(name, light, thickness)))
+    return Estimate(sign * seen.value, 100 * seen.error), sign * rule
+
+
+def _row(found: dict, name: str, light: str, thickness: float) -> list[str]:
+    medium, layer = ink(name, thickness), wide_layer(name, light, thickness)
+    seen, rule = _at_one_percent(found, name, light, thickness)
+    optical = float(medium.extinction_per_mm[0]) * medium.thickness_um / 1000
+    sizes = [
+        text
+        for side in _SIDES
+        for text in (f"{seen.value[side]:.3g} ± {seen.error[side]:.2g}", f"{rule[side]:.3g}")
+    ]
+    head = [f"`{name}`", light, f"{medium.thickness_um:g}", f"{optical:.3g}"]
+    return [*head, f"{layer.reduced_thickness:.3g}", *sizes]
+
+
+def _law(found: dict) -> str:
+    """How far error times diameter is constant."""
+    cases = list(itertools.product(INKS, LIGHTS, THICKNESSES))
+    deviations = []
+    for case in cases:
+        mean = edge(found, *case).value
+        for ratio in RATIOS:
+            one = found[key(*case, ratio)]["edge"]
+            deviations.append((np.array(one["value"]) - mean) / np.array(one["standard_error"]))
+    chi2 = float(np.sum(np.square(deviations))) / (2 * len(cases) * (len(RATIOS) - 1))
+    return (
+        f"Their differences over the light of the sheet, times the diameter, are constant from {RATIOS[0]} to "
+        f"{RATIOS[-1]} thicknesses\nwith a reduced chi-square of {chi2:.2f} over all {len(cases)} series."
+    )
+
+
+def _words(names: tuple[str, ...]) -> str:
+    return " and ".join(f"`{name}`" for name in names)
+
+
+def _judged(found: dict, names: tuple[str, ...], who: str) -> str:
+    """Error of the rule at the diameter where a sheet errs by 1 %."""
+    parts = []
+    for side, where in _SIDES.items():
+        relative, small = [], []
+        for case in itertools.product(names, LIGHTS, THICKNESSES):
+            seen, rule = _at_one_percent(found, *case)
+            if seen.value[side] >= _SMALL:
+                relative.append(100 * (rule[side] / seen.value[side] - 1))
+            else:
+                small.append(abs(rule[side] - seen.value[side]))
+        part = f"{where} {np.sqrt(np.mean(np.square(relative))):.0f} % rms and {np.max(np.abs(relative)):.0f} % at most"
+        if small:
+            part += (
+                f" (where the diameter is below {_SMALL:g} thicknesses, {max(small):.1f} thicknesses at most)"
+            )
+        parts.append(part)
+    shown = _words(names) if len(names) == 1 else f"({_words(names)})"
+    return f"{who} {shown}: the diameter by the rule is wrong {', '.join(parts)}."
+
+
+def _figure(found: dict) -> Figure:
+    """Errors by diameter at the thickness of the files, and the rule."""
+    figure = Figure(figsize=(8.4, 3.6), layout="constrained")
+    ratios = np.array(RATIOS, float)
+    for side, axes in enumerate(figure.subplots(1, 2)):
+        for name, (light, marker) in itertools.product(INKS, zip(LIGHTS, "os", strict=True)):
+            cases = [found[key(name, light, 1.0, ratio)]["error"] for ratio in RATIOS]
+            value, error = (
+                100 * np.array([case[part][side] for case in cases]) for part in ("value", "standard_error")
+            )
+            is_filled = light == "diffuse"
+            axes.errorbar(
+                ratios,
+                np.abs(value),
+                error,
+                fmt=marker,
+                markersize=4,
+                color=_COLOURS[name],
+                mfc=_COLOURS[name] if is_filled else "none",
+                label=f"{_NAMES[name]}, {light}",
+            )
+            share = sheet_error(wide_layer(name, light, 1.0))[side] / ratios
+            axes.loglog(
+                ratios,
+                100 * np.abs(share / (1 - share)),
+                "-" if is_filled else "--",
+                color=_COLOURS[name],
+                lw=0.8,
+            )
+        axes.axhline(1.0, color="grey", lw=0.6)
+        axes.set(title=f"light {_SIDES[side]}", xlabel="diameter / thickness", ylim=(0.05, 60))
+        axes.set_xticks(RATIOS, [f"{ratio:g}" for ratio in RATIOS], minor=False)
+        axes.minorticks_off()
+    figure.axes[0].set_ylabel("|error of the sheet|, %\n(lines: rule)")
+    figure.axes[0].legend(fontsize=7)
+    return figure
