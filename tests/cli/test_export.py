@@ -15,7 +15,7 @@ from jaxink.fitting.fitted_parameters import FittedParameter, FittedParameters
 from jaxink.ink import TableOptions
 from jaxink.ink.uncertainty import ParameterCovariance
 from tests.ink.analytic_tables import smooth_table
-from tests.samples import BEHIND_AIR
+from tests.samples import BEHIND_AIR, PRINTED_INK
 
 
 def run(*arguments):
@@ -204,6 +204,20 @@ def test_every_command_of_a_refusal_works(format, saved, tmp_path, gap_table, mo
         assert done.exit_code == 0, done.stderr
         assert ("Lost: regular" in done.stdout) == (words is not spread)
         assert (tmp_path / "files" / "red_README.txt").is_file()
+
+
+def test_the_size_of_printed_dots_is_stated_beside_the_files(saved, tmp_path):
+    source = saved(PRINTED_INK)
+    told = run(source, "--format", "netcdf", "--out", tmp_path / "table", *SMALL).stdout
+    readme = (tmp_path / "table" / "ink_README.txt").read_text(encoding="utf-8")
+    assert run(source, "--as", "volume", "--format", "csv", "--out", tmp_path / "volume").exit_code == 0
+    volume = (tmp_path / "volume" / "ink_volume.txt").read_text(encoding="utf-8")
+    for text in (told, readme, volume):
+        (line,) = (line for line in text.splitlines() if line.startswith("Printed dots: "))
+        assert "times the ink's thickness" in line
+    # A table that was exported still says so.
+    again = run(tmp_path / "table" / "ink.nc", "--format", "csv", "--out", tmp_path / "again").stdout
+    assert line in again
 
 
 def test_a_refusal_needs_no_jax(saved, tmp_path):

@@ -121,9 +121,9 @@ def rim_estimate(
 ) -> dict[str, Estimate]:
     """Shares of sheet and volume, and the error of the sheet.
 
-    All are for the light scattered into the plate and into air, from `_BATCHES` batches of ``n`` paths, see
-    `rim_batch`. ``error`` is the sheet's light over that of the volume, less 1; ``edge`` is the difference over
-    the light of the sheet, times diameter over thickness.
+    All are for the light scattered into the plate and into air, from `_BATCHES` batches of ``n`` paths; see
+    `rim_batch`. ``error`` is the sheet's light over that of the volume, less 1; ``edge`` is the difference
+    over the light of the sheet, times diameter over thickness.
     """
     randoms = np.random.default_rng(seed).spawn(_BATCHES)
     batches = np.stack([rim_batch(medium, ratio, theta_deg, n, random) for random in randoms])

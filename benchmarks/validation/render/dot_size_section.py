@@ -41,6 +41,7 @@ def dot_size_section(found: dict) -> str:
         for ratio in RATIOS
     ]
     rows = [_row(found, *case) for case in itertools.product(INKS, LIGHTS, THICKNESSES)]
+    judged = [*_judged(found, FITTED, "fitted"), *_judged(found, (KEPT_ASIDE,), "kept aside")]
     heads = ["ink", "light", "thickness, um", "optical thickness", "reduced"]
     heads += ["into plate, at 1 %", "rule", "into air, at 1 %", "rule"]
     return f"""## The size of a dot
@@ -48,34 +49,37 @@ def dot_size_section(found: dict) -> str:
 ![Error of a sheet by the diameter of the dot](render-dot-size.png)
 
 From which diameter on is a sheet enough? One round dot of ink on a plate, in light that arrives in the plate,
-uniform over the dot's footprint: from all directions alike (diffuse), or at 60 degrees (guided). What is scattered
-back into the plate and what is scattered into air, through all faces of the dot, is compared with the same of a
-sheet. The rim faces air; a part of what leaves through it enters the plate beside the dot and counts as returned.
-Regular light is left out. By `python -m benchmarks.validation.render.dot_size`, the same paths in double precision
-as above: from where a path first meets the rim it goes on twice, in a layer without a rim and in the dot. Inks:
-`thin_ink` (g 0.6, albedo 0.989), `coloured_dot` (g 0.8, albedo 0.929) and `white_dot` (spheres of rutile without
-absorption, g 0.64, in a binder of index 1.54 on a plate of 1.49).
+uniform over the dot's footprint: from all directions alike (diffuse), or at 60 degrees (guided). What is
+scattered back into the plate and what is scattered into air, through all faces of the dot, is compared with
+the same of a sheet. The rim faces air; a part of what leaves through it enters the plate beside the dot and
+counts as returned. Regular light is left out. By `python -m benchmarks.validation.render.dot_size`, the same
+paths in double precision as above: from where a path first meets the rim it goes on twice, in a layer
+without a rim and in the dot. Inks: `thin_ink` (g 0.6, albedo 0.989), `coloured_dot` (g 0.8, albedo 0.929) and
+`white_dot` (spheres of rutile without absorption, g 0.64, in a binder of index 1.54 on a plate of 1.49).
 
 Error of the sheet, its light over that of the volume less 1, at the thickness of the file:
 
 {table(["ink", "light", "diameter / thickness", "into the plate, %", "into air, %"], errors)}
 
 Errors are inverse to the diameter. {_law(found)} So one number tells all sizes: the diameter over
-thickness at which the error is 1 %. A sheet returns too much and sends too little into air. The error into air is
-relative to what a sheet transmits, so that opaque inks need large dots for it; without absorption, both are the same
-power.
+thickness at which the error is 1 %. A sheet returns too much and sends too little into air. The error into
+air is relative to what a sheet transmits, so that opaque inks need large dots for it; without absorption,
+both are the same power.
 
 {table(heads, rows)}
 
-± is one standard error. **The rule** that `jaxink export` states takes the rim as an absorber: what leaves through it
-follows from the mean way of light in the ink and its reduced optical thickness, and what would have become of it from
-the derivatives of both totals by the absorption coefficient, which the solver knows (`export/dot_size.py`). Its three
-constants were fitted to {_words(FITTED)} in both lights: f = {constants.leak:.3f}, u =
-{constants.upwards:.3f}, c = {constants.scatterings:.2f} (the program has {RIM.leak:g}, {RIM.upwards:g} and
-{RIM.scatterings:g}). {_judged(found, FITTED, "These inks")} {_judged(found, (KEPT_ASIDE,), "The ink kept aside,")}
+± is one standard error. **The rule** that `jaxink export` states takes the rim as an absorber: what leaves
+through it follows from the mean way of light in the ink and its reduced optical thickness, and what would
+have become of it from the derivatives of both totals by the absorption coefficient, which the solver knows
+(`export/dot_size.py`). Its three constants were fitted to {_words(FITTED)} in both lights:
+f = {constants.leak:.3f}, u = {constants.upwards:.3f}, c = {constants.scatterings:.2f}
+(the program has {RIM.leak:g}, {RIM.upwards:g} and {RIM.scatterings:g}). The diameter by the rule is wrong
+as follows:
+
+{table(["inks", "light", "above 10 thicknesses, rms %", "at most, %", "below, thicknesses"], judged)}
 
 The export makes the statement for one scattering layer with smooth faces between plate and air, with optical
-thickness 1.5 to 40, albedo above 0.92, g of 0.5 to 0.85 and index 1.45 to 1.6, which is about what was tried here."""
+thickness 1.5 to 40, albedo above 0.92, g of 0.5 to 0.85 and index 1.45 to 1.6, about what was tried here."""
 
 
 def _shown(one: dict) -> list[str]:
@@ -115,8 +119,8 @@ def _law(found: dict) -> str:
             deviations.append((np.array(one["value"]) - mean) / np.array(one["standard_error"]))
     chi2 = float(np.sum(np.square(deviations))) / (2 * len(cases) * (len(RATIOS) - 1))
     return (
-        f"Their differences over the light of the sheet, times the diameter, are constant from {RATIOS[0]} to "
-        f"{RATIOS[-1]} thicknesses\nwith a reduced chi-square of {chi2:.2f} over all {len(cases)} series."
+        f"The difference over the light of the sheet, times the diameter, is constant\nfrom {RATIOS[0]} to "
+        f"{RATIOS[-1]} thicknesses, with a reduced chi-square of {chi2:.2f} over all {len(cases)} series."
     )
 
 
@@ -124,9 +128,9 @@ def _words(names: tuple[str, ...]) -> str:
     return " and ".join(f"`{name}`" for name in names)
 
 
-def _judged(found: dict, names: tuple[str, ...], who: str) -> str:
-    """Error of the rule at the diameter where a sheet errs by 1 %."""
-    parts = []
+def _judged(found: dict, names: tuple[str, ...], what: str) -> list[list[str]]:
+    """Error of the rule at the diameter where a sheet errs by 1 %, in a row for each side."""
+    rows = []
     for side, where in _SIDES.items():
         relative, small = [], []
         for case in itertools.product(names, LIGHTS, THICKNESSES):
@@ -135,14 +139,12 @@ def _judged(found: dict, names: tuple[str, ...], who: str) -> str:
                 relative.append(100 * (rule[side] / seen.value[side] - 1))
             else:
                 small.append(abs(rule[side] - seen.value[side]))
-        part = f"{where} {np.sqrt(np.mean(np.square(relative))):.0f} % rms and {np.max(np.abs(relative)):.0f} % at most"
-        if small:
-            part += (
-                f" (where the diameter is below {_SMALL:g} thicknesses, {max(small):.1f} thicknesses at most)"
-            )
-        parts.append(part)
-    shown = _words(names) if len(names) == 1 else f"({_words(names)})"
-    return f"{who} {shown}: the diameter by the rule is wrong {', '.join(parts)}."
+        below = f"{max(small):.1f} at most" if small else ""
+        rms = np.sqrt(np.mean(np.square(relative)))
+        rows.append(
+            [f"{_words(names)} ({what})", where, f"{rms:.0f}", f"{np.max(np.abs(relative)):.0f}", below]
+        )
+    return rows
 
 
 def _figure(found: dict) -> Figure:
