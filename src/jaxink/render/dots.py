@@ -2,7 +2,7 @@
 
 import dataclasses
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -14,6 +14,7 @@ from jaxink.render.smooth_faces import fresnel, refracted
 _QUANTILES, _ANGLES = 100_001, 20_001
 
 
+@runtime_checkable
 class Pattern(Protocol):
     """Where dots are on the face of a plate."""
 
@@ -155,7 +156,7 @@ class Walk:
     goes_on, leaves_plate, is_scattered
         Of each path, whether it is in the plate again, left into what is around the plate, and was scattered.
     left_at, left_along
-        Positions and directions in the plate of those that are there again, shape ``(n, 3)``.
+        Positions and directions of those that are in the plate again, shape ``(n, 3)``.
     paths, at, along
         Numbers, positions and directions of the paths that are still in a dot.
     """
@@ -175,8 +176,8 @@ class Walk:
         """Start from the plate: the upper face of the ink reflects some of the paths."""
         is_reflected = self._random.random(len(direction)) < fresnel(-direction[:, 2], 1 / self._to_plate)
         self.goes_on[is_reflected] = True
-        self.left_at[is_reflected] = position_mm[is_reflected]
-        self.left_along[is_reflected] = direction[is_reflected] * [1.0, 1.0, -1.0]
+        self.left_at[:], self.left_along[:] = position_mm, direction
+        self.left_along[is_reflected, 2] *= -1
         paths = np.flatnonzero(~is_reflected)
         self.start(paths, position_mm[paths], refracted(direction[paths], 2, 1 / self._to_plate))
 
