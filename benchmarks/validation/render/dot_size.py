@@ -34,7 +34,8 @@ INKS = (*FITTED, KEPT_ASIDE)
 # Thickness over that of the file; diameter over thickness; angle of incidence in the plate.
 THICKNESSES = (0.25, 0.5, 1.0, 2.0)
 RATIOS = (5, 10, 20, 40, 80)
-LIGHTS = {"diffuse": None, "guided": 60.0}
+DIFFUSE, GUIDED = "diffuse", "guided"
+LIGHTS = {DIFFUSE: None, GUIDED: 60.0}
 # Paths per batch and unit of the ratio: the share that meets the rim is inverse to the ratio.
 _BATCHES, _PATHS, _COPIES, _SEED = 16, 300, 4, 7
 
@@ -156,9 +157,9 @@ def numbers() -> dict:
     return found
 
 
-def edge(found: dict, name: str, light: str, thickness: float, least: float = RATIOS[0]) -> Estimate:
-    """Mean of ``edge`` over the ratios from ``least`` on, weighted with the errors."""
-    cases = [found[key(name, light, thickness, ratio)]["edge"] for ratio in RATIOS if ratio >= least]
+def edge(found: dict, name: str, light: str, thickness: float) -> Estimate:
+    """Mean of ``edge`` over all but the smallest dot, weighted with the errors."""
+    cases = [found[key(name, light, thickness, ratio)]["edge"] for ratio in RATIOS[1:]]
     values, errors = (np.array([case[part] for case in cases]) for part in ("value", "standard_error"))
     weights = 1 / errors**2
     return Estimate(np.sum(weights * values, axis=0) / weights.sum(axis=0), weights.sum(axis=0) ** -0.5)
@@ -171,11 +172,11 @@ def wide_layer(name: str, light: str, thickness: float) -> WideLayer:
 
 
 def fitted(found: dict) -> Rim:
-    """Constants of the rule from the inks of `FITTED`, in both lights.
+    """Constants of the rule from the inks of `FITTED` in diffuse light.
 
     An error that the rule cannot meet is expected to be a tenth of the error, besides that of the paths.
     """
-    cases = list(itertools.product(FITTED, LIGHTS, THICKNESSES))
+    cases = list(itertools.product(FITTED, [DIFFUSE], THICKNESSES))
     layers = [wide_layer(*case) for case in cases]
     seen = [edge(found, *case) for case in cases]
 

@@ -10,7 +10,8 @@ root says that scattering replaces what the rim has taken, the more slowly the m
 
 A share u of X goes up into the plate, the rest to the other side. In a wide layer, parts of X would have been
 scattered into the plate and to the other side. These follow from the derivatives of both totals by the
-absorption coefficient, since the rim takes what an absorber would take: X w_R / w with w_R = -dR / d(mu_a h).
+absorption coefficient, since the rim takes what an absorber would take: X a w_R / w, w_R = -dR / d(mu_a h).
+Here a = tau* / (tau* + mu_a h), as light at the rim goes sideways and must be scattered before it leaves.
 The errors of a sheet are the differences. Light that passes the rim before it was scattered does not count as
 scattered there.
 """
@@ -48,7 +49,7 @@ class Rim(NamedTuple):
     scatterings: float
 
 
-RIM = Rim(0.40, 0.27, 5.9)
+RIM = Rim(0.406, 0.170, 2.57)
 
 
 class SheetError(NamedTuple):
@@ -79,8 +80,8 @@ class WideLayer:
     way, unscattered_way
         Mean length of the way of light in the ink, and of its part before the first scattering, in
         thicknesses.
-    reduced_thickness
-        Reduced optical thickness mu_s (1 - g) h.
+    reduced_thickness, absorbed_thickness
+        Reduced optical thickness mu_s (1 - g) h, and mu_a h.
     """
 
     scattered: Float[np.ndarray, " 2"]
@@ -88,6 +89,7 @@ class WideLayer:
     way: float
     unscattered_way: float
     reduced_thickness: float
+    absorbed_thickness: float
 
     @classmethod
     def of(cls, medium: Medium, wavelength: int = 0, theta_deg: float | None = None) -> "WideLayer":
@@ -114,6 +116,7 @@ class WideLayer:
             way=float(slopes.sum() if is_clear else (1 - here.sum()) / absorbed),
             unscattered_way=float(1 - here[2]) / (scattered + absorbed),
             reduced_thickness=scattered * (1 - float(medium.asymmetry[wavelength])),
+            absorbed_thickness=absorbed,
         )
 
 
@@ -139,6 +142,8 @@ def sheet_error(layer: WideLayer, rim: Rim = RIM) -> SheetError:
     """Errors of a sheet, from what the ink does far from the rim."""
     scatterings = layer.way * layer.reduced_thickness
     taken = rim.leak * layer.way / np.sqrt(1 + scatterings / rim.scatterings)
+    turned = layer.reduced_thickness / (layer.reduced_thickness + layer.absorbed_thickness)
+    missed = taken * turned * layer.ways / layer.way
     leaving = taken * (1 - layer.unscattered_way / layer.way)
-    excess = taken * layer.ways / layer.way - leaving * np.array([rim.upwards, 1 - rim.upwards])
+    excess = missed - leaving * np.array([rim.upwards, 1 - rim.upwards])
     return SheetError(*(excess / layer.scattered).tolist())
