@@ -1,6 +1,7 @@
 """The part of render.md on the size of printed dots, and its figure."""
 
 import itertools
+import textwrap
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,7 +22,7 @@ from benchmarks.validation.render.dot_size import (
     key,
     wide_layer,
 )
-from jaxink.export.dot_size import RIM, sheet_error
+from jaxink.export.dot_size import sheet_error
 from jaxink.render.batches import Estimate
 
 FIGURE = REPOSITORY / "docs" / "validation" / "render-dot-size.png"
@@ -46,6 +47,22 @@ def dot_size_section(found: dict) -> str:
     judged = [*_judged(found, FITTED, "fitted"), *_judged(found, (KEPT_ASIDE,), "kept aside")]
     heads = ["ink", "thickness, um", "optical thickness", "reduced"]
     heads += [f"{where}, {what}" for where in _SIDES.values() for what in (DIFFUSE, "rule", GUIDED)]
+    inverse = f"""Errors are inverse to the diameter: {_law(found)}. So one number tells all sizes,
+        the diameter over thickness at which the error is 1 %. A sheet returns too much and sends too
+        little into air. The error into air is relative to what a sheet transmits, so that opaque inks
+        need large dots for it; without absorption, both are the same power. Diameter over thickness where
+        the sheet errs by 1 %:"""
+    rule = f"""± is one standard error. **The rule** that `jaxink export` states takes the rim as an
+        absorber: what leaves through it follows from the mean way of light in the ink and its reduced
+        optical thickness, and what would have become of it from the derivatives of both totals by the
+        absorption coefficient, which the solver knows (`export/dot_size.py`). Its form was found with
+        fewer paths in Henyey-Greenstein inks of albedo 0.9 to 1; its three constants were fitted to
+        {_words(FITTED)} in diffuse light, `{KEPT_ASIDE}` taking no part: f = {constants.leak:.3f}, u =
+        {constants.upwards:.3f}, c = {constants.scatterings:.2f}. The diameter by the rule, in diffuse
+        light, is wrong by:"""
+    limits = f"""{_guided(found)} The export makes the statement for one scattering layer with smooth
+        faces between plate and air, with optical thickness 1.5 to 40, albedo above 0.92, g of 0.5 to 0.85
+        and index 1.45 to 1.6, about what was tried here."""
     return f"""## The size of a dot
 
 ![Error of a sheet by the diameter of the dot](render-dot-size.png)
@@ -63,27 +80,20 @@ Error of the sheet, its light over that of the volume less 1, at the thickness o
 
 {table(["ink", "light", "diameter / thickness", "into the plate, %", "into air, %"], errors)}
 
-Errors are inverse to the diameter: {_law(found)}. So one number tells all sizes, the diameter over thickness
-at which the error is 1 %. A sheet returns too much and sends too little into air. The error into air is
-relative to what a sheet transmits, so that opaque inks need large dots for it; without absorption, both are
-the same power. Diameter over thickness where the sheet errs by 1 %:
+{_filled(inverse)}
 
 {table(heads, rows)}
 
-± is one standard error. **The rule** that `jaxink export` states takes the rim as an absorber: what leaves
-through it follows from the mean way of light in the ink and its reduced optical thickness, and what would
-have become of it from the derivatives of both totals by the absorption coefficient, which the solver knows
-(`export/dot_size.py`). Its form was found with fewer paths in Henyey-Greenstein inks of albedo 0.9 to 1; its
-three constants were fitted to {_words(FITTED)} in diffuse light, `{KEPT_ASIDE}` taking no part:
-f = {constants.leak:.3f}, u = {constants.upwards:.3f}, c = {constants.scatterings:.2f}
-(the program has {RIM.leak:g}, {RIM.upwards:g} and {RIM.scatterings:g}). The diameter by the rule, in diffuse
-light, is wrong by:
+{_filled(rule)}
 
 {table(["inks", "light", "where it is above 10 thicknesses, rms", "at most", "elsewhere"], judged)}
 
-{_guided(found)} The export makes the statement for one scattering layer with smooth faces between plate and
-air, with optical thickness 1.5 to 40, albedo above 0.92, g of 0.5 to 0.85 and index 1.45 to 1.6, about what
-was tried here."""
+{_filled(limits)}"""
+
+
+def _filled(text: str) -> str:
+    """A paragraph in lines of even length."""
+    return textwrap.fill(" ".join(text.split()), 110)
 
 
 def _shown(one: dict) -> list[str]:
@@ -127,10 +137,10 @@ def _law(found: dict) -> str:
         smallest += (values[0] / mean.value)[is_large].tolist()
     chi2 = np.sum(squares) / (2 * len(cases) * (len(RATIOS) - 2))
     return (
-        f"from {RATIOS[1]} to {RATIOS[-1]} thicknesses, the difference\nover the light of the sheet, times "
-        f"the diameter, is constant with a reduced chi-square of {chi2:.2f} over\nthe {len(cases)} series of "
+        f"from {RATIOS[1]} to {RATIOS[-1]} thicknesses, the difference over the light of the sheet, times "
+        f"the diameter, is constant with a reduced chi-square of {chi2:.2f} over the {len(cases)} series of "
         f"three inks in four thicknesses and two lights, and at {RATIOS[0]} thicknesses it is "
-        f"{np.mean(smallest):.2f}\nof that in the mean"
+        f"{np.mean(smallest):.2f} of that in the mean"
     )
 
 
@@ -167,7 +177,7 @@ def _guided(found: dict) -> str:
     low, high = np.nanmin(ratios, axis=0), np.nanmax(ratios, axis=0)
     return (
         f"Light at 60 degrees goes further sideways: it needs dots {low[_PLATE]:.2f} to {high[_PLATE]:.2f} "
-        f"times as large for\nthe plate, and {low[_AIR]:.2f} to {high[_AIR]:.2f} times for air."
+        f"times as large for the plate, and {low[_AIR]:.2f} to {high[_AIR]:.2f} times for air."
     )
 
 
