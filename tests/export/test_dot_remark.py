@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxink
-from jaxink.export import dot_remark, medium_of
+from jaxink.export import medium_of, remark_on_dots
 from jaxink.export.dot_size import WideLayer, sheet_error
 from jaxink.ink import find_ink
 from tests.samples import edited
@@ -33,7 +33,7 @@ asymmetry_parameter = 0.6
 
 def remark(*changes, **choice):
     sample = jaxink.parse_sample(edited(INK, changes))
-    return dot_remark(find_ink(sample, **choice), sample.wavelengths_nm)
+    return remark_on_dots(find_ink(sample, **choice), sample.wavelengths_nm)
 
 
 def sizes(words):

@@ -76,12 +76,14 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
         with _advised(target, options, sampling):
             _foresee(source, layers, sampling, target, options)
         session.prepare_jax()
-        from jaxink.export import dot_remark
+        from jaxink.export import remark_on_dots
         from jaxink.ink import TableOptions, find_ink
 
         result, chosen = jaxink.load_result(source), list(layers) or None
         table = jaxink.ink_table(result, chosen, options=TableOptions(**sampling))
-        remark = dot_remark(find_ink(result.sample, chosen, sampling["inside"]), table.wavelength_nm.tolist())
+        remark = remark_on_dots(
+            find_ink(result.sample, chosen, sampling["inside"]), table.wavelength_nm.tolist()
+        )
         if remark is not None:
             table.attrs["printed_dots"] = remark
     with _advised(target, options, sampling, table):

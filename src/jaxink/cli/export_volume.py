@@ -35,7 +35,7 @@ def run_volume(
             "diagnosis."
         )
     session.prepare_jax()
-    from jaxink.export import VOLUME_FORMATS, dot_remark, medium_of, write_volume
+    from jaxink.export import VOLUME_FORMATS, medium_of, remark_on_dots, write_volume
     from jaxink.ink import find_ink
 
     require_one_of("format", format, VOLUME_FORMATS)
@@ -43,7 +43,7 @@ def run_volume(
     result = jaxink.load_result(source)
     wavelengths = np.unique(result.data.wavelength_nm[result.data.used]).tolist()
     ink = find_ink(result.sample, list(layers) or None, inside)
-    files = write_volume(medium_of(ink, wavelengths), format, out, name, dot_remark(ink, wavelengths))
+    files = write_volume(medium_of(ink, wavelengths), format, out, name, remark_on_dots(ink, wavelengths))
     if not quiet:
         shown = ", ".join(f"{wavelength:g}" for wavelength in wavelengths)
         typer.echo("\n".join([f"Volume of {source} at {shown} nm, for {format}.", *map(str, files)]))

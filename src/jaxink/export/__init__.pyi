@@ -1,4 +1,4 @@
-from .dot_remark import dot_remark as dot_remark
+from .dot_remark import remark_on_dots as remark_on_dots
 from .formats import FORMATS as FORMATS
 from .formats import refuse_expected as refuse_expected
 from .formats import require_format as require_format

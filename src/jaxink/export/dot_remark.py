@@ -17,7 +17,7 @@ _LEAST_SENT_OUT, _LEAST_RATIO = 0.03, 10.0
 _INDEX_OF_PLATE, _AIR = 1.4, 1e-3
 
 
-def dot_remark(ink: InkLayers, wavelengths_nm: Sequence[float]) -> str | None:
+def remark_on_dots(ink: InkLayers, wavelengths_nm: Sequence[float]) -> str | None:
     """The size at which the sheet of an ink errs by 1 % as a printed dot, in words.
 
     Parameters

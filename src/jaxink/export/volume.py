@@ -49,7 +49,7 @@ def write_volume(
     name
         Prefix of the file names.
     on_dots
-        From `dot_remark`.
+        From `remark_on_dots`.
 
     Returns
     -------
