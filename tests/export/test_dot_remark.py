@@ -75,6 +75,7 @@ AFTER = "asymmetry_parameter = 0.6\n"
         ("thickness_um = 20", "thickness_um = 2"),
         ("_per_mm = 4.4", "_per_mm = 60"),
         ("asymmetry_parameter = 0.6", "asymmetry_parameter = 0.1"),
+        ("refractive_index = 1.5\nthickness_mm", "refractive_index = 1.7\nthickness_mm"),
         (AFTER, AFTER + "[surroundings]\nindex_back = 1.5\n"),
         (
             AFTER,
@@ -83,7 +84,7 @@ AFTER = "asymmetry_parameter = 0.6\n"
         (AFTER, AFTER + "[effects.air_gap]\nposition = 1\nshare = 0.5\n"),
         (AFTER, AFTER + '[layers.back_roughness]\ndensity = "cauchy"\nsigma_deg = 10\n'),
     ],
-    ids=["thin", "absorbing", "isotropic", "immersed", "covered", "air_gap", "rough"],
+    ids=["thin", "absorbing", "isotropic", "dense_glass", "immersed", "covered", "air_gap", "rough"],
 )
 def test_nothing_is_said_where_the_rule_was_not_tested(changes):
     assert remark() is not None

@@ -11,10 +11,11 @@ from jaxink.export.dot_size import WideLayer, sheet_error
 from jaxink.export.medium import Medium, medium_of
 from jaxink.ink import SURROUNDINGS, InkLayers, apart_from_the_ink
 
-# What the rule was tested for: extinction times thickness, albedo, g, index of the ink, scattered share.
+# What the rule was tested for: extinction times thickness, albedo, g, indices of ink and plate.
 _THICKNESSES, _LEAST_ALBEDO, _ASYMMETRIES, _INDICES = (1.5, 40.0), 0.92, (0.5, 0.85), (1.45, 1.6)
+# Share of the light that is scattered into air, and diameter over thickness, below which no number is stated.
 _LEAST_SENT_OUT, _LEAST_RATIO = 0.03, 10.0
-_INDEX_OF_PLATE, _AIR = 1.4, 1e-3
+_AIR = 1e-3
 
 
 def remark_on_dots(ink: InkLayers, wavelengths_nm: Sequence[float]) -> str | None:
@@ -66,12 +67,11 @@ def _is_open_and_smooth(ink: InkLayers, medium: Medium) -> bool:
     """Whether the ink alone, with smooth faces, lies between a plate and the air around the sample."""
     sample = ink.sample
     near = sample.layers[max(ink.first - 1, 0) : ink.last + 2]
-    inside, outside = medium.indices
     return (
         not any(layer.roughness for layer in near)
         and {effect.name for effect in sample.effects} <= set(itertools.chain(*apart_from_the_ink(sample)))
         and ink.media[1] == SURROUNDINGS
-        and bool(np.all(np.abs(outside - 1) < _AIR) and np.all(inside > _INDEX_OF_PLATE))
+        and bool(np.all(np.abs(medium.indices[1] - 1) < _AIR))
     )
 
 
@@ -84,5 +84,6 @@ def _is_like_the_tested(medium: Medium) -> bool:
         (albedo, (_LEAST_ALBEDO, math.inf)),
         (medium.asymmetry, _ASYMMETRIES),
         (medium.refractive_index, _INDICES),
+        (medium.indices[0], _INDICES),
     )
     return all(np.all((values >= low) & (values <= high)) for values, (low, high) in ranges)
