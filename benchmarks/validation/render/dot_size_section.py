@@ -62,7 +62,7 @@ def dot_size_section(found: dict) -> str:
         light, is wrong by:"""
     limits = f"""{_guided(found)} The export makes the statement for one scattering layer with smooth
         faces between plate and air, with optical thickness 1.5 to 40, albedo above 0.92, g of 0.5 to 0.85
-        and index 1.45 to 1.6, about what was tried here."""
+        and indices of 1.45 to 1.6, about what was tried here."""
     return f"""## The size of a dot
 
 ![Error of a sheet by the diameter of the dot](render-dot-size.png)
