@@ -31,6 +31,12 @@ Accuracy = Annotated[
     float,
     typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
 ]
+OfMeasurement = Annotated[
+    str | None,
+    typer.Option(
+        "--measurement", metavar="NAME", help="Of a joint fit, the measurement whose sample is meant."
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 
 
