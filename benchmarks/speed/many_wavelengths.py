@@ -91,8 +91,8 @@ def main() -> None:
     heads = ["wavelengths", "first, s", "again, s", "Jacobians", "again, ms a wavelength", "memory, GiB"]
     text = f"""## Many wavelengths
 
-A fit of a **simulated** ink with a free absorption at each wavelength, a scattering coefficient and an asymmetry
-parameter; {len(INCIDENCES_DEG) * len(VIEWS_DEG) * 2} points at each wavelength, accuracy 1e-3
+A fit of a **simulated** ink with a free absorption at each wavelength, a scattering coefficient and an
+asymmetry parameter; {len(INCIDENCES_DEG) * len(VIEWS_DEG) * 2} points at each wavelength, accuracy 1e-3
 ({machine()}). First: nothing is compiled or stored.
 
 {table([*heads, "reduced chi-square"], rows)}
