@@ -118,7 +118,7 @@ def test_a_reading_joins_a_bsdf(project_folder, tmp_path, project):
         ((FIRST, 'readings = "absent.csv"\n'), ("absent.csv",)),
         ((FIRST, FIRST + 'reading.side = "R"\n'), ("side",)),
         ((FIRST, FIRST + "changes.wavelength_nm = 600\n"), ("over_black", "600")),
-        ((FIRST, FIRST + "changes.effects.gain.relative = 0.1\n"), ("over_black", "gain")),
+        ((FIRST, FIRST + "changes.effects.stray_light.level_per_sr = 0.1\n"), ("over_black", "stray_light")),
     ],
 )
 def test_bad_readings_are_refused(changes, named, folder, told):

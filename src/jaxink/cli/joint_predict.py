@@ -93,9 +93,10 @@ def _write_readings(
     data: Readings, sample: Sample, config: SolverConfig | None, accuracy: float | None, file: Path
 ) -> None:
     """Write the readings with their predicted values beside the measured ones."""
-    from jaxink.model import ReadingsModel, evaluate
+    from jaxink.effects import readings_model
+    from jaxink.model import evaluate
 
-    predicted = evaluate(ReadingsModel(sample, data, config, accuracy or DEFAULT_ACCURACY))
+    predicted = evaluate(readings_model(sample, data, config, accuracy or DEFAULT_ACCURACY))
     columns = {
         "quantity": data.quantity.tolist(),
         "theta_i_deg": data.theta_i_deg.tolist(),
