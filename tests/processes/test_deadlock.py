@@ -1,8 +1,8 @@
 """No computation hangs, in fresh processes, on one core and on two.
 
 The deadlock of jaxlib 0.10.0 ... 0.11.0 is a race: one green run proves little, hence the repeats. With
-jaxlib 0.10.2 and JAXINK_TEST_ANY_JAXLIB=1, on 2 cores, `programs.py threads` hung 4 times of 4 and `devices` 3
-of 4. A plain Jacobian, whose derivatives are products without LAPACK, hung 0 times of 4 and shows nothing.
+jaxlib 0.10.2 and JAXINK_TEST_ANY_JAXLIB=1, on 2 cores, `programs.py threads` hung 4 times of 4, `devices` 3
+times of 4. A plain Jacobian, whose derivatives are products without LAPACK, hung 0 times of 4.
 """
 
 import os

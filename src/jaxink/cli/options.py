@@ -207,6 +207,21 @@ def numbers_of(option: str, text: str | None) -> list[float] | None:
         ) from None
 
 
+def simplex_steps(given: list[str] | None) -> dict[str, float] | None:
+    """Steps by name, each as ``NAME=STEP``; None if none is given."""
+    example = "ink.scattering_per_mm=10"
+    steps = _pairs("--simplex-step", given, "NAME=STEP", example)
+    if steps is None:
+        return None
+    try:
+        return {name: float(step) for name, step in steps.items()}
+    except ValueError:
+        words = " ".join(given or ())
+        raise InputRefusedError(
+            f"--simplex-step is '{words}'; the step must be a number, such as {example}."
+        ) from None
+
+
 def _pairs(option: str, given: list[str] | None, form: str, example: str) -> dict[str, str] | None:
     """What an option gives by name, each as ``NAME=VALUE``; None if it is not given."""
     if not given:
