@@ -2,12 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import jaxink
 from jaxink.cli.app import app
-from tests.projects.conftest import TRUTH, project_folder  # noqa: F401
+from tests.projects.conftest import TRUTH, fitted, project, project_folder  # noqa: F401
 
 
 @pytest.fixture
@@ -100,3 +101,66 @@ def test_a_bad_plan_is_refused(run, arguments, named, project_folder, tmp_path, 
     done = run("plan", tmp_path / "fit", *arguments)
     assert done.exit_code == 5
     told(done.stderr, named)
+
+
+@pytest.fixture(scope="module")
+def saved(fitted, tmp_path_factory):  # noqa: F811
+    """Folder of the joint fit."""
+    folder = tmp_path_factory.mktemp("joint") / "fit"
+    fitted.save(folder)
+    return folder
+
+
+def test_every_measurement_of_a_joint_fit_is_predicted(run, saved, fitted, tmp_path):  # noqa: F811
+    done = run("predict", saved, "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.stderr
+    for name, predicted in fitted.predict().items():
+        written = jaxink.read(tmp_path / "out" / f"{name}.csv")
+        np.testing.assert_allclose(written.bsdf_per_sr, predicted, rtol=1e-9)
+    done = run("predict", saved, "--out", tmp_path / "thick.csv", "--measurement", "thick")
+    assert done.exit_code == 0, done.stderr
+    alone = jaxink.read(tmp_path / "thick.csv").bsdf_per_sr
+    np.testing.assert_allclose(alone, fitted.predict()["thick"], rtol=1e-9)
+
+
+def test_a_project_file_is_predicted_from_its_start_values(run, project_folder, project, tmp_path):  # noqa: F811
+    done = run("predict", project_folder / "project.toml", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.stderr
+    for one in project.measurements:
+        written = jaxink.read(tmp_path / "out" / f"{one.name}.csv").bsdf_per_sr
+        np.testing.assert_allclose(written, jaxink.predict(one.sample, one.data), rtol=1e-9)
+
+
+def test_the_ink_of_a_joint_fit_is_exported_once_its_measurement_is_named(run, saved, tmp_path, told):
+    export = "export", saved, "--format", "csv", "--from", "plate", "--out", tmp_path / "ink"
+    sizes = "--n-theta", "31", "--n-phi", "19"
+    done = run(*export, *sizes)
+    assert done.exit_code == 5
+    told(done.stderr, "--measurement", "thin, thick, thick_lit_ink")
+    assert run(*export, *sizes, "--measurement", "thin").exit_code == 0
+    direct = ("export", saved / "measurements" / "thin", *export[2:-1], tmp_path / "direct", *sizes)
+    assert run(*direct).exit_code == 0
+    for file in (tmp_path / "direct").glob("*.csv"):
+        assert (tmp_path / "ink" / file.name).read_text() == file.read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("--out", "all.csv"), ("all.csv", "--measurement")),
+        (("--out", "all", "--set", "ink.thickness_um=9"), ("--set", "--measurement")),
+        (("--out", "one.csv", "--measurement", "thinner"), ("thinner", "thin, thick, thick_lit_ink")),
+    ],
+    ids=["file", "set", "unknown"],
+)
+def test_a_prediction_of_a_joint_fit_is_refused(run, saved, monkeypatch, tmp_path, words, named, told):
+    monkeypatch.chdir(tmp_path)
+    done = run("predict", saved, *words)
+    assert done.exit_code == 5
+    told(done.stderr, *named)
+
+
+def test_a_plain_fit_has_no_measurement_to_choose(run, saved, tmp_path, told):
+    done = run("predict", saved / "measurements" / "thin", "--out", tmp_path / "a.csv", "--measurement", "b")
+    assert done.exit_code == 5
+    told(done.stderr, "joint fit")

@@ -19,8 +19,6 @@ from jaxink.report import write_report
 from jaxink.sample import Parameter, parse_sample
 from tests.diagnosis.test_loop import OPTIONS, SAMPLE, drawn
 
-STRENGTH = Parameter("own.strength", 0.0, True, 0.0, 1.0)
-
 
 class Now:
     """The task of the diagnosis at present, in which an effect fails, and how."""
@@ -57,54 +55,80 @@ class Own(ReadingEffect):
     """More light at grazing angles, unless it fails."""
 
     name, statement = "own", "something of one's own"
-    terms = (STRENGTH,)
+    terms = (Parameter("own.strength", 0.0, True, 0.0, 1.0),)
 
     def change(self, predicted, values, field):
         gain = read(jnp.asarray(values["own.strength"], float))
         return predicted * (1 + gain * (field.scene.theta_o_deg / 90) ** 4)
 
 
+def parameter(name):
+    return Parameter(f"{name}.strength", 0.0, True, 0.0, 1.0)
+
+
 class WithoutForms(Own):
+    name, terms = "no_forms", (parameter("no_forms"),)
+
     @classmethod
     def forms(cls, case):
         raise KeyError("lens")
 
 
 class NotTraceable(Own):
+    name, terms = "not_traceable", (parameter("not_traceable"),)
+
     def change(self, predicted, values, field):
-        return predicted if values["own.strength"] > 0 else predicted * 1.0
+        return predicted if values["not_traceable.strength"] > 0 else predicted * 1.0
 
 
 class NotFinite(Own):
+    name, terms = "not_finite", (parameter("not_finite"),)
+
     def change(self, predicted, values, field):
-        return predicted + values["own.strength"] / 0.0
+        return predicted + values["not_finite.strength"] / 0.0
 
 
 class WithoutSlope(Own):
+    name, terms = "no_slope", (parameter("no_slope"),)
+
     def change(self, predicted, values, field):
-        return predicted * (1 + jnp.sqrt(values["own.strength"]))
+        return predicted * (1 + jnp.sqrt(values["no_slope.strength"]))
 
 
 class NotFiniteWhereScreened(Own):
-    terms = (STRENGTH, Parameter("own.width", 1.0, True, 0.0, 2.0))
-    settings = ({"own.width": 0.0},)
+    name = "not_screened"
+    terms = (parameter("not_screened"), Parameter("not_screened.width", 1.0, True, 0.0, 2.0))
+    settings = ({"not_screened.width": 0.0},)
 
     def change(self, predicted, values, field):
-        return predicted * (1 + values["own.strength"] / values["own.width"])
+        return predicted * (1 + values["not_screened.strength"] / values["not_screened.width"])
 
 
 class AreaOfNothing(AreaWithOtherSample):
-    name, statement, terms = "own", "a share of the area is missing", (STRENGTH,)
+    name, statement = "area", "a share of the area is missing"
+    terms = (parameter("area"),)
 
     def other(self, sample):
         raise MemoryError
 
 
 class NoResolution(FinerDiscretisation):
-    name, statement, terms = "own", "the resolution is unknown", (STRENGTH,)
+    name, statement = "resolution", "the resolution is unknown"
+    terms = (parameter("resolution"),)
 
     def refined(self, config):
         return dataclasses.replace(config, n_streams=None)
+
+
+REASONS = {
+    WithoutForms: "KeyError: 'lens'",
+    NotTraceable: "TracerBoolConversionError",
+    NotFinite: "not finite",
+    WithoutSlope: "not finite",
+    NotFiniteWhereScreened: "not finite",
+    AreaOfNothing: "MemoryError",
+    NoResolution: "n_streams",
+}
 
 
 @pytest.fixture(scope="module")
@@ -119,8 +143,14 @@ def sound():
     Now.fails_in, Now.reads_nan = "", False
 
 
-def diagnosed(data, effect):
-    options = dataclasses.replace(OPTIONS, catalogue=(StrayLight, effect, Drift))
+@pytest.fixture(scope="module")
+def complete(lit):
+    """Diagnosis in which nothing fails."""
+    return diagnosed(lit, Own)
+
+
+def diagnosed(data, *effects):
+    options = dataclasses.replace(OPTIONS, catalogue=(StrayLight, *effects, Drift))
     return diagnose(data, parse_sample(SAMPLE), options, follow)
 
 
@@ -132,28 +162,22 @@ def require_right_name(found):
     assert {row.effect for row in found.candidates} >= {"stray_light", "drift"}
 
 
-@pytest.mark.parametrize(
-    ("effect", "reason"),
-    [
-        (WithoutForms, "KeyError: 'lens'"),
-        (NotTraceable, "TracerBoolConversionError"),
-        (NotFinite, "not finite"),
-        (WithoutSlope, "not finite"),
-        (NotFiniteWhereScreened, "not finite"),
-        (AreaOfNothing, "MemoryError"),
-        (NoResolution, "n_streams"),
-    ],
-)
-def test_an_effect_that_fails_before_its_refit_is_left_out_and_named(lit, effect, reason, caplog):
+def test_effects_that_fail_before_their_refits_are_left_out_and_named(lit, caplog):
     with caplog.at_level(logging.DEBUG, "jaxink"):
-        found = diagnosed(lit, effect)
+        found = diagnosed(lit, *REASONS)
     require_right_name(found)
-    (failure,) = found.failures
-    assert failure.name == "own"
-    assert "own" in failure.part
-    assert reason in failure.reason
-    assert failure.sentence in found.verdict.sentence
-    assert any(record.exc_info and "own" in record.getMessage() for record in caplog.records)
+    failures = {failure.name: failure for failure in found.failures}
+    assert len(failures) == len(found.failures)
+    assert failures.keys() == {effect.name for effect in REASONS}
+    for effect, reason in REASONS.items():
+        failure = failures[effect.name]
+        assert effect.name in failure.part
+        assert reason in failure.reason
+        assert any(record.exc_info and effect.name in record.getMessage() for record in caplog.records)
+    # The verdict has the first ones in words and counts the others.
+    told = [failure for failure in found.failures if failure.sentence in found.verdict.sentence]
+    assert found.failures[: len(told)] == tuple(told)
+    assert f"{len(REASONS) - len(told)} more parts failed" in found.verdict.sentence
 
 
 @pytest.mark.parametrize("reads_nan", [False, True])
@@ -180,8 +204,7 @@ def test_an_effect_that_fails_in_its_refit_is_left_out_and_told_everywhere(
 
 
 @pytest.mark.parametrize("reads_nan", [False, True])
-def test_a_fold_that_fails_costs_that_fold(lit, reads_nan):
-    complete = diagnosed(lit, Own)
+def test_a_fold_that_fails_costs_that_fold(lit, complete, reads_nan):
     assert complete.failures == ()
     Now.fails_in, Now.reads_nan = "held out with stray_light 2", reads_nan
     found = diagnosed(lit, Own)

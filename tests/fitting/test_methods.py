@@ -4,9 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 import jaxink
 from jaxink.fitting import METHODS, Outcome
+from jaxink.fitting.scaling import UnitScale
 
 # Ends where its simplex, or its linear model, is small, wherever that is.
 ENDS_ANYWHERE = ("cobyla", "optimistix_nelder_mead")
@@ -142,3 +144,41 @@ def test_scan_may_precede_any_method_and_shares_its_limits(inputs, coarse):
 def test_invalid_options_are_rejected_by_name(wrong, refused):
     with refused(next(iter(wrong))):
         jaxink.FitOptions(**wrong)
+
+
+def test_the_first_simplex_has_the_steps_that_are_asked_for(inputs, coarse, monkeypatch):
+    seen = {}
+    search = optimize.minimize
+
+    def spy(loss, start, **given):
+        seen.update(given["options"])
+        return search(loss, start, **given)
+
+    monkeypatch.setattr(optimize, "minimize", spy)
+    # The second step leaves the range at either end: it is taken downwards, to the end.
+    steps = {"ink.scattering_per_mm": 10.0, "ink.asymmetry_parameter": 0.95}
+    options = jaxink.FitOptions(method="simplex", config=coarse, simplex_steps=steps, max_evaluations=6)
+    result = jaxink.fit(*inputs, options)
+    free = [p for p in inputs[1].parameters.values() if p.free]
+    first, *corners = map(UnitScale.of(tuple(free)).to_physical, seen["initial_simplex"])
+    np.testing.assert_allclose(first, [p.value for p in free], rtol=1e-12)
+    moved = {p.name: corner[i] - p.value for i, (p, corner) in enumerate(zip(free, corners, strict=True))}
+    assert moved["ink.scattering_per_mm"] == pytest.approx(10)
+    (asymmetry,) = (p for p in free if p.name == "ink.asymmetry_parameter")
+    assert moved[asymmetry.name] == pytest.approx(asymmetry.minimum - asymmetry.value)
+    assert moved["ink.absorption_per_mm"] > 0
+    assert result.outcome is Outcome.MAX_EVALUATIONS
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"simplex_steps": {"ink.scattering_per_mm": 10.0}}, ("gradient", "simplex")),
+        ({"method": "simplex", "simplex_steps": {"ink.scattering_per_mm": 0}}, ("ink.scattering_per_mm",)),
+        ({"method": "simplex", "simplex_steps": {"ink.thickness_um": 1}}, ("ink.thickness_um",)),
+    ],
+    ids=["method", "zero", "name"],
+)
+def test_bad_steps_are_refused(inputs, coarse, options, named, refused):
+    with refused(*named):
+        jaxink.fit(*inputs, jaxink.FitOptions(config=coarse, **options))

@@ -1,6 +1,6 @@
 """Programs that hang on a jaxlib with the deadlock; each runs in a fresh process.
 
-    python programs.py jacobian|fit|threads|devices [CORE,CORE...]
+    python programs.py fit|threads|devices [CORE,CORE...]
 
 The layer has 24 channels and 32 azimuthal orders, enough work for such a jaxlib to split its LAPACK calls.
 The environment variable JAXINK_TEST_ANY_JAXLIB lets the programs run on a version that jaxink refuses.
@@ -100,9 +100,7 @@ def side_by_side(functions):
 def main():
     """Run the program that is named."""
     name = sys.argv[1]
-    if name == "jacobian":
-        run_jacobian()
-    elif name == "fit":
+    if name == "fit":
         run_fit()
     elif name == "threads":
         side_by_side([run_jacobian, run_jacobian])

@@ -1,8 +1,8 @@
 """No computation hangs, in fresh processes, on one core and on two.
 
-The deadlock of jaxlib 0.10.0 ... 0.11.0 is a race: one green run proves nothing, hence the repeats. With
+The deadlock of jaxlib 0.10.0 ... 0.11.0 is a race: one green run proves little, hence the repeats. With
 jaxlib 0.10.2 and JAXINK_TEST_ANY_JAXLIB=1, on 2 cores, `programs.py threads` hung 4 times of 4, `devices` 3
-of 4 and `jacobian`, whose derivatives are products without LAPACK, 0 of 4.
+times of 4. A plain Jacobian, whose derivatives are products without LAPACK, hung 0 times of 4.
 """
 
 import os
@@ -16,7 +16,7 @@ from jaxink.errors import UnsafeVersionError
 from jaxink.numerics import precision
 
 PROGRAMS = Path(__file__).with_name("programs.py")
-PROCESSES = 5
+PROCESSES = 2
 # A process that does not hang needs a few seconds, the first of its kind half a minute to compile.
 TIMEOUT_S = 150
 
@@ -46,7 +46,7 @@ def start(program: str, cores: set[int], environment: dict[str, str]) -> subproc
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system cannot pin a process to a core")
 @pytest.mark.parametrize("n_cores", [1, 2])
-@pytest.mark.parametrize("program", ["jacobian", "fit", "threads", "devices"])
+@pytest.mark.parametrize("program", ["fit", "threads", "devices"])
 @pytest.mark.slow
 def test_fresh_processes_end(program, n_cores, environment):
     available = sorted(os.sched_getaffinity(0))

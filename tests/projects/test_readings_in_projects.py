@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import jaxink
+from jaxink.cli.app import app
 from jaxink.errors import InputRefusedError
 from jaxink.fitting import ReadingsResult
 from jaxink.measurement import Readings
@@ -116,10 +118,27 @@ def test_a_reading_joins_a_bsdf(project_folder, tmp_path, project):
         ((FIRST, 'readings = "absent.csv"\n'), ("absent.csv",)),
         ((FIRST, FIRST + 'reading.side = "R"\n'), ("side",)),
         ((FIRST, FIRST + "changes.wavelength_nm = 600\n"), ("over_black", "600")),
-        ((FIRST, FIRST + "changes.effects.gain.relative = 0.1\n"), ("over_black", "gain")),
+        ((FIRST, FIRST + "changes.effects.stray_light.level_per_sr = 0.1\n"), ("over_black", "stray_light")),
     ],
 )
 def test_bad_readings_are_refused(changes, named, folder, told):
     with pytest.raises(InputRefusedError) as refused:
         jaxink.fit(project_of(edited(THREE, changes), folder))
     told(str(refused.value), *named)
+
+
+def test_readings_of_a_joint_fit_are_predicted_and_their_ink_is_exported(fitted, tmp_path):
+    fitted.save(tmp_path / "fit")
+    run = CliRunner().invoke
+    done = run(app, ["predict", str(tmp_path / "fit"), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.stderr
+    for name, one in fitted.measurements.items():
+        written = jaxink.read_readings(tmp_path / "out" / f"{name}.csv")
+        np.testing.assert_allclose(written.value, one.predicted, rtol=1e-9)
+    export = ["export", str(tmp_path / "fit"), "--measurement", "over_black", "--format", "netcdf"]
+    done = run(app, [*export, "--n-theta", "31", "--n-phi", "19", "--out", str(tmp_path / "ink")])
+    assert done.exit_code == 0, done.stderr
+    written = jaxink.read_ink_table(tmp_path / "ink" / "ink.nc")
+    options = jaxink.TableOptions(n_theta=31, n_phi=19)
+    expected = jaxink.ink_table(fitted.of("over_black").sample, options=options)
+    np.testing.assert_allclose(written.bsdf_per_sr, expected.bsdf_per_sr, rtol=1e-6)

@@ -67,8 +67,8 @@ def truth() -> jaxink.Sample:
     return jaxink.parse_sample(HEAD + PIGMENTS).replace(TRUTH)
 
 
-def measured() -> tuple[jaxink.GonioData, np.ndarray]:
-    """The measurement, and its noise-free values."""
+def noise_free() -> jaxink.GonioData:
+    """What a goniometer without noise would read; its sigma is that of the noise to be drawn."""
     view = np.array([-75.0, -60, -30, -15, 10, 25, 35, 55, 65, 75])[:, None]
     parts = [
         jaxink.predict_at(truth(), theta_i, view, None, WAVES, side, accuracy=1e-5)
@@ -86,10 +86,14 @@ def measured() -> tuple[jaxink.GonioData, np.ndarray]:
             "bsdf_per_sr",
         )
     }
-    clean = columns.pop("bsdf_per_sr")
-    sigma = NOISE * clean + 1e-6
-    noisy = clean + sigma * np.random.default_rng(SEED).standard_normal(len(clean))
-    return jaxink.GonioData(**columns, bsdf_per_sr=noisy, sigma_per_sr=sigma, source="two pigments"), clean
+    sigma = NOISE * columns["bsdf_per_sr"] + 1e-6
+    return jaxink.GonioData(**columns, sigma_per_sr=sigma, source="two pigments")
+
+
+def drawn(clean: jaxink.GonioData, seed: int) -> jaxink.GonioData:
+    """The measurement with noise."""
+    noise = np.random.default_rng(seed).standard_normal(len(clean))
+    return clean.replace(bsdf_per_sr=clean.bsdf_per_sr + clean.sigma_per_sr * noise)
 
 
 def arranged(sample: jaxink.Sample, factor: float, card: float, known: Known | None = None):
@@ -100,7 +104,7 @@ def arranged(sample: jaxink.Sample, factor: float, card: float, known: Known | N
 
 def main() -> None:
     """Simulate, fit and keep."""
-    data, _ = measured()
+    data = drawn(noise_free(), SEED)
     true = {(f, c): arranged(truth(), f, c) for f in (0.5, 1.0, 2.0) for c in CARDS}
     shape = ", ".join(f"{one:.5g}" for one in diffuse_reflectance(data).scattering_shape)
     kept: dict = {"points": len(data), "wavelengths": len(WAVES), "ways": {}}

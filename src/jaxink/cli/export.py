@@ -58,7 +58,7 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
     Parameters
     ----------
     source
-        Folder of a fit or of a diagnosis, or the file of a table.
+        Folder of a fit or of a diagnosis, a sample file, or the file of a table.
     layers
         Layers that form the ink; empty: the only scattering one.
     sampling
@@ -78,20 +78,26 @@ def run_export(source: Path, layers: Sequence[str], sampling: dict[str, Any], ta
         session.prepare_jax()
         from jaxink.export import remark_on_dots
         from jaxink.ink import TableOptions, find_ink
+        from jaxink.sample import Sample
 
-        result, chosen = jaxink.load_result(source), list(layers) or None
-        table = jaxink.ink_table(result, chosen, options=TableOptions(**sampling))
-        remark = remark_on_dots(
-            find_ink(result.sample, chosen, sampling["inside"]), table.wavelength_nm.tolist()
-        )
+        described = jaxink.load_sample(source) if _is_sample(source) else jaxink.load_result(source)
+        chosen = list(layers) or None
+        table = jaxink.ink_table(described, chosen, options=TableOptions(**sampling))
+        sample = described if isinstance(described, Sample) else described.sample
+        remark = remark_on_dots(find_ink(sample, chosen, sampling["inside"]), table.wavelength_nm.tolist())
         if remark is not None:
             table.attrs["printed_dots"] = remark
     with _advised(target, options, sampling, table):
-        _write(table, target, options, f"Ink of {source}")
+        start = " with the start values of its free parameters" * _is_sample(source)
+        _write(table, target, options, f"Ink of {source}{start}")
     warning = warning_of(table)
     if warning is not None and not target.quiet:
         typer.echo(f"Warning: the ink is that of a fit that is not sound. {warning}", err=True)
     return ExitCode.FITTED
+
+
+def _is_sample(source: Path) -> bool:
+    return source.suffix == ".toml" and not os.path.isdir(source)
 
 
 def _read_table(source: Path, layers: Sequence[str], sampling: dict[str, Any]) -> "InkTable":
@@ -108,9 +114,13 @@ def _foresee(
 ) -> None:
     """Reject what is known to fail before the table is computed."""
     from jaxink.export import LossRefusedError, refuse_expected
-    from jaxink.ink import InkChoice, UnclearInkError, expected_table, find_ink, read_saved_fit
+    from jaxink.ink import InkChoice, SavedFit, UnclearInkError, expected_table, find_ink, read_saved_fit
 
-    saved = read_saved_fit(source)
+    if _is_sample(source):
+        sample = jaxink.load_sample(source)
+        saved: SavedFit | None = SavedFit(sample, sample.wavelengths_nm, has_standard_errors=False)
+    else:
+        saved = read_saved_fit(source)
     if saved is None:
         return
 

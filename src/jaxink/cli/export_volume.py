@@ -21,7 +21,7 @@ def run_volume(
     Parameters
     ----------
     source
-        Folder of a fit or of a diagnosis.
+        Folder of a fit or of a diagnosis, or a sample file.
     layers, inside
         As for `jaxink.ink.find_ink`.
     format, out, name
@@ -40,9 +40,15 @@ def run_volume(
 
     require_one_of("format", format, VOLUME_FORMATS)
     require_folder(out)
-    result = jaxink.load_result(source)
-    wavelengths = np.unique(result.data.wavelength_nm[result.data.used]).tolist()
-    ink = find_ink(result.sample, list(layers) or None, inside)
+    if source.suffix == ".toml" and not source.is_dir():
+        sample = jaxink.load_sample(source)
+        wavelengths = list(sample.wavelengths_nm)
+    else:
+        result = jaxink.load_result(source)
+        sample, wavelengths = result.sample, np.unique(result.data.wavelength_nm[result.data.used]).tolist()
+    if not wavelengths:
+        raise InputRefusedError(f"{source}: names no wavelength_nm, which a volume needs; add it.")
+    ink = find_ink(sample, list(layers) or None, inside)
     files = write_volume(medium_of(ink, wavelengths), format, out, name, remark_on_dots(ink, wavelengths))
     if not quiet:
         shown = ", ".join(f"{wavelength:g}" for wavelength in wavelengths)

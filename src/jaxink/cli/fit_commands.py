@@ -17,6 +17,7 @@ from jaxink.cli.options import (
     is_toml,
     output_of,
     refuse_wavelengths,
+    simplex_steps,
     stated_sample,
     with_reading,
 )
@@ -81,6 +82,14 @@ def fit(
             help="RMSD of the objective at which to stop; for chi_square in standard deviations of noise.",
         ),
     ] = None,
+    simplex_step: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=STEP",
+            help="With --method simplex, how far its first corner along a parameter is from the start, in "
+            "the parameter's unit, such as ink.scattering_per_mm=10; repeat the option for several.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random starts.")] = 0,
     profile: Annotated[
         str,
@@ -126,6 +135,7 @@ def fit(
             "max_evaluations": max_evaluations,
             "max_seconds": max_seconds,
             "goal": goal,
+            "simplex_steps": simplex_steps(simplex_step),
             "seed": seed,
             "profile": profile,
             "accuracy": accuracy,

@@ -9,6 +9,7 @@ from jaxink.cli.options import (
     AS_IN_FILE,
     DATA_HELP,
     Debug,
+    OfMeasurement,
     Quiet,
     Reading,
     output_of,
@@ -83,10 +84,19 @@ def predict(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="RESULT_OR_SAMPLE", help="Folder or result.json of a fit, or a sample file (.toml)."
+            metavar="RESULT_OR_SAMPLE",
+            help="Folder or result.json of a fit, the folder of a joint fit, or a sample or project file "
+            "(.toml).",
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the prediction: .csv or .nc.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="File for the prediction: .csv or .nc; a folder for all measurements of a joint fit or "
+            "project.",
+        ),
+    ],
     data: Annotated[
         list[Path] | None,
         typer.Argument(
@@ -111,16 +121,22 @@ def predict(
             f"resolution of the result, or {DEFAULT_ACCURACY:g} for a sample file.",
         ),
     ] = None,
+    measurement: OfMeasurement = None,
     reading: Reading = AS_IN_FILE,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Predict the BSDF of a fitted or described sample for every row of a measurement."""
     with one_sentence(debug):
+        from jaxink.cli.joint_predict import run_joint_predict
+        from jaxink.cli.one_measurement import is_of_many, of_measurement
         from jaxink.cli.predict import run_predict
 
-        stated = reading.keywords()
-        raise typer.Exit(run_predict(source, data or (), out, accuracy, stated, quiet, set_ or ()))
+        settings = set_ or ()
+        if measurement is None and not data and is_of_many(source):
+            raise typer.Exit(run_joint_predict(source, out, accuracy, settings, quiet))
+        source = of_measurement(source, measurement)
+        raise typer.Exit(run_predict(source, data or (), out, accuracy, reading.keywords(), quiet, settings))
 
 
 def colour(
@@ -163,6 +179,7 @@ def colour(
         str | None,
         typer.Option(metavar="NAME", help="The ink whose thickness is given."),
     ] = None,
+    measurement: OfMeasurement = None,
     json: Annotated[bool, typer.Option("--json", help="Print the colours as JSON.")] = False,
     quiet: Quiet = False,
     debug: Debug = False,
@@ -170,7 +187,9 @@ def colour(
     """Print the CIE colours of a fitted ink, as measured or in another arrangement."""
     with one_sentence(debug):
         from jaxink.cli.colour import ArrangementOptions, run_colour
+        from jaxink.cli.one_measurement import of_measurement
 
+        source = of_measurement(source, measurement)
         options = ArrangementOptions(thickness_um, over, contact, lit_from, free, layer)
         raise typer.Exit(
             run_colour(source, geometry or [], illuminant, observer, options, output_of(json, quiet))
@@ -182,7 +201,8 @@ def export(
         Path,
         typer.Argument(
             metavar="RESULT",
-            help="Folder of a fit or of a diagnosis, or an ink table written by jaxink (.nc).",
+            help="Folder of a fit, a joint fit or a diagnosis, a sample file (.toml), or an ink table "
+            "written by jaxink (.nc).",
         ),
     ],
     format: Format,
@@ -217,6 +237,7 @@ def export(
         ),
     ] = "surface",
     name: Name = "ink",
+    measurement: OfMeasurement = None,
     allow_loss: AllowLoss = "",
     regular_bin_deg: RegularBinDeg = None,
     basis: Basis = "klems",
@@ -227,7 +248,10 @@ def export(
     """Write the BSDF of a fitted ink, as seen from inside its plate, for a ray tracer."""
     with one_sentence(debug):
         from jaxink.cli.export import Target, run_export
+        from jaxink.cli.one_measurement import of_measurement
         from jaxink.errors import require_one_of
+
+        source = of_measurement(source, measurement)
 
         require_one_of("--as", what, ("surface", "volume"))
         if what == "volume":
@@ -309,14 +333,17 @@ def render(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
+    measurement: OfMeasurement = None,
     json: Annotated[bool, typer.Option("--json", help="Print render.json instead of the tables.")] = False,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Render a fitted ink in a scene; a stopped rendering goes on where it was."""
     with one_sentence(debug):
+        from jaxink.cli.one_measurement import of_measurement
         from jaxink.cli.render import run_render
 
+        source = of_measurement(source, measurement)
         effort = {"batches": batches, "seed": seed} | ({} if paths is None else {"paths": paths})
         given = (
             layer or (),

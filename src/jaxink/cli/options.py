@@ -31,6 +31,12 @@ Accuracy = Annotated[
     float,
     typer.Option(metavar="X", help="Largest relative error of the BSDF that the discretisation may cause."),
 ]
+OfMeasurement = Annotated[
+    str | None,
+    typer.Option(
+        "--measurement", metavar="NAME", help="Of a joint fit, the measurement whose sample is meant."
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only error messages.")]
 
 
@@ -198,6 +204,21 @@ def numbers_of(option: str, text: str | None) -> list[float] | None:
     except ValueError:
         raise InputRefusedError(
             f"{option} is {text!r}; it must be a number, or several with commas."
+        ) from None
+
+
+def simplex_steps(given: list[str] | None) -> dict[str, float] | None:
+    """Steps by name, each as ``NAME=STEP``; None if none is given."""
+    example = "ink.scattering_per_mm=10"
+    steps = _pairs("--simplex-step", given, "NAME=STEP", example)
+    if steps is None:
+        return None
+    try:
+        return {name: float(step) for name, step in steps.items()}
+    except ValueError:
+        words = " ".join(given or ())
+        raise InputRefusedError(
+            f"--simplex-step is '{words}'; the step must be a number, such as {example}."
         ) from None
 
 

@@ -75,7 +75,7 @@ def run_predict(
             f"{_listed(unknown)} nm, and a .nc file has no blank predictions; write a .csv file."
         )
     predicted = jaxink.predict(sample, data, config, accuracy or DEFAULT_ACCURACY)
-    _write_prediction(data, predicted, unknown, out)
+    write_prediction(data, predicted, unknown, out)
     if not quiet:
         start = " with the start values of its free parameters" * (is_sample and bool(sample.parameters.free))
         measured = data.source or "the measurement"
@@ -152,7 +152,7 @@ def _remarks(data: "GonioData", sample: "Sample", unknown_nm: Sequence[float]) -
     ]
 
 
-def _write_prediction(data: "GonioData", predicted, unknown_nm: Sequence[float], out: Path) -> None:
+def write_prediction(data: "GonioData", predicted, unknown_nm: Sequence[float], out: Path) -> None:
     """Write the measurement with predicted values; the measured ones and the masks are columns beside them.
 
     netCDF files have a variable for the masks instead. Rows at the wavelengths ``unknown_nm`` have no

@@ -26,8 +26,10 @@ from jaxink.effects.kinds import (
     Inapplicable,
     ReadingEffect,
     SampleEffect,
+    ScalingEffect,
     UnevenSurface,
 )
+from jaxink.effects.of_readings import AugmentedReadings, readings_model
 from jaxink.effects.scene import Field, Scene, Surroundings
 from jaxink.effects.telling import in_numbers
 from jaxink.effects.validity import invalidity, own_error
@@ -40,6 +42,7 @@ __all__ = [
     "AreaWithOtherSample",
     "AreaWithOtherValues",
     "AugmentedModel",
+    "AugmentedReadings",
     "Case",
     "DeclaredConstant",
     "DividingEffect",
@@ -53,6 +56,7 @@ __all__ = [
     "Polarisation",
     "ReadingEffect",
     "SampleEffect",
+    "ScalingEffect",
     "Scene",
     "Surroundings",
     "UnevenSurface",
@@ -67,6 +71,7 @@ __all__ = [
     "invalidity",
     "model_at",
     "own_error",
+    "readings_model",
     "settled",
     "tabulated",
     "undivided",

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxink.effects.case import Case
-from jaxink.effects.kinds import ReadingEffect
+from jaxink.effects.kinds import ReadingEffect, ScalingEffect
 from jaxink.effects.scene import GRID_DEG, INCIDENCE_STEP_DEG, Surroundings
 from jaxink.sample import terms_of
 
@@ -14,7 +14,7 @@ _MANY_PLANES = "the scans have too many planes of view for integrals along them"
 
 
 @dataclasses.dataclass(frozen=True)
-class Gain(ReadingEffect):
+class Gain(ScalingEffect):
     """All readings are wrong by a common factor."""
 
     name, sign, usual = "gain", 0, 0.05
@@ -22,13 +22,13 @@ class Gain(ReadingEffect):
     numbered = "the readings of all scans are wrong by {relative%}"
     terms = terms_of("gain")
 
-    def change(self, predicted, values, field):
-        """Return y = (1 + s) f."""
-        return predicted * (1 + values["gain.relative"])
+    def factor(self, values, is_transmission):
+        """Return 1 + s in y = (1 + s) f."""
+        return jnp.asarray(1 + values["gain.relative"])
 
 
 @dataclasses.dataclass(frozen=True)
-class SideGain(ReadingEffect):
+class SideGain(ScalingEffect):
     """Readings in reflection are wrong by a factor relative to transmission."""
 
     name, sign, usual = "side_gain", 0, 0.03
@@ -41,10 +41,9 @@ class SideGain(ReadingEffect):
         sides = np.unique(case.scene.is_transmission)
         return (cls(),) if sides.size == 2 else "only one side was measured, so this is the same as gain"
 
-    def change(self, predicted, values, field):
-        """Return y = (1 + s) f in reflection."""
-        reflects = ~field.scene.is_transmission
-        return predicted * (1 + values["side_gain.relative"] * reflects)
+    def factor(self, values, is_transmission):
+        """Return 1 + s in y = (1 + s) f, in reflection only."""
+        return 1 + values["side_gain.relative"] * jnp.asarray(~is_transmission)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from jaxink.effects.case import Case
 from jaxink.effects.plane import PlaneSample
@@ -291,6 +291,28 @@ class ReadingEffect(Effect):
         field
             The BSDF of the sample at and around the points.
         """
+
+
+class ScalingEffect(ReadingEffect):
+    """All that an instrument reads on a side, of whatever kind, is wrong by one factor."""
+
+    @abc.abstractmethod
+    def factor(
+        self, values: Mapping[str, Any], is_transmission: Bool[np.ndarray, " points"]
+    ) -> Float[Array, "*points"]:
+        """Reading over true value, for all or each of the points.
+
+        Parameters
+        ----------
+        values
+            Of all parameters, by name.
+        is_transmission
+            Side of each point.
+        """
+
+    def change(self, predicted, values, field):
+        """Return the factor times f."""
+        return predicted * self.factor(values, field.scene.is_transmission)
 
 
 class Couplings(NamedTuple):

@@ -7,6 +7,7 @@ bounds, so that a search does not leave a bound once it is there: a start on a b
 """
 
 import abc
+import dataclasses
 import time
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -35,6 +36,8 @@ _TOLERANCE = 1e-9
 # Of the corners of a simplex, and its size at the start.
 _COARSE_TOLERANCE, _FIRST_SIMPLEX = 1e-7, 0.1
 _NO_TAGS: frozenset = frozenset()
+# How far scipy's first corners are from the start: a share of it, or this if it is 0.
+_SCIPY_STEP, _SCIPY_STEP_AT_0 = 0.05, 0.00025
 # Resolution of the variables, as a share of their ranges, at which a method without derivatives ends.
 _RESOLUTION = 1e-4
 # Radius of the first steps and at the end, of the methods that have one, as a share of the ranges.
@@ -219,9 +222,9 @@ class ScipyMinimize(WithoutDerivatives):
     scipy_name: ClassVar[str]
     scipy_options: ClassVar[Mapping[str, Any]]
 
-    def options_for(self, loss_start: float, n: int) -> Mapping[str, Any]:
-        """Options of scipy for the first loss and ``n`` parameters."""
-        del loss_start, n
+    def options_for(self, loss_start: float, start: Float[np.ndarray, " parameters"]) -> Mapping[str, Any]:
+        """Options of scipy for a start and the loss there."""
+        del loss_start, start
         return self.scipy_options
 
     def descend(self, watched: WatchedObjective, start: Float[np.ndarray, " parameters"]) -> Outcome:
@@ -239,25 +242,40 @@ class ScipyMinimize(WithoutDerivatives):
             method=self.scipy_name,
             bounds=optimize.Bounds(watched.lower, watched.upper),
             callback=step,
-            options=dict(self.options_for(max(loss_start, 1e-300), len(start))),
+            options=dict(self.options_for(max(loss_start, 1e-300), start)),
         )
         return Outcome.CONVERGED if found.success else Outcome.STALLED
 
 
+@dataclasses.dataclass(frozen=True)
 class Simplex(ScipyMinimize):
-    """Nelder-Mead: the baseline (Gao, Han 2012 Comput. Optim. Appl. 51, 259; scipy's, with bounds)."""
+    """Nelder-Mead: the baseline (Gao, Han 2012 Comput. Optim. Appl. 51, 259; scipy's, with bounds).
+
+    Parameters
+    ----------
+    steps
+        From the start to the first corner along each variable; 0 for scipy's step. Empty: 0 for all.
+    """
 
     name, title, scipy_name = "simplex", "simplex", "Nelder-Mead"
 
-    def options_for(self, loss_start: float, n: int) -> Mapping[str, Any]:
+    steps: tuple[float, ...] = ()
+
+    def options_for(self, loss_start: float, start: Float[np.ndarray, " parameters"]) -> Mapping[str, Any]:
         """Ends when the values agree to a share of the first one, and the corners to one of the ranges."""
-        return {
+        n = len(start)
+        corners = {} if not self.steps else {"initial_simplex": self._corners(start)}
+        return corners | {
             "maxfev": np.inf,
             "maxiter": np.inf,
             "xatol": _RESOLUTION,
             "fatol": _RELATIVE * loss_start,
             "adaptive": n > 4,
         }
+
+    def _corners(self, start: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "corners parameters"]:
+        usual = np.where(start == 0, _SCIPY_STEP_AT_0, _SCIPY_STEP * start)
+        return np.vstack([start, start + np.diag(np.where(self.steps, self.steps, usual))])
 
 
 class Powell(ScipyMinimize):

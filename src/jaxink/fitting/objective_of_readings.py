@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from jaxink.effects import readings_model
 from jaxink.errors import InputRefusedError, require_one_of
 from jaxink.fitting.figures_of_merit import INTENSITIES
 from jaxink.fitting.objective import (
@@ -15,7 +16,6 @@ from jaxink.fitting.objective import (
 )
 from jaxink.fitting.scaling import UnitScale
 from jaxink.measurement import FitNoise, Noise, Readings
-from jaxink.model import ReadingsModel
 from jaxink.sample import Sample
 from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
 
@@ -73,7 +73,7 @@ def readings_objective(
     readings = readings.at_wavelengths(sample.wavelengths_nm)
     require_positive(kind, readings.value, "readings", "leave them out")
     noise = noise_of_readings(readings, sample.noise) if noise is None else noise
-    model = ReadingsModel(sample, readings, config, accuracy, layer_method)
+    model = readings_model(sample, readings, config, accuracy, layer_method)
     names = tuple(parameter.name for parameter in free)
     constants = constants_of(sample, names)
     prior_weights, prior_mean, prior_deviation = priors_of(free)

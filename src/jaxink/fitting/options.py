@@ -1,8 +1,16 @@
 """Options of a fit."""
 
 import dataclasses
+from collections.abc import Mapping
 
-from jaxink.errors import InputRefusedError, require_integer, require_kind, require_number, require_one_of
+from jaxink.errors import (
+    InputRefusedError,
+    require_by_name,
+    require_integer,
+    require_kind,
+    require_number,
+    require_one_of,
+)
 from jaxink.fitting.comparison_methods import METHODS
 from jaxink.fitting.limits import SearchLimits
 from jaxink.fitting.method import Method
@@ -40,6 +48,10 @@ class FitOptions:
     goal
         Root mean square residual at which to stop: the RMSD of the objective, in 1/sr for ``absolute`` and a
         fraction for ``relative`` and ``logarithmic``; in standard deviations of the noise for ``chi_square``.
+    simplex_steps
+        Of the simplex: how far its first corner along a parameter is from the start, by name, in the unit of
+        the parameter, and the other way if that is out of its range. By default scipy's step, 5 % of the
+        distance of the start from the lower end of the range.
     seed
         Of the random starts, and of methods that draw random numbers.
     profile
@@ -62,6 +74,7 @@ class FitOptions:
     max_evaluations: int | None = None
     max_seconds: float | None = None
     goal: float | None = None
+    simplex_steps: Mapping[str, float] | None = None
     seed: int = 0
     profile: str = "auto"
     accuracy: float = DEFAULT_ACCURACY
@@ -85,8 +98,20 @@ class FitOptions:
         for name in ("max_seconds", "goal"):
             if getattr(self, name) is not None:
                 _require_positive(name, getattr(self, name))
+        if self.simplex_steps is not None:
+            self._require_steps(self.simplex_steps)
         if self.config is not None:
             require_kind("config", self.config, SolverConfig)
+
+    def _require_steps(self, steps: Mapping[str, float]) -> None:
+        require_by_name("simplex_steps", steps, {"ink.scattering_per_mm": 10})
+        if self.method != "simplex":
+            raise InputRefusedError(
+                f"simplex_steps are given, but method is '{self.method}'; choose method 'simplex', or leave "
+                "them out."
+            )
+        for name, step in steps.items():
+            _require_positive(f"simplex_steps of {name}", step)
 
     def make_method(self) -> Method:
         """The method of the searches."""

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxink.display.card import Card, CardTable, Presented
+from jaxink.effects import readings_model
 from jaxink.files.encoding import SavedInFolder, plain
 from jaxink.files.result_folder import READINGS_FILE, SAMPLE_FILE
 from jaxink.files.version import installed_version
@@ -19,7 +20,7 @@ from jaxink.fitting.relative_deviation import Deviation, deviation
 from jaxink.fitting.result import NoiseOrigin
 from jaxink.fitting.verdict import FitVerdict, judge_fit
 from jaxink.measurement import Readings
-from jaxink.model import ReadingsModel, evaluate
+from jaxink.model import evaluate
 from jaxink.numerics.digits import rounded
 from jaxink.sample import Sample, sample_text, sample_to_dict
 from jaxink.solver import SolverConfig
@@ -115,7 +116,7 @@ class ReadingsResult(SavedInFolder, Presented):
         readings
             What to predict; None for the fitted readings.
         """
-        return evaluate(ReadingsModel(self.sample, self.data if readings is None else readings, self.config))
+        return evaluate(readings_model(self.sample, self.data if readings is None else readings, self.config))
 
     def table(self) -> CardTable:
         """Each reading: measured, fitted, and the difference in standard deviations."""

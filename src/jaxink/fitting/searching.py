@@ -6,16 +6,18 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Float
 
-from jaxink.errors import InputRefusedError
+from jaxink.errors import InputRefusedError, no_such_name
 from jaxink.fitting.assembly import Found
+from jaxink.fitting.comparison_methods import Simplex
 from jaxink.fitting.compiled import CompiledObjective
 from jaxink.fitting.endings import Ending
 from jaxink.fitting.gradient import GradientSearch, starts, together
 from jaxink.fitting.joint_objective import FitObjective, JointObjective, compile_objective
 from jaxink.fitting.limits import Budget
 from jaxink.fitting.many import searches_at_once
-from jaxink.fitting.method import search
+from jaxink.fitting.method import Method, search
 from jaxink.fitting.options import FitOptions
 from jaxink.fitting.outcome import Outcome, Search
 from jaxink.fitting.scanning import DIRECT_JACOBIANS, RANKING_DECREMENT, Scan, scan
@@ -141,7 +143,8 @@ def _search(
     at_once = _at_once(objective, options, len(points) - declared)
     for number, start in enumerate(points if at_once is None else points[:declared]):
         follow = _named(progress, f"start {number + 1}")
-        searches.append(search(options.make_method(), programs, start, budget, follow))
+        method = _method(options, objective, free, start)
+        searches.append(search(method, programs, start, budget, follow))
         endings.append(Ending(searches[-1], is_start=number >= n_scanned))
         if budget.is_spent(searches[-1].loss):
             break
@@ -156,6 +159,30 @@ def _search(
             searches.append(search(options.make_method(), programs, best.unit, budget, follow))
             endings.append(Ending(searches[-1]))
     return searches, scans, tuple(endings)
+
+
+def _method(
+    options: FitOptions,
+    objective: FitObjective,
+    free: Sequence[Parameter],
+    start: Float[np.ndarray, " parameters"],
+) -> Method:
+    """The method of a search from a start; of a simplex with the first steps that are asked for."""
+    method = options.make_method()
+    if not (options.simplex_steps and isinstance(method, Simplex)):
+        return method
+    names = [p.name for p in free]
+    for name in options.simplex_steps:
+        if name not in names:
+            raise InputRefusedError(f"simplex_steps names the free parameter '{name}', {no_such_name(names)}")
+    corner = objective.scale.to_physical(start)
+    for i, p in enumerate(free):
+        step = options.simplex_steps.get(p.name, 0.0)
+        outside = corner[i] + step > p.maximum
+        corner[i] = max(corner[i] - step, p.minimum) if outside else corner[i] + step
+    steps = objective.scale.to_unit(corner) - start
+    given = [p.name in options.simplex_steps for p in free]
+    return dataclasses.replace(method, steps=tuple(np.where(given, steps, 0.0).tolist()))
 
 
 def _at_once(objective: FitObjective, options: FitOptions, n_random: int) -> int | None:

@@ -25,6 +25,7 @@ from .ink_layers import InkLayers as InkLayers
 from .ink_layers import UnclearInkError as UnclearInkError
 from .ink_layers import find_ink as find_ink
 from .polar_grid import linear_matrix as linear_matrix
+from .saved_fit import SavedFit as SavedFit
 from .saved_fit import read_saved_fit as read_saved_fit
 from .table import COMPONENTS as COMPONENTS
 from .table import InkTable as InkTable

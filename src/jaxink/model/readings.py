@@ -143,7 +143,7 @@ class ReadingsModel(SampleModel):
     Raises
     ------
     InputRefusedError
-        If the sample cannot be predicted, or declares effects, which are known for goniometers only.
+        If the sample cannot be predicted, or declares effects; see `jaxink.effects.readings_model`.
     """
 
     geometries: Geometries
@@ -273,8 +273,8 @@ def _require_predictable(sample: Sample, readings: Readings) -> None:
     if sample.effects:
         names = ", ".join(effect.name for effect in sample.effects)
         raise InputRefusedError(
-            f"the sample declares effects ({names}), with which only a BSDF can be predicted; leave them out "
-            "for readings of other instruments."
+            f"the sample declares effects ({names}), which this model does not have; use "
+            "jaxink.effects.readings_model."
         )
     wavelengths = tuple(np.unique(readings.wavelength_nm).tolist())
     transmitted = any(QUANTITIES[name].is_transmission for name in readings.quantity.tolist())

@@ -13,6 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from platformdirs import user_cache_path
+
 from jaxink.numerics.named_files import is_own, read_named, write_named
 
 FOLDER_VARIABLE = "JAXINK_CACHE_DIR"
@@ -72,8 +74,7 @@ def _writable_folder() -> Path | None:
     if named == "":
         return None
     try:
-        root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        folder = Path(named) if named else Path(root) / "jaxink"
+        folder = Path(named) if named else user_cache_path("jaxink", appauthor=False)
         folder.mkdir(_MODE, parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None

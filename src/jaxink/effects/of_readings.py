@@ -1,0 +1,125 @@
+"""A model of readings with the effects that a sample declares."""
+
+import dataclasses
+from collections.abc import Collection, Mapping
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from jaxink.display.brief import brief_repr
+from jaxink.effects.augmented import carriers, extend
+from jaxink.effects.kinds import SampleEffect, ScalingEffect
+from jaxink.errors import InputRefusedError
+from jaxink.measurement import Readings
+from jaxink.model import LayerCoefficients, ReadingsModel
+from jaxink.sample import Sample
+from jaxink.solver import DEFAULT_ACCURACY, SolverConfig
+
+
+class AugmentedReadings(eqx.Module):
+    """Predicts readings of a sample with effects that change the sample, or scale what is read.
+
+    Parameters
+    ----------
+    main
+        Model of the sample with the effects that change it.
+    scaling
+        Effects that scale the readings.
+    is_transmission
+        Side of each reading.
+    """
+
+    __repr__ = brief_repr
+    # See `ForwardModel`.
+    __hash__ = object.__hash__
+
+    main: ReadingsModel
+    scaling: tuple[ScalingEffect, ...] = eqx.field(static=True)
+    is_transmission: Bool[np.ndarray, " readings"]
+
+    @property
+    def sample(self) -> Sample:
+        """The sample with the effects' parameters."""
+        return self.main.sample
+
+    @property
+    def wavelengths_nm(self) -> tuple[float, ...]:
+        """Wavelengths of the readings, ascending."""
+        return self.main.wavelengths_nm
+
+    @property
+    def config(self) -> SolverConfig:
+        """Resolution of the solver."""
+        return self.main.config
+
+    @property
+    def wavelength_of_point_nm(self) -> Float[np.ndarray, " readings"]:
+        """Wavelength of each reading."""
+        return self.main.wavelength_of_point_nm
+
+    @property
+    def n_stacks(self) -> int:
+        """See `ReadingsModel`."""
+        return self.main.n_stacks
+
+    def own_wavelengths(self, names: Collection[str]) -> dict[str, float]:
+        """See `ReadingsModel`."""
+        return self.main.own_wavelengths(names)
+
+    def sizes(
+        self, values: Mapping, accuracy: float = DEFAULT_ACCURACY, layer_method: str = "fastest"
+    ) -> SolverConfig:
+        """See `ReadingsModel`."""
+        return self.main.sizes(values, accuracy, layer_method)
+
+    def coefficients(self, values: Mapping | None = None) -> dict[str, LayerCoefficients]:
+        """See `ReadingsModel`."""
+        return self.main.coefficients(values)
+
+    def bsdf(self, values: Mapping | None = None) -> Float[Array, " readings"]:
+        """Predicted values of the readings; see `ReadingsModel.bsdf`."""
+        values = self.sample.parameters.values_with({} if values is None else values)
+        predicted = self.main.bsdf(values)
+        for effect in self.scaling:
+            predicted = predicted * effect.factor(values, self.is_transmission)
+        return predicted
+
+
+def readings_model(
+    sample: Sample,
+    readings: Readings,
+    config: SolverConfig | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
+    layer_method: str = "fastest",
+) -> ReadingsModel | AugmentedReadings:
+    """Model of readings, with the effects that the sample declares.
+
+    Parameters
+    ----------
+    sample
+        The sample.
+    readings
+        What is read.
+    config, accuracy, layer_method
+        See `ReadingsModel`.
+
+    Raises
+    ------
+    InputRefusedError
+        The sample cannot be predicted, or declares an effect of which only a BSDF is known.
+    """
+    if not sample.effects:
+        return ReadingsModel(sample, readings, config, accuracy, layer_method)
+    effects = carriers(sample, ())
+    known = tuple(effect for effect in effects if isinstance(effect, SampleEffect | ScalingEffect))
+    if len(known) < len(effects):
+        names = ", ".join(effect.name for effect in effects if effect not in known)
+        raise InputRefusedError(
+            f"the sample declares effects ({names}) with which only a BSDF can be predicted; leave them out "
+            "for readings of other instruments."
+        )
+    extended = dataclasses.replace(extend(sample, known), effects=())
+    main = ReadingsModel(extended, readings, config, accuracy, layer_method)
+    scaling = tuple(effect for effect in known if isinstance(effect, ScalingEffect))
+    return AugmentedReadings(main, scaling, readings.is_transmission)
