@@ -101,8 +101,10 @@ def search_effects(problem: SearchProblem, fit: FitResult, options: DiagnosisOpt
             break
         screens.append(Screen.of(found.model))
         added = _added(found, screens[-1], options, cross_validation)
-        enlarged = None if added is None else _enlarged(problem, found, added, options.level)
-        if added is None or enlarged is None:
+        if added is None:
+            break
+        enlarged = _enlarged(problem, found, added, options.level)
+        if enlarged is None:
             break
         additions.append(added)
         found.model.objectives.release(kept=enlarged.model.objective)
