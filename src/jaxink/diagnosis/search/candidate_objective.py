@@ -229,12 +229,6 @@ class CandidateObjective:
             self._engine = GradientSearch(objective)
         return self._engine.on(objective)
 
-    def prepare(self, values: dict[str, float], free: tuple[str, ...]) -> None:
-        """Compile the program of fits, in a thread of its own if so wished."""
-        if not self._checkpoint.is_replaying:
-            objective, unit = self._with_slots(values, free)
-            self._search(objective).compiled.prepare(unit, jacobian=True)
-
     def release(self) -> None:
         """Drop the compiled programs; they are compiled again when needed."""
         self._engine = None
